@@ -1,0 +1,50 @@
+"""``forcelab import``."""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.output import json_text, progress_bar
+from forcelab.formats.importing import ImportReport, importing
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Import the files and tell what became of them."""
+    options = ReadOptions(
+        task=arguments.task,
+        author=arguments.author,
+        rate=arguments.rate,
+        time=arguments.time,
+        label=arguments.label,
+        strict=arguments.strict,
+    )
+    with progress_bar() as watch:
+        report = finish(importing(arguments.project, arguments.files, options), watch)
+    print(json_text(_plain(report)) if arguments.json else _told(report))
+
+
+def _told(report: ImportReport) -> str:
+    """The report for people."""
+    lines = [f"{one.added.status:<9}  {one.added.name}" for one in report.demonstrations]
+    for path, remarks in report.remarks.items():
+        lines += [f"{path.name}: {remark}" for remark in remarks]
+    counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
+    return "\n".join([*lines, f"{len(report.demonstrations)} demonstrations: {', '.join(counts)}."])
+
+
+def _plain(report: ImportReport) -> dict[str, object]:
+    """The report as plain values."""
+    return {
+        "demonstrations": [
+            {
+                "file": str(one.file),
+                "id": one.added.id,
+                "name": one.added.name,
+                "status": one.added.status,
+            }
+            for one in report.demonstrations
+        ],
+        "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
+    }

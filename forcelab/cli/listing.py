@@ -1,0 +1,64 @@
+"""``forcelab list``."""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.output import json_text, table
+from forcelab.project import DemonstrationInfo, Project
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the demonstrations, recognisers and runs of a project."""
+    with Project.open(arguments.project) as project:
+        infos = project.demonstrations(arguments.task)
+        recognisers = project.recognisers()
+        runs = project.runs()
+    if arguments.json:
+        content = {
+            "demonstrations": [_plain(info) for info in infos],
+            "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
+            "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
+        }
+        print(json_text(content))
+        return
+    if not infos:
+        print("No demonstrations; 'forcelab import' brings some in.")
+        return
+    rows = [["task", "demonstration", "seconds", "Hz", "channels", "labelled", "id"]]
+    rows += [_row(info) for info in infos]
+    print(table(rows, right=[2, 3, 4]))
+    print(f"\n{len(infos)} demonstrations, {len(recognisers)} recognisers, {len(runs)} runs.")
+
+
+def _row(info: DemonstrationInfo) -> list[str]:
+    """A demonstration's line."""
+    labelled = ", ".join(
+        f"{author} {100 * seconds / info.duration:.0f} %"
+        for author, seconds in info.labelled.items()
+    )
+    return [
+        info.task,
+        info.name,
+        f"{info.duration:.2f}",
+        f"{info.rate:.6g}",
+        str(len(info.channels)),
+        labelled or "-",
+        info.id[:8],
+    ]
+
+
+def _plain(info: DemonstrationInfo) -> dict[str, object]:
+    """A demonstration as plain values."""
+    return {
+        "id": info.id,
+        "name": info.name,
+        "task": info.task,
+        "samples": info.samples,
+        "seconds": info.duration,
+        "rate": info.rate,
+        "channels": [{"name": c.name, "unit": c.unit} for c in info.channels],
+        "labelled_seconds": dict(info.labelled),
+        "video": info.has_video,
+        "source": info.source,
+    }

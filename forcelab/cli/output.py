@@ -1,0 +1,80 @@
+"""How the command line speaks: tables, JSON, and a progress bar on terminals only."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+__all__ = ["json_text", "percent", "progress_bar", "table"]
+
+WIDTH = 24
+
+
+def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
+    """Align rows in columns.
+
+    Parameters
+    ----------
+    rows : sequence of rows of str
+        The first is the header.
+    right : sequence of int
+        Columns aligned right, for numbers.
+    """
+    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.rjust(width) if c in right else cell.ljust(width)
+            for c, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def percent(share: float | None) -> str:
+    """A fraction in percent with one decimal; a dash where there is none."""
+    return "-" if share is None else f"{100 * share:.1f}"
+
+
+def json_text(value: Any) -> str:
+    """A value as JSON for people and programs, never with NaN."""
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+class _Progress(Protocol):
+    @property
+    def text(self) -> str: ...
+    @property
+    def done(self) -> int: ...
+    @property
+    def total(self) -> int: ...
+
+
+@contextmanager
+def progress_bar(title: str = "") -> Iterator[Callable[[_Progress], None]]:
+    """A bar on standard error while a job runs; nothing at all where that is no terminal.
+
+    Yields
+    ------
+    callable
+        Takes each progress of the job.
+    """
+    shown = sys.stderr.isatty()
+
+    def watch(progress: _Progress) -> None:
+        if shown:
+            full = round(WIDTH * progress.done / max(progress.total, 1))
+            bar = "█" * full + "·" * (WIDTH - full)
+            words = f"{title} {progress.text}".strip()
+            sys.stderr.write(f"\r\x1b[K{words} {bar} {progress.done}/{progress.total}")
+            sys.stderr.flush()
+
+    try:
+        yield watch
+    finally:
+        if shown:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()

@@ -1,0 +1,272 @@
+"""What can be said to forcelab, and its manual."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from forcelab import __version__
+
+__all__ = ["build_parser"]
+
+MANUAL = """\
+forcelab labels and recognises force actions. A demonstration (force channels on one clock) goes
+in; coders give each stretch of it an action; a recogniser learns the actions from complex-Morlet
+wavelet features; human and predicted timelines come out as pairs.
+
+A first session:
+  forcelab import   lab.forcelab recordings/*.csv --task stylus
+  forcelab list     lab.forcelab
+  forcelab evaluate lab.forcelab --task stylus --stride 10 --figure pairs.svg
+  forcelab train    lab.forcelab --task stylus --stride 10 --out stylus.skops
+  forcelab predict  stylus.skops new.csv
+"""
+
+CLOSING = """\
+Every command has --json and its own --help. Exit status: 0 done; 1 a file, project or setting
+stands in the way (one sentence says what, where and the cure); 2 the command line is wrong.
+"""
+
+PROJECT = "project folder NAME.forcelab"
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Texts keep their lines; options stand in a column wide enough for their values."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=100)
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line; each command names the module that runs it."""
+    parser = argparse.ArgumentParser(
+        prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=_Formatter
+    )
+    parser.add_argument("--version", action="version", version=f"forcelab {__version__}")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_import(commands)
+    _add_list(commands)
+    _add_evaluate(commands)
+    _add_train(commands)
+    _add_predict(commands)
+    _add_export(commands)
+    _add_figures(commands)
+    _add_doctor(commands)
+    return parser
+
+
+Commands = argparse._SubParsersAction
+
+
+def _command(
+    commands: Commands[argparse.ArgumentParser],
+    name: str,
+    module: str,
+    summary: str,
+    details: str = "",
+) -> argparse.ArgumentParser:
+    """A command with its summary and details."""
+    description = f"{summary[0].upper()}{summary[1:]}.\n\n{details}".strip()
+    parser = commands.add_parser(
+        name, help=summary, description=description, formatter_class=_Formatter
+    )
+    parser.set_defaults(module=module)
+    return parser
+
+
+def _json_flag(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "import",
+        "importing",
+        "read recordings into a project",
+        "The project is made if it does not exist. Formats are told apart by content: tables\n"
+        "(CSV, TSV, spaces), the paper's databases (*.pdl) and archives of projects. A recording\n"
+        "that is there already is updated, not doubled. If one file cannot be read, nothing is\n"
+        "imported at all.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
+    parser.add_argument("--task", default="", help="task of the demonstrations")
+    parser.add_argument(
+        "--author", default="coder", help="author of the labels in the files (default: coder)"
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        help="samples a second, where a file has no stamps; "
+        "otherwise the rate of the features' grid",
+    )
+    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
+    parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
+    parser.add_argument(
+        "--strict", action="store_true", help="refuse what would be repaired and reported"
+    )
+    _json_flag(parser)
+
+
+def _add_list(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "list",
+        "listing",
+        "show what a project holds",
+        "Demonstrations by task, with their length, rate, channels and labelled share by author.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--task", help="only this task")
+    _json_flag(parser)
+
+
+def _add_settings(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's settings, for training and evaluating alike."""
+    which = parser.add_argument_group("which demonstrations")
+    which.add_argument(
+        "--task",
+        action="append",
+        metavar="T",
+        help="task to use; given several times, the tasks are joined (default: every task)",
+    )
+    which.add_argument("--author", help="whose labels, where there are several coders")
+    which.add_argument(
+        "--apart",
+        action="store_true",
+        help="joined tasks keep their actions apart: grab becomes grab_TASK",
+    )
+    which.add_argument(
+        "--merge",
+        metavar="MAP.json",
+        type=Path,
+        help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
+    )
+    how = parser.add_argument_group("settings (the preset's where not given)")
+    how.add_argument("--preset", default="paper", help="paper: the published method (default)")
+    how.add_argument(
+        "--classifier",
+        metavar="NAME",
+        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours",
+    )
+    how.add_argument("--channels", metavar="A,B,...", help="recognition channels (default: all)")
+    how.add_argument("--rate", metavar="HZ", type=float, help="rate of the features' grid")
+    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar")
+    how.add_argument("--parameter", metavar="P", type=float, help="p of a Morlet, order of a dog")
+    how.add_argument("--min-scale", metavar="SAMPLES", type=float, help="smallest scale")
+    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale")
+    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales")
+    how.add_argument("--no-phase", action="store_true", help="log magnitudes only")
+    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample")
+    how.add_argument("--threshold", metavar="P", help="less probable than this: unlabelled; or off")
+    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off")
+    how.add_argument(
+        "--drop",
+        metavar="SHARE",
+        help="unlabel segments shorter than this share of the shortest trained one; or off",
+    )
+    how.add_argument("--seed", metavar="S", type=int, help="of everything random (default: 0)")
+
+
+def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "evaluate",
+        "evaluating",
+        "recognise each demonstration by a recogniser that has not seen it",
+        "Leaves one demonstration of a task out at a time; with --test-task trains on one task\n"
+        "and tests on the other. Each task by itself unless --task is given several times.\n"
+        "The result is kept in the project as a run.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    _add_settings(parser)
+    parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
+    )
+    parser.add_argument(
+        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+    )
+    parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    parser.add_argument(
+        "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
+    )
+
+
+def _add_train(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "train",
+        "training",
+        "train a recogniser on all labelled demonstrations",
+        "The file holds no pickle and can be passed on. The project keeps a copy.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "--out", metavar="RECOGNISER", type=Path, required=True, help="file to write (.skops)"
+    )
+    _add_settings(parser)
+    _json_flag(parser)
+
+
+def _add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "predict",
+        "predicting",
+        "label recordings with a recogniser",
+        "Prints the segments, or writes them: one file for one demonstration, a folder of files\n"
+        "for several. No track of a project is changed.",
+    )
+    parser.add_argument("recogniser", metavar="RECOGNISER", type=Path, help="from train")
+    parser.add_argument(
+        "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
+    )
+    parser.add_argument("--out", metavar="FILE", type=Path, help="file, or folder for several")
+    parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
+    _json_flag(parser)
+
+
+def _add_export(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "export",
+        "exporting",
+        "write tracks, or a whole project as one archive",
+        "csv: start,end,action,author of every track. audacity: a label track per author.\n"
+        "archive: one zip with everything; 'forcelab import' reads it back.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
+    )
+    parser.add_argument("--format", choices=("csv", "audacity", "archive"), default="csv")
+    _json_flag(parser)
+
+
+def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "figures",
+        "drawing",
+        "draw what the wavelets see",
+        "wavelets: Morlets of several p and what they make of two tones. clusters: four k-means\n"
+        "clusters of a trapezoidal force; only magnitude and phase tell rising from falling.",
+    )
+    parser.add_argument("folder", metavar="DIR", type=Path, help="folder to write into")
+    parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg")
+    _json_flag(parser)
+
+
+def _add_doctor(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "doctor",
+        "examining",
+        "examine this machine and say what is missing",
+        "Versions, Qt and its fonts, video codecs (each is tried), cameras and serial ports,\n"
+        "with the cure beside whatever is not as it should be.",
+    )
+    _json_flag(parser)

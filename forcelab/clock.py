@@ -1,0 +1,136 @@
+"""Clocks: sample counters and taps become seconds on the force recording's clock.
+
+Time is float64 seconds from the start of the force recording. Every other clock (a video's, a
+device's sample counter) is carried onto it by a :class:`ClockMap`, never by a nominal rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.errors import InputError
+
+__all__ = ["ClockFit", "ClockMap", "fit_clock", "unwrap_counter"]
+
+
+@dataclass(frozen=True, slots=True)
+class ClockMap:
+    """An affine map from a device's clock to the force recording's clock.
+
+    Parameters
+    ----------
+    offset : float
+        Force time, in seconds, at which the device's clock reads zero.
+    rate : float
+        Force seconds that pass in one second of the device's clock; 1.0 for a perfect clock,
+        1 + 20e-6 for one that runs 20 ppm slow. Positive.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite or the rate is not positive.
+    """
+
+    offset: float = 0.0
+    rate: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.offset) and np.isfinite(self.rate) and self.rate > 0):
+            raise InputError(
+                f"A clock needs a finite offset and a positive rate, not offset {self.offset} s "
+                f"and rate {self.rate}."
+            )
+
+    def to_force(self, device: ArrayLike) -> NDArray[np.float64]:
+        """Carry device times (s), of any shape, to force times (s)."""
+        return self.offset + self.rate * np.asarray(device, dtype=np.float64)
+
+    def to_device(self, force: ArrayLike) -> NDArray[np.float64]:
+        """Carry force times (s), of any shape, to device times (s)."""
+        return (np.asarray(force, dtype=np.float64) - self.offset) / self.rate
+
+
+@dataclass(frozen=True, slots=True)
+class ClockFit:
+    """A fitted map, and how far the taps lie from it.
+
+    Parameters
+    ----------
+    clock : ClockMap
+        The map in the least-squares sense.
+    residual : float
+        Root mean square distance of the taps from the map, in force seconds. Zero for one or two
+        taps, which a map meets exactly: it says nothing about the error then.
+    """
+
+    clock: ClockMap
+    residual: float
+
+
+def fit_clock(device: Sequence[float], force: Sequence[float]) -> ClockFit:
+    """Fit a clock map to events seen on both clocks, such as taps.
+
+    One tap fixes the offset alone (the rate stays 1); two or more fix offset and rate by least
+    squares.
+
+    Parameters
+    ----------
+    device, force : sequence of float, length m >= 1
+        Times (s) of the same events on the device's clock and on the force recording's clock.
+
+    Raises
+    ------
+    InputError
+        If the numbers of taps differ, there is none, the device times are all the same, or time
+        would run backwards.
+    """
+    d = np.asarray(device, dtype=np.float64)
+    f = np.asarray(force, dtype=np.float64)
+    if d.ndim != 1 or d.shape != f.shape or d.size == 0:
+        raise InputError(
+            f"Synchronising needs the same number of taps on both clocks, at least one; "
+            f"there are {d.size} and {f.size}."
+        )
+    if d.size == 1:
+        return ClockFit(ClockMap(offset=float(f[0] - d[0])), residual=0.0)
+    spread = d - d.mean()
+    power = float(spread @ spread)
+    # Of equal times the mean may round, which leaves a spread of dust.
+    if power == 0.0 or d.min() == d.max():
+        raise InputError("All taps have the same device time; mark taps further apart.")
+    rate = float(spread @ (f - f.mean())) / power
+    clock = ClockMap(offset=float(f.mean() - rate * d.mean()), rate=rate)
+    return ClockFit(clock, residual=float(np.sqrt(np.mean((clock.to_force(d) - f) ** 2))))
+
+
+def unwrap_counter(counts: ArrayLike, modulus: int = 65_536) -> NDArray[np.int64]:
+    """Undo the wrapping of a device's sample counter.
+
+    Parameters
+    ----------
+    counts : array_like of int, shape (n,)
+        Counter readings in order of arrival, each in ``[0, modulus)``.
+    modulus : int
+        Number of values after which the counter starts again at zero.
+
+    Returns
+    -------
+    ndarray of int64, shape (n,)
+        A counter that only grows, starting at ``counts[0]``. Steps are taken as the smallest
+        non-negative ones; a loss of more than one whole turn cannot be seen in the counter.
+
+    Raises
+    ------
+    InputError
+        If a reading lies outside ``[0, modulus)``.
+    """
+    c = np.asarray(counts, dtype=np.int64)
+    if c.size and (c.min() < 0 or c.max() >= modulus):
+        raise InputError(f"Counter readings must lie in 0..{modulus - 1}.")
+    if c.size == 0:
+        return c
+    return np.concatenate([c[:1], c[0] + np.cumsum(np.diff(c) % modulus)])

@@ -1,0 +1,200 @@
+"""The demonstration: one recording of one task, all channels on one clock."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+
+__all__ = ["GAP_PERIODS", "Channel", "Demonstration", "VideoReference"]
+
+#: Neighbouring stamps further apart than this many sample periods have a gap between them.
+GAP_PERIODS = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """Name and unit of one column of signals.
+
+    Parameters
+    ----------
+    name : str
+        Not empty, unique within its demonstration, such as ``"fx1"``.
+    unit : str
+        Such as ``"N"``; empty where it is not known.
+    """
+
+    name: str
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise InputError("A channel needs a name.")
+
+
+@dataclass(frozen=True, slots=True)
+class VideoReference:
+    """Where a demonstration's video lies, and how its clock maps onto the force clock.
+
+    Parameters
+    ----------
+    path : Path
+        The video file.
+    clock : ClockMap
+        From the video's own timestamps (s) to force time (s).
+    """
+
+    path: Path
+    clock: ClockMap = field(default_factory=ClockMap)
+
+
+def _frozen(array: ArrayLike) -> NDArray[np.float64]:
+    """A read-only C-contiguous float64 array; one that is so already is not copied."""
+    if (
+        isinstance(array, np.ndarray)
+        and array.dtype == np.float64
+        and array.flags.c_contiguous
+        and not array.flags.writeable
+        and (array.base is None or isinstance(array, np.memmap))
+    ):
+        return array  # a view could be written to through the array it looks at
+    copy = np.array(array, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+@dataclass(frozen=True, eq=False)
+class Demonstration:
+    """One recording of one task: immutable and validated.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"LEGO 07"``; unique within its task in a project.
+    task : str
+        The choreography that this is an instance of, such as ``"LEGO"``; may be empty.
+    times : array_like, shape (n,)
+        Time of each sample in seconds from the start of the recording, strictly increasing and
+        finite, n >= 2. Stamps may be irregular and are kept as they are.
+    signals : array_like, shape (n, c)
+        One column a channel, in the channel's unit. NaN or infinity marks a missing sample.
+    channels : sequence of Channel, length c
+        Distinct names.
+    video : VideoReference, optional
+        The video of the same task, if there is one.
+    grid_rate : float, optional
+        Rate in Hz of the uniform grid on which features are computed; by default the inverse of
+        the median period.
+
+    Raises
+    ------
+    InputError
+        If the shapes disagree, the stamps do not increase, or two channels share a name.
+
+    Notes
+    -----
+    Two demonstrations are equal when their content is (see :attr:`id`), whatever they are called.
+    """
+
+    name: str
+    task: str
+    times: NDArray[np.float64]
+    signals: NDArray[np.float64]
+    channels: tuple[Channel, ...]
+    video: VideoReference | None = None
+    grid_rate: float | None = None
+
+    def __post_init__(self) -> None:
+        times, signals = _frozen(self.times), _frozen(self.signals)
+        channels = tuple(self.channels)
+        for attribute, value in (("times", times), ("signals", signals), ("channels", channels)):
+            object.__setattr__(self, attribute, value)
+        if not self.name.strip():
+            raise InputError("A demonstration needs a name.")
+        where = f"Demonstration '{self.name}'"
+        if times.ndim != 1 or times.size < 2:
+            raise InputError(f"{where} has fewer than two samples; record or import more.")
+        if signals.ndim != 2 or signals.shape != (times.size, len(channels)) or not channels:
+            raise InputError(
+                f"{where}: signals of shape {signals.shape} do not fit {times.size} times and "
+                f"{len(channels)} channels."
+            )
+        if not np.isfinite(times).all():
+            raise InputError(f"{where}: sample {np.argmin(np.isfinite(times))} has no finite time.")
+        back = np.flatnonzero(np.diff(times) <= 0)
+        if back.size:
+            i = int(back[0])
+            raise InputError(
+                f"{where}: time does not increase at sample {i + 1} "
+                f"({times[i]:.9g} s, then {times[i + 1]:.9g} s)."
+            )
+        if self.grid_rate is not None and not 0 < self.grid_rate < np.inf:
+            raise InputError(f"{where}: the rate must be positive, not {self.grid_rate} Hz.")
+        names = [channel.name for channel in channels]
+        if len(set(names)) != len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(f"{where} has two channels called '{twice}'; rename one.")
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Restore a pickled copy; arrays come out of a pickle writeable."""
+        self.__dict__.update(state)
+        self.times.flags.writeable = self.signals.flags.writeable = False
+
+    @cached_property
+    def id(self) -> str:
+        """32 hex digits of a SHA-256 over times, signals, channel names and units."""
+        digest = hashlib.sha256()
+        header = [[channel.name, channel.unit] for channel in self.channels]
+        digest.update(json.dumps(header).encode())
+        digest.update(self.times.astype("<f8", copy=False).data)
+        digest.update(self.signals.astype("<f8", copy=False).data)
+        return digest.hexdigest()[:32]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Demonstration) and self.id == other.id
+
+    def __hash__(self) -> int:
+        return hash(self.id)
+
+    @cached_property
+    def period(self) -> float:
+        """Median distance of neighbouring stamps, in seconds."""
+        return float(np.median(np.diff(self.times)))
+
+    @property
+    def rate(self) -> float:
+        """Samples a second of the uniform grid: as asked for, or 1 / :attr:`period`, in Hz."""
+        return self.grid_rate or 1.0 / self.period
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, in seconds."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """Time at which the last sample ends, one period after its stamp, in seconds."""
+        return float(self.times[-1]) + self.period
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds, the last sample's period included."""
+        return self.end - self.start
+
+    @cached_property
+    def gaps(self) -> tuple[tuple[float, float], ...]:
+        """Stretches ``(start, end)`` in seconds that hold no sample.
+
+        A gap opens one period after the last stamp before it and closes at the next stamp, where
+        two neighbouring stamps are more than :data:`GAP_PERIODS` periods apart.
+        """
+        before = np.flatnonzero(np.diff(self.times) > GAP_PERIODS * self.period)
+        return tuple((float(self.times[i]) + self.period, float(self.times[i + 1])) for i in before)

@@ -1,0 +1,183 @@
+"""Foreign formats: one file each, told apart by content."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Final, Protocol, cast
+
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.signatures import announced_kind, seems_to_be
+
+__all__ = ["HEAD_BYTES", "Format", "formats", "identify", "read"]
+
+#: Bytes of a file that are looked at to tell its format.
+HEAD_BYTES: Final = 64 * 1024
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One format that can be read.
+
+    Parameters
+    ----------
+    name : str
+        Its short name, unique.
+    description : str
+        What such files are, in a few words that may follow "can read".
+    suffixes : tuple of str
+        How such files are usually called, such as ``".csv"``; for file dialogs only.
+    module : str
+        The module that reads it, imported when it is needed.
+    starts : tuple of bytes
+        First bytes that make it worth importing the module; empty means any that do not announce
+        another kind of file.
+    """
+
+    name: str
+    description: str
+    suffixes: tuple[str, ...]
+    module: str
+    starts: tuple[bytes, ...] = ()
+
+
+class _Reader(Protocol):
+    """What the module of a format offers."""
+
+    def sniff(self, path: Path, head: bytes) -> bool:
+        """Whether the file, whose first bytes are `head`, is of this format."""
+
+    def read(self, path: Path, options: ReadOptions) -> list[Recording]:
+        """Read the whole file."""
+
+
+#: In the order in which they are tried. Tables come last because any text might be one.
+_FORMATS: Final = (
+    Format(
+        name="archive",
+        description="archives of forcelab projects",
+        suffixes=(".zip",),
+        module="forcelab.formats.archive",
+        starts=(b"PK",),
+    ),
+    Format(
+        name="pdl",
+        description="the paper's databases (*.pdl)",
+        suffixes=(".pdl",),
+        module="forcelab.formats.pdl",
+        starts=(b"\x80", b"]", b"}", b"(", b"c"),
+    ),
+    Format(
+        name="table",
+        description="tables as text (CSV, TSV, columns)",
+        suffixes=(".csv", ".tsv", ".txt", ".dat"),
+        module="forcelab.formats.tables",
+    ),
+)
+
+
+def formats() -> tuple[Format, ...]:
+    """The formats that can be read, without importing any of their modules."""
+    return _FORMATS
+
+
+def identify(path: str | os.PathLike[str]) -> Format:
+    """Tell a file's format by its content.
+
+    Parameters
+    ----------
+    path : path-like
+        An existing file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened or is of no format that can be read. The sentence says what
+        it seems to be and what can be read.
+    """
+    path = Path(path)
+    with _telling(path):
+        head = _head(path)
+        announced = announced_kind(head)
+        for known in _FORMATS:
+            worthwhile = head.startswith(known.starts) if known.starts else not announced
+            if worthwhile and _module(known).sniff(path, head):
+                return known
+        readable = "; ".join(known.description for known in _FORMATS)
+        raise InputError(f"'{path}' looks like {seems_to_be(head)}; what can be read: {readable}.")
+
+
+def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> list[Recording]:
+    """Read the recordings in a file of any format.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    options : ReadOptions, optional
+        How the file is to be understood where it does not say so itself.
+
+    Returns
+    -------
+    list of Recording
+        At least one, in the file's order.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read. The sentence is one line and names the file.
+    """
+    path = Path(path)
+    module = _module(identify(path))
+    with _telling(path):
+        recordings = module.read(path, options or ReadOptions())
+        if not recordings:
+            raise InputError(f"'{path}' holds no recording; there is nothing to import.")
+        return recordings
+
+
+def _head(path: Path) -> bytes:
+    """The first bytes of a regular file, at least one."""
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")
+    if not stat.S_ISREG(mode):
+        raise InputError(f"'{path}' is a device or pipe; save what it gives as a file first.")
+    with path.open("rb") as stream:
+        head = stream.read(HEAD_BYTES)
+    if not head:
+        raise InputError(f"'{path}' is empty (0 bytes); copy it again from where it is from.")
+    return head
+
+
+def _module(known: Format) -> _Reader:
+    """The module that reads a format."""
+    return cast(_Reader, import_module(known.module))
+
+
+@contextlib.contextmanager
+def _telling(path: Path) -> Iterator[None]:
+    """Turn what fails inside into one line that names the file."""
+    try:
+        yield
+    except InputError as error:
+        sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
+        raise InputError(_one_line(sentence)) from error
+    except FileNotFoundError as error:
+        sentence = f"'{path}' does not exist; check its spelling and folder."
+        raise InputError(_one_line(sentence)) from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        sentence = f"'{path}' cannot be read: {reason}; check its rights and its disk."
+        raise InputError(_one_line(sentence)) from error
+
+
+def _one_line(text: str) -> str:
+    """The text with escapes for whatever a terminal would not show as a character."""
+    return "".join(char if char.isprintable() else ascii(char)[1:-1] for char in text)

@@ -1,0 +1,251 @@
+"""Importing files into a project: all of them are read before anything is written."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from forcelab.errors import InputError
+from forcelab.formats import identify, read
+from forcelab.formats.labelfiles import lies_beside
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.jobs import finish
+from forcelab.project import Added, Project
+
+__all__ = ["ImportReport", "Imported", "Progress", "import_files", "importing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far an import is.
+
+    Parameters
+    ----------
+    done, total : int
+        Steps done, and steps in all: one for each file to read and one for writing the project.
+    text : str
+        What is done next, such as ``"reading JPen_sig.pdl"``.
+    """
+
+    done: int
+    total: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """What became of one demonstration.
+
+    Parameters
+    ----------
+    file : Path
+        Where it was read from.
+    added : Added
+        Its name in the project, and whether it is new, updated or unchanged.
+    """
+
+    file: Path
+    added: Added
+
+
+@dataclass(frozen=True, slots=True)
+class ImportReport:
+    """What an import did.
+
+    Parameters
+    ----------
+    demonstrations : tuple of Imported
+        In the order of the files and, within a file, in the file's order.
+    remarks : mapping of Path to tuple of str
+        For each file that gave cause: a sentence for each thing that was dropped, repaired or is
+        worth a look.
+    failures : mapping of Path to str
+        For each file that was left out: why, in one sentence. Empty unless files that fail were
+        to be left out.
+    """
+
+    demonstrations: tuple[Imported, ...] = ()
+    remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
+    failures: Mapping[Path, str] = field(default_factory=dict)
+
+    def count(self, status: str) -> int:
+        """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
+        return sum(one.added.status == status for one in self.demonstrations)
+
+
+def import_files(
+    project_path: str | os.PathLike[str],
+    files: Iterable[str | os.PathLike[str]],
+    options: ReadOptions | None = None,
+    *,
+    leave_out_failures: bool = False,
+) -> ImportReport:
+    """Import files at one go; see :func:`importing`."""
+    return finish(importing(project_path, files, options, leave_out_failures=leave_out_failures))
+
+
+def importing(
+    project_path: str | os.PathLike[str],
+    files: Iterable[str | os.PathLike[str]],
+    options: ReadOptions | None = None,
+    *,
+    leave_out_failures: bool = False,
+) -> Generator[Progress, None, ImportReport]:
+    """Read files of any format, then write what they hold into a project.
+
+    Nothing is written before every file has been read and validated. To stop iterating until then
+    cancels the import; the writing itself is one step.
+
+    Parameters
+    ----------
+    project_path : path-like
+        The project's folder; made if there is none.
+    files : iterable of path-like
+        The files. One that is named twice is read once, and a labels file that lies beside a
+        recording which is also named is read with that recording.
+    options : ReadOptions, optional
+        How the files are to be understood where they do not say so themselves.
+    leave_out_failures : bool
+        Import the other files where some cannot be read, and tell which in the report. By default
+        one bad file stops the import.
+
+    Yields
+    ------
+    Progress
+        Before each file is read, before the project is written, and at the end.
+
+    Returns
+    -------
+    ImportReport
+        What was added, with the remarks on each file.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read (and failures are not to be left out), if none can be, or if the
+        project cannot be written. A project that did not exist does not exist afterwards either.
+    """
+    paths = _without_companions(files)
+    if not paths:
+        raise InputError("There is no file to import; name at least one.")
+    total = len(paths) + 1
+    read_files: dict[Path, list[Recording]] = {}
+    failures: dict[Path, str] = {}
+    for done, path in enumerate(paths):
+        yield Progress(done, total, f"reading {path.name}")
+        try:
+            read_files[path] = _checked(path, read(path, options))
+        except InputError as error:
+            failures[path] = str(error)
+    if failures and not (leave_out_failures and read_files):
+        raise InputError(_refusal(failures, len(paths)))
+    yield Progress(len(paths), total, f"writing {Path(project_path).name}")
+    demonstrations = _write(Path(project_path), read_files)
+    yield Progress(total, total, "done")
+    return ImportReport(demonstrations, _remarks(read_files, demonstrations), failures)
+
+
+def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The files in order, each once, without labels files that another file brings along."""
+    paths = {Path(file).resolve(): Path(file) for file in reversed(list(files))}
+    beside = {labels.resolve() for path in paths.values() if (labels := _companion(path))}
+    return [path for key, path in reversed(paths.items()) if key not in beside]
+
+
+def _companion(path: Path) -> Path | None:
+    """The labels file that is read together with a table, if there is one."""
+    try:
+        return lies_beside(path) if identify(path).name == "table" else None
+    except (InputError, OSError):
+        return None  # what is wrong is told when the file is read
+
+
+def _refusal(failures: Mapping[Path, str], total: int) -> str:
+    """One sentence for an import that did not take place."""
+    first = next(iter(failures.values()))
+    if len(failures) == 1:
+        return first
+    return f"{len(failures)} of {total} files cannot be read, so none was imported; first: {first}"
+
+
+def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
+    """The recordings, once every name in them can be stored."""
+    for recording in recordings:
+        demonstration = recording.demonstration
+        texts = [demonstration.name, demonstration.task]
+        texts += [
+            text for channel in demonstration.channels for text in (channel.name, channel.unit)
+        ]
+        texts += [text for track in recording.tracks for text in (track.author, *track.actions)]
+        for text in texts:
+            if not text.isascii() and text.encode("utf-8", "ignore").decode() != text:
+                raise InputError(
+                    f"{str(path)!a}: the name {text!a} is not valid Unicode; rename the file or "
+                    f"what it names."
+                )
+    return recordings
+
+
+def _write(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[Imported, ...]:
+    """Add all demonstrations; a new project gets its name once it is complete."""
+    if project.exists() and not (project.is_dir() and not any(project.iterdir())):
+        return _write_into(project, read_files)
+    part = project.with_name(f".forcelab-{secrets.token_hex(8)}.part")
+    try:
+        with Project.create(part) as made:
+            demonstrations = tuple(_added(made, read_files))
+        if project.exists():
+            project.rmdir()
+        part.rename(project)
+    except InputError as error:
+        raise InputError(str(error).replace(str(part), str(project))) from error
+    except OSError as error:
+        raise InputError(
+            f"The project '{project}' cannot be made ({error.strerror or error}); nothing was "
+            f"imported."
+        ) from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return demonstrations
+
+
+def _write_into(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[Imported, ...]:
+    """Add all demonstrations to a project that is there."""
+    demonstrations: list[Imported] = []
+    try:
+        with Project.open(project) as opened:
+            demonstrations.extend(_added(opened, read_files))
+    except InputError as error:
+        if not demonstrations:
+            raise
+        total = sum(map(len, read_files.values()))
+        raise InputError(
+            f"{str(error).removesuffix('.')}; {len(demonstrations)} of {total} demonstrations were "
+            f"imported before, and importing the same files again brings the others."
+        ) from error
+    return tuple(demonstrations)
+
+
+def _added(project: Project, read_files: Mapping[Path, list[Recording]]) -> Iterator[Imported]:
+    """Add the demonstrations one after another."""
+    for file, recordings in read_files.items():
+        for recording in recordings:
+            added = project.add(recording.demonstration, recording.tracks, file.name)
+            yield Imported(file, added)
+
+
+def _remarks(
+    read_files: Mapping[Path, list[Recording]], demonstrations: Iterable[Imported]
+) -> dict[Path, tuple[str, ...]]:
+    """The remarks of the formats, then those of the project, by file."""
+    remarks = {
+        file: [remark for recording in recordings for remark in recording.remarks]
+        for file, recordings in read_files.items()
+    }
+    for one in demonstrations:
+        remarks[one.file] += one.added.remarks
+    return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}

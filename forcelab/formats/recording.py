@@ -1,0 +1,58 @@
+"""What every format reads: recordings, and the wishes they are read with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from forcelab.demonstration import Demonstration
+from forcelab.labels import Track
+
+__all__ = ["ReadOptions", "Recording"]
+
+
+@dataclass(frozen=True, slots=True)
+class ReadOptions:
+    """How a foreign file is to be understood where it does not say so itself.
+
+    Parameters
+    ----------
+    task : str
+        Task of the demonstrations read.
+    author : str
+        Author of the labels found in the file, where the file names none.
+    rate : float, optional
+        Samples a second: the stamps of a file that has none, the rate of the uniform grid for
+        features of one that has.
+    time : str, optional
+        Name or 1-based number of the column that holds the stamps; found by itself by default.
+    label : str, optional
+        Name or 1-based number of the column that holds the labels; found by itself by default.
+    strict : bool
+        Refuse what would otherwise be repaired and reported.
+    """
+
+    task: str = ""
+    author: str = "coder"
+    rate: float | None = None
+    time: str | None = None
+    label: str | None = None
+    strict: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A demonstration as read from a file, with the labels that came with it.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+        What was recorded.
+    tracks : tuple of Track
+        One per author; empty where the file holds no labels.
+    remarks : tuple of str
+        One sentence for each thing that was dropped, repaired or is worth a look.
+    """
+
+    demonstration: Demonstration
+    tracks: tuple[Track, ...] = ()
+    remarks: tuple[str, ...] = ()

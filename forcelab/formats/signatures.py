@@ -1,0 +1,81 @@
+"""What a file seems to be, by its first bytes; for saying so when it cannot be read."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["announced_kind", "seems_to_be"]
+
+#: First bytes and what they announce; the first match counts.
+_STARTS: Final[tuple[tuple[bytes, str], ...]] = (
+    (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"GIF89a", "a GIF picture"),
+    (b"%PDF-", "a PDF document"),
+    (b"SQLite format 3\x00", "an SQLite database"),
+    (b"#ROSBAG V", "a ROS 1 bag"),
+    (b"\x93NUMPY", "a NumPy array"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+    (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Excel or Word file"),
+    (b"\x1aE\xdf\xa3", "a Matroska or WebM video"),
+    (b"OggS", "an Ogg recording"),
+    (b"fLaC", "a FLAC recording"),
+    (b"\x1f\x8b", "a gzip file, which must be unpacked first"),
+    (b"BZh9", "a bzip2 file, which must be unpacked first"),
+    (b"\xfd7zXZ\x00", "an xz file, which must be unpacked first"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip file, which must be unpacked first"),
+    (b"\x28\xb5\x2f\xfd", "a Zstandard file, which must be unpacked first"),
+    (b"\x7fELF", "a program"),
+    (b"PK\x05\x06", "an empty zip file"),
+    (b"<?xml", "an XML document"),
+    (b"<!DOCTYPE html", "a web page"),
+    (b"<html", "a web page"),
+)
+
+#: Names that the first entries of a zip file of that kind have.
+_ZIPPED: Final[tuple[tuple[bytes, str], ...]] = (
+    (b"opendocument.spreadsheet", "a LibreOffice spreadsheet, which can be saved as CSV"),
+    (b"xl/", "an Excel workbook, which can be saved as CSV"),
+    (b"[Content_Types].xml", "an Office document, which can be saved as CSV"),
+    (b".npy", "a NumPy archive"),
+)
+
+
+def announced_kind(head: bytes) -> str:
+    """Name the kind of a file that announces itself in its first bytes.
+
+    Parameters
+    ----------
+    head : bytes
+        The start of the file; 4 KiB say all there is to say.
+
+    Returns
+    -------
+    str
+        With its article, such as ``"a PNG picture"``; empty for a kind that announces nothing.
+    """
+    for start, kind in _STARTS:
+        if head.startswith(start):
+            return kind
+    if head.startswith(b"PK\x03\x04"):
+        return next((kind for name, kind in _ZIPPED if name in head[:4096]), "a zip file")
+    if head.startswith(b"RIFF"):
+        return {b"WAVE": "a WAV recording", b"AVI ": "an AVI video"}.get(head[8:12], "a RIFF file")
+    return "an MP4 or QuickTime video" if head[4:8] == b"ftyp" else ""
+
+
+def seems_to_be(head: bytes) -> str:
+    """What a file is, as far as its first bytes tell; never empty.
+
+    Parameters
+    ----------
+    head : bytes
+        As for :func:`announced_kind`.
+    """
+    if kind := announced_kind(head):
+        return kind
+    if not head.strip(b"\x00"):
+        return "a file of zeros, as a failed copy leaves it"
+    printable = sum(byte >= 32 or byte in b"\t\n\r\f" for byte in head[:4096])
+    return "text" if printable == len(head[:4096]) else "unknown binary data"

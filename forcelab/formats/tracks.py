@@ -1,0 +1,99 @@
+"""Writing tracks: as CSV with every author, and as a label track for Audacity."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.formats.atomic import write_atomically
+from forcelab.labels import Track
+
+__all__ = ["to_audacity", "to_csv", "write_audacity", "write_csv"]
+
+#: The columns of the CSV, in this order.
+COLUMNS = ("start", "end", "action", "author")
+
+
+def to_csv(tracks: Iterable[Track]) -> str:
+    """The segments of all tracks as CSV (RFC 4180).
+
+    Parameters
+    ----------
+    tracks : iterable of Track
+        Of one demonstration. Tracks follow one another as given, segments in order of time.
+
+    Returns
+    -------
+    str
+        A header and one line a segment, ``start,end,action,author``; times in seconds with as
+        many digits as tell the float64 exactly.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(COLUMNS)
+    for track in tracks:
+        for segment in track.segments:
+            times = (repr(float(time)) for time in (segment.start, segment.end))
+            writer.writerow([*times, segment.action, track.author])
+    return text.getvalue()
+
+
+def to_audacity(track: Track) -> str:
+    """One track as an Audacity label track; such a file has no place for the author.
+
+    Parameters
+    ----------
+    track : Track
+        What to write.
+
+    Returns
+    -------
+    str
+        One line a segment, start and end in seconds and the action, separated by tabs; times
+        without an exponent, at least six decimals and as many as tell the float64 exactly.
+
+    Raises
+    ------
+    InputError
+        If an action holds a tab or a line break, which a label track cannot hold.
+    """
+    lines = []
+    for segment in track.segments:
+        if "\t" in segment.action or segment.action.splitlines() != [segment.action]:
+            raise InputError(
+                f"The action {segment.action!a} holds a tab or a line break, which an "
+                f"Audacity label track cannot hold; rename the action or write CSV."
+            )
+        start, end = (
+            np.format_float_positional(time, unique=True, min_digits=6)
+            for time in (segment.start, segment.end)
+        )
+        lines.append(f"{start}\t{end}\t{segment.action}\n")
+    return "".join(lines)
+
+
+def write_csv(path: str | os.PathLike[str], tracks: Iterable[Track]) -> None:
+    """Write :func:`to_csv` to a file in UTF-8, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written; what was there before is untouched.
+    """
+    write_atomically(path, to_csv(tracks).encode("utf-8"))
+
+
+def write_audacity(path: str | os.PathLike[str], track: Track) -> None:
+    """Write :func:`to_audacity` to a file in UTF-8, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If an action cannot be written, or the file; what was there before is untouched.
+    """
+    write_atomically(path, to_audacity(track).encode("utf-8"))

@@ -1,0 +1,146 @@
+"""Clusters over a signal: the same force, coloured by the cluster each way of seeing puts it in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QRectF, QSizeF
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from forcelab.errors import InputError
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis, draw_bottom, draw_left
+from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve
+from forcelab.gui.figures.tracks import Look, paint_track
+from forcelab.labels import from_codes
+
+__all__ = ["ClusterFigure", "cluster_figure"]
+
+MARGIN = 24.0
+LEFT = 72.0
+PLOT_WIDTH, PLOT_HEIGHT = 560.0, 76.0
+#: Height of the bar of clusters under each signal, and of the line that names the features.
+BAR = 13.0
+NAME_LINE = 22.0
+ROW = NAME_LINE + PLOT_HEIGHT + 6 + BAR + 18
+HEADING = 44.0
+AXIS_ROOM = 36.0
+
+
+@dataclass(frozen=True, eq=False)
+class ClusterFigure(Figure):
+    """One signal, drawn once for each clustering.
+
+    Parameters
+    ----------
+    title : str
+        At the top.
+    times : ndarray, shape (n,)
+        In seconds, strictly increasing, n >= 2.
+    signal : ndarray, shape (n,)
+        In `unit`.
+    rows : tuple of (str, ndarray of int), arrays of shape (n,)
+        What the features were, and the cluster of every sample from 0; at most as many clusters
+        as there are colours (4).
+    unit : str
+        Of the signal.
+    theme : Theme
+        Colours apart from the clusters'.
+
+    Raises
+    ------
+    InputError
+        If there is no row, the lengths disagree or there are more clusters than colours.
+    """
+
+    title: str
+    times: NDArray[np.float64]
+    signal: NDArray[np.float64]
+    rows: tuple[tuple[str, NDArray[np.int64]], ...]
+    unit: str = "N"
+    theme: Theme = LIGHT
+
+    def __post_init__(self) -> None:
+        n = len(self.times)
+        lengths = {len(self.signal), *(len(codes) for _, codes in self.rows)}
+        if n < 2 or lengths != {n} or not self.rows:
+            raise InputError(
+                f"Clusters need two or more samples, as many times as values and codes; there are "
+                f"{n} times and {len(self.rows)} rows of {sorted(lengths)} values."
+            )
+        for name, codes in self.rows:
+            if codes.min() < 0 or codes.max() >= len(CURVES):
+                raise InputError(f"'{name}' has clusters other than 0 .. {len(CURVES) - 1}.")
+
+    @property
+    def size(self) -> QSizeF:
+        """Width and height in pixels."""
+        height = MARGIN + HEADING + len(self.rows) * ROW - 8 + AXIS_ROOM + MARGIN
+        return QSizeF(LEFT + PLOT_WIDTH + MARGIN, height)
+
+    @property
+    def axis(self) -> Axis:
+        """The time axis, from seconds to pixels."""
+        return Axis(float(self.times[0]), float(self.times[-1]), LEFT, LEFT + PLOT_WIDTH)
+
+    def box(self, row: int) -> QRectF:
+        """Where the bar of clusters of a row lies, in pixels."""
+        top = MARGIN + HEADING + row * ROW + NAME_LINE + PLOT_HEIGHT + 6
+        return QRectF(LEFT, top, PLOT_WIDTH, BAR)
+
+    def paint(self, painter: QPainter) -> None:
+        """Draw a signal, its clusters and its name for each row, and the time axis."""
+        ink = QColor(self.theme.text)
+        heading = text.font(14, bold=True)
+        title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
+        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+        for row in range(len(self.rows)):
+            self._paint_row(painter, row)
+        bottom = self.box(len(self.rows) - 1).bottom() + 8
+        draw_bottom(painter, self.axis, bottom, "time (s)", self.theme)
+
+    def _paint_row(self, painter: QPainter, row: int) -> None:
+        """Draw one row."""
+        name, codes = self.rows[row]
+        bar = self.box(row)
+        bottom = bar.top() - 6
+        middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
+        shown = text.elided(name, text.font(bold=True), PLOT_WIDTH)
+        text.put(
+            painter, LEFT, middle, shown, face=text.font(bold=True), ink=QColor(self.theme.text)
+        )
+        low, high = float(self.signal.min()), float(self.signal.max())
+        # Room for the thick line, and something to divide by where the signal never changes.
+        rim = 0.06 * (high - low) or 1.0
+        up = Axis(low - rim, high + rim, bottom, bottom - PLOT_HEIGHT)
+        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
+        levels = [up.at(value) for value, _ in up.marks(10.0, upright=True)]
+        painter.drawLines([QLineF(LEFT, y, LEFT + PLOT_WIDTH, y) for y in levels])
+        draw_left(painter, up, LEFT, f"force ({self.unit})", self.theme)
+        edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+        for first, last in pairwise(edges):
+            # Up to the first sample of the next piece, so that the line has no gaps.
+            piece = slice(first, last + 1)
+            pen = curve_pen(QColor(CURVES[codes[first]]), 3.0)
+            paint_curve(painter, self.axis, up, self.times[piece], self.signal[piece], pen=pen)
+        numbers = [str(i) for i in range(1, len(CURVES) + 1)]
+        looks = {n: Look(int(n), QColor(CURVES[int(n) - 1])) for n in numbers}
+        segments = from_codes(codes, self.times, numbers)
+        paint_track(painter, bar, self.axis, segments, looks=looks, theme=self.theme)
+
+
+def cluster_figure() -> ClusterFigure:
+    """Draw four clusters over a force that rises and falls, for the paper's four features.
+
+    Only the complex Morlet's magnitude and phase together tell rising from falling.
+    """
+    # Here, because scikit-learn takes a second to load and only this figure needs it.
+    from forcelab.recognition.clusters import compare_wavelets, trapezoid
+
+    times, signal = trapezoid()
+    rows = tuple((found.title, found.codes) for found in compare_wavelets(signal))
+    return ClusterFigure("Four clusters over a force that rises and falls", times, signal, rows)

@@ -1,0 +1,48 @@
+"""One hue from light to dark, for shares and magnitudes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PySide6.QtGui import QColor
+
+__all__ = ["shade", "shades"]
+
+#: From nothing to all, evenly spaced. Lightness falls by about the same amount from stop to stop,
+#: so that equal differences look equal, in grey print too.
+STOPS = np.array(
+    [
+        [0xF6, 0xF8, 0xFB],
+        [0xC3, 0xD7, 0xEC],
+        [0x86, 0xB1, 0xDB],
+        [0x44, 0x88, 0xC2],
+        [0x1B, 0x5F, 0x9B],
+        [0x0A, 0x38, 0x69],
+    ],
+    dtype=np.float64,
+)
+
+
+def shades(shares: ArrayLike) -> NDArray[np.uint8]:
+    """Colours of shares.
+
+    Parameters
+    ----------
+    shares : array_like, shape (...)
+        0 is the lightest, 1 the darkest; what lies outside is drawn as the nearer of the two.
+
+    Returns
+    -------
+    ndarray of uint8, shape (..., 3)
+        Red, green and blue.
+    """
+    shares = np.asarray(shares, dtype=np.float64)
+    at = np.linspace(0.0, 1.0, len(STOPS))
+    channels = [np.interp(shares, at, STOPS[:, c]) for c in range(3)]
+    return np.round(np.stack(channels, axis=-1)).astype(np.uint8)
+
+
+def shade(share: float) -> QColor:
+    """The colour of one share (see :func:`shades`)."""
+    red, green, blue = (int(value) for value in shades(share))
+    return QColor(red, green, blue)

@@ -1,0 +1,169 @@
+"""Text in figures: fonts, measuring, eliding and placing.
+
+Text is drawn at a size in pixels without hinting, so that its width is the same on screen, in
+SVG, in PDF and in PNG. Every width is measured, never guessed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from functools import cache
+
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QFontInfo,
+    QFontMetricsF,
+    QGuiApplication,
+    QPainter,
+)
+
+from forcelab.errors import InputError
+
+__all__ = ["elided", "font", "ink_on", "put", "put_upwards", "ready", "shown", "widest", "width"]
+
+#: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
+#: the others, text gets narrower and still fits.
+FAMILIES = ("DejaVu Sans", "Verdana", "Arial", "sans-serif")
+
+
+def ready() -> QGuiApplication:
+    """Make sure that Qt can draw text, without a display if there is none.
+
+    Returns
+    -------
+    QGuiApplication
+        The one that runs, or a new one. Keep it as long as anything is drawn.
+
+    Raises
+    ------
+    InputError
+        If the system has no font at all.
+    """
+    application = QGuiApplication.instance()
+    if not isinstance(application, QGuiApplication):
+        shown_somewhere = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        if sys.platform.startswith("linux") and not shown_somewhere:
+            os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        application = _application()
+    # QFontDatabase.families() lists generic names even where no font stands behind them.
+    if not QFontInfo(QFont(list(FAMILIES))).family():
+        raise InputError(
+            "Figures cannot be drawn because the system has no font; install one, such as the "
+            "Debian package fonts-dejavu-core."
+        )
+    return application
+
+
+@cache
+def _application() -> QGuiApplication:
+    """The application for figures drawn outside the window; kept alive by the cache."""
+    return QGuiApplication(["forcelab"])
+
+
+@cache
+def font(size: float = 11.0, *, bold: bool = False) -> QFont:
+    """The figures' font at `size` pixels. Shared: not to be changed.
+
+    Raises
+    ------
+    InputError
+        If the system has no font at all.
+    """
+    ready()
+    face = QFont(list(FAMILIES))
+    face.setPixelSize(round(size))
+    face.setBold(bold)
+    face.setHintingPreference(QFont.HintingPreference.PreferNoHinting)
+    return face
+
+
+def shown(text: str) -> str:
+    """The text on one line, without characters that cannot be printed or stored in XML."""
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def width(text: str, face: QFont) -> float:
+    """Advance of a line of text, in pixels."""
+    return QFontMetricsF(face).horizontalAdvance(text)
+
+
+def widest(texts: Iterable[str], face: QFont) -> float:
+    """Advance of the longest of some lines in pixels; 0 for none."""
+    metrics = QFontMetricsF(face)
+    return max((metrics.horizontalAdvance(text) for text in texts), default=0.0)
+
+
+def elided(text: str, face: QFont, room: float, *, middle: bool = False) -> str:
+    """The text cut to `room` pixels, with a sign where something was left out.
+
+    `middle` cuts in the middle: names such as ``stylus 07`` differ at their end.
+    """
+    where = Qt.TextElideMode.ElideMiddle if middle else Qt.TextElideMode.ElideRight
+    return QFontMetricsF(face).elidedText(shown(text), where, room)
+
+
+def put(
+    painter: QPainter,
+    x: float,
+    y: float,
+    line: str,
+    *,
+    face: QFont,
+    ink: QColor,
+    align: float = 0.0,
+) -> None:
+    """Draw one line of text with the middle of its capital letters at height `y`.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to draw.
+    x, y : float
+        In pixels. `x` is the left end of the text, its middle or its right end, as of `align`.
+    line : str
+        The text.
+    face : QFont
+        As of :func:`font`.
+    ink : QColor
+        The text's colour.
+    align : float
+        0 left, 0.5 centred, 1 right.
+    """
+    metrics = QFontMetricsF(face)
+    painter.setFont(face)
+    painter.setPen(ink)
+    left = x - align * metrics.horizontalAdvance(line)
+    painter.drawText(QPointF(left, y + metrics.capHeight() / 2), line)
+
+
+def put_upwards(
+    painter: QPainter,
+    x: float,
+    y: float,
+    line: str,
+    *,
+    face: QFont,
+    ink: QColor,
+    align: float = 0.0,
+) -> None:
+    """Draw one line of text that reads upwards, centred on `x`; it starts at `y` (see `put`)."""
+    painter.save()
+    painter.translate(x, y)
+    painter.rotate(-90)
+    put(painter, 0.0, 0.0, line, face=face, ink=ink, align=align)
+    painter.restore()
+
+
+def ink_on(ground: QColor) -> QColor:
+    """Black or white, whichever has the higher contrast on `ground` (WCAG 2.2, section 1.4.3)."""
+    linear = [
+        c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
+        for c in (ground.redF(), ground.greenF(), ground.blueF())
+    ]
+    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    on_white, on_black = 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05
+    return QColor("white" if on_white > on_black else "black")

@@ -1,0 +1,179 @@
+"""One track as a bar: coloured segments with textures and numbers, white where unlabelled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QLineF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.canvas import Theme
+from forcelab.labels import Segment
+
+__all__ = ["Look", "paint_look", "paint_track"]
+
+#: Segments narrower than this many pixels are drawn so wide, above their neighbours.
+NARROWEST = 1.0
+#: Touching segments narrower than this have no line between them: it would cover them.
+SEPARATED = 3.0
+#: Height of the numbers inside segments, and what is left free on either side, in pixels.
+NUMBER = 9.0
+PADDING = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How an action is drawn: its number in the legend, its colour and its texture."""
+
+    number: int
+    colour: QColor
+    texture: int = 0
+
+
+def paint_look(painter: QPainter, box: QRectF, look: Look) -> None:
+    """Fill a box with an action's colour and texture, and its number where there is room."""
+    painter.fillRect(box, look.colour)
+    _hatch(painter, [box], look)
+    _number(painter, box, look)
+
+
+def paint_track(
+    painter: QPainter,
+    box: QRectF,
+    axis: Axis,
+    segments: Sequence[Segment],
+    *,
+    looks: Mapping[str, Look],
+    theme: Theme,
+) -> None:
+    """Draw one author's segments.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to draw.
+    box : QRectF
+        From the start to the end of the demonstration; nothing is drawn outside.
+    axis : Axis
+        From seconds to pixels.
+    segments : sequence of Segment
+        In order, never overlapping.
+    looks : mapping of str to Look
+        One for each action.
+    theme : Theme
+        Colours of unlabelled time, frames and lines.
+    """
+    painter.fillRect(box, QColor(theme.unlabelled))
+    wide: dict[str, list[QRectF]] = {}
+    narrow: dict[str, list[QRectF]] = {}
+    cuts = []
+    touched = (-math.inf, 0.0)  # where the segment before ends, and how wide it is
+    for segment in segments:
+        left = max(axis.at(segment.start), box.left())
+        right = min(axis.at(segment.end), box.right())
+        if right <= left:
+            continue
+        if right - left < NARROWEST:
+            spot = min(max((left + right - NARROWEST) / 2, box.left()), box.right() - NARROWEST)
+            bar = QRectF(spot, box.top(), NARROWEST, box.height())
+            narrow.setdefault(segment.action, []).append(bar)
+        else:
+            bar = QRectF(left, box.top(), right - left, box.height())
+            wide.setdefault(segment.action, []).append(bar)
+        if left - touched[0] < 0.01 and min(touched[1], right - left) >= SEPARATED:
+            cuts.append(QLineF(left, box.top(), left, box.bottom()))
+        touched = (right, right - left)
+    for action, bars in wide.items():
+        _fill(painter, bars, looks[action].colour)
+        _hatch(painter, bars, looks[action])
+    painter.setPen(_line(QColor(theme.text), 0.8))
+    painter.drawLines(cuts)
+    # The rarest last: where narrow segments crowd, it is the one that must not be lost.
+    for action, bars in sorted(narrow.items(), key=lambda item: -len(item[1])):
+        _fill(painter, bars, looks[action].colour)
+    for action, bars in wide.items():
+        for bar in bars:
+            _number(painter, bar, looks[action])
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(_line(QColor(theme.frame), 0.6))
+    painter.drawRect(box)
+
+
+def _line(colour: QColor, thickness: float) -> QPen:
+    """A pen whose lines end where they end."""
+    pen = QPen(colour, thickness)
+    pen.setCapStyle(Qt.PenCapStyle.FlatCap)
+    pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+    return pen
+
+
+def _fill(painter: QPainter, bars: Sequence[QRectF], colour: QColor) -> None:
+    """Fill many bars in one call; a path of them takes three times as long."""
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    painter.drawRects(bars)
+
+
+def _hatch(painter: QPainter, bars: Sequence[QRectF], look: Look) -> None:
+    """Draw an action's texture as lines, which look the same in every format."""
+    lines = [line for bar in bars for line in _hatching(bar, look.texture)]
+    if not lines:
+        return
+    ink = text.ink_on(look.colour)
+    halfway = QColor(
+        (look.colour.red() + ink.red()) // 2,
+        (look.colour.green() + ink.green()) // 2,
+        (look.colour.blue() + ink.blue()) // 2,
+    )
+    painter.setPen(_line(halfway, 1.2))
+    painter.drawLines(lines)
+
+
+def _hatching(bar: QRectF, texture: int) -> Iterator[QLineF]:
+    """The lines of a texture inside a bar: rising, falling, crossed, upright; then further apart.
+
+    Lines keep their place on the page whatever the bar, so that neighbours of one action match.
+    """
+    if texture == 0:
+        return
+    kind, loose = (texture - 1) % 4, (texture - 1) // 4
+    gap = 5.0 + 3.0 * loose
+    left, right, top, bottom = bar.left(), bar.right(), bar.top(), bar.bottom()
+    if kind in (0, 2):
+        for c in _multiples(gap * math.sqrt(2), left + top, right + bottom):
+            low, high = max(top, c - right), min(bottom, c - left)
+            yield QLineF(c - low, low, c - high, high)
+    if kind in (1, 2):
+        for c in _multiples(gap * math.sqrt(2), left - bottom, right - top):
+            low, high = max(top, left - c), min(bottom, right - c)
+            yield QLineF(c + low, low, c + high, high)
+    if kind == 3:
+        for c in _multiples(gap, left, right):
+            yield QLineF(c, top, c, bottom)
+
+
+def _multiples(step: float, low: float, high: float) -> Iterator[float]:
+    """The multiples of `step` strictly between two numbers."""
+    for i in range(math.floor(low / step) + 1, math.ceil(high / step)):
+        yield i * step
+
+
+def _number(painter: QPainter, bar: QRectF, look: Look) -> None:
+    """Draw an action's number in the middle of a bar that is wide enough for it."""
+    face = text.font(NUMBER)
+    label = str(look.number)
+    needed = text.width(label, face) + 2 * PADDING
+    if bar.width() < needed:
+        return
+    centre = bar.center()
+    if look.texture:
+        plate = QRectF(0, 0, needed - PADDING, bar.height())
+        plate.moveCenter(centre)
+        painter.fillRect(plate, look.colour)
+    text.put(
+        painter, centre.x(), centre.y(), label, face=face, ink=text.ink_on(look.colour), align=0.5
+    )

@@ -1,0 +1,273 @@
+"""Wavelets and what they see: psi at several p above the magnitudes of a test signal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QRectF, QSizeF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+
+from forcelab.errors import InputError
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
+from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve, paint_names
+from forcelab.gui.figures.shades import shades
+from forcelab.signals.cwt import cwt, frequencies
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["WaveletFigure", "WaveletView", "view_wavelets", "wavelet_figure"]
+
+MARGIN = 24.0
+LEFT = 76.0
+COLUMN, APART = 230.0, 36.0
+HEADING = 64.0
+WAVELET_HEIGHT, SIGNAL_HEIGHT, MAGNITUDE_HEIGHT = 130.0, 44.0, 190.0
+NAME_LINE = 24.0
+AXIS_ROOM = 36.0
+#: Pixels of a picture of magnitudes for each pixel of the figure.
+FINENESS = 2
+KEY = "Magnitudes: from none (light) to the largest of each wavelet (dark)."
+
+
+@dataclass(frozen=True, eq=False)
+class WaveletView:
+    """One wavelet, and the magnitudes it gives.
+
+    Parameters
+    ----------
+    title : str
+        Such as ``"p = 5"``.
+    t : ndarray, shape (m,)
+        Times in units of the scale, increasing.
+    psi : ndarray of complex, shape (m,)
+        The wavelet at `t`.
+    hertz : ndarray, shape (k,)
+        Frequencies of the rows of `magnitudes`, positive, increasing, k >= 2.
+    magnitudes : ndarray, shape (k, n)
+        Of the test signal; drawn as shares of the largest.
+    """
+
+    title: str
+    t: NDArray[np.float64]
+    psi: NDArray[np.complex128]
+    hertz: NDArray[np.float64]
+    magnitudes: NDArray[np.float64]
+
+
+def view_wavelets(
+    ps: Sequence[float], signal: NDArray[np.float64], rate: float, low: float, high: float
+) -> tuple[WaveletView, ...]:
+    """Compute what :class:`WaveletFigure` draws, for Morlet wavelets of several p.
+
+    Parameters
+    ----------
+    ps : sequence of float
+        Each wavelet's p.
+    signal : ndarray, shape (n,)
+        The test signal at a uniform rate.
+    rate : float
+        Samples a second.
+    low, high : float
+        Frequencies in Hz from which to which magnitudes are computed, ``0 < low < high``.
+
+    Notes
+    -----
+    Magnitudes are divided by the square root of the scale, so that sines of one amplitude look
+    equally strong whatever their frequency.
+    """
+    t = np.linspace(-4.0, 4.0, 801)
+    hertz = np.geomspace(low, high, 121)
+    views = []
+    for p in ps:
+        wavelet = Morlet(p)
+        scales = frequencies(hertz, rate, wavelet)  # its own inverse
+        magnitudes = np.abs(cwt(signal, scales, wavelet)) / np.sqrt(scales)[:, np.newaxis]
+        views.append(WaveletView(f"p = {p:g}", t, wavelet.time(t), hertz, magnitudes))
+    return tuple(views)
+
+
+@dataclass(frozen=True, eq=False)
+class WaveletFigure(Figure):
+    """Wavelets side by side, each above the magnitudes of the same test signal.
+
+    Parameters
+    ----------
+    title : str
+        At the top.
+    views : tuple of WaveletView
+        At least one; with the same `t` and `hertz` ranges.
+    times : ndarray, shape (n,)
+        Of the test signal, in seconds, increasing, n >= 2.
+    signal : ndarray, shape (n,)
+        The test signal.
+    tones : tuple of float
+        Frequencies in Hz that the signal holds; marked beside the magnitudes.
+    theme : Theme
+        Colours apart from the curves'.
+
+    Raises
+    ------
+    InputError
+        If there is no wavelet or the lengths disagree.
+    """
+
+    title: str
+    views: tuple[WaveletView, ...]
+    times: NDArray[np.float64]
+    signal: NDArray[np.float64]
+    tones: tuple[float, ...] = ()
+    theme: Theme = LIGHT
+
+    def __post_init__(self) -> None:
+        n = len(self.times)
+        if not self.views or n < 2 or len(self.signal) != n:
+            raise InputError(
+                f"A wavelet figure needs a wavelet and a signal of two or more samples; there are "
+                f"{len(self.views)} wavelets, {n} times and {len(self.signal)} values."
+            )
+        for view in self.views:
+            if len(view.t) != len(view.psi) or view.magnitudes.shape != (len(view.hertz), n):
+                raise InputError(f"The arrays of '{view.title}' do not fit each other.")
+
+    @property
+    def size(self) -> QSizeF:
+        """Width and height in pixels."""
+        tone_room = text.widest(self._tone_names, text.font(10)) + 8 if self.tones else 0.0
+        columns = len(self.views)
+        width = LEFT + columns * COLUMN + (columns - 1) * APART + tone_room + MARGIN
+        width = max(width, 2 * MARGIN + text.width(KEY, text.font(10)))
+        return QSizeF(width, self.box(0).bottom() + AXIS_ROOM + MARGIN)
+
+    def box(self, column: int) -> QRectF:
+        """Where the magnitudes of a wavelet lie, in pixels."""
+        top = MARGIN + HEADING + NAME_LINE + WAVELET_HEIGHT + AXIS_ROOM + 24 + SIGNAL_HEIGHT + 8
+        return QRectF(LEFT + column * (COLUMN + APART), top, COLUMN, MAGNITUDE_HEIGHT)
+
+    def paint(self, painter: QPainter) -> None:
+        """Draw title, wavelets, signal and magnitudes."""
+        heading = text.font(14, bold=True)
+        title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
+        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=QColor(self.theme.text))
+        real, imaginary, envelope = self._pens
+        names = (("real part", real), ("imaginary part", imaginary), ("envelope", envelope))
+        paint_names(painter, MARGIN, MARGIN + 28, names, self.theme)
+        muted = QColor(self.theme.muted)
+        text.put(painter, MARGIN, MARGIN + 47, KEY, face=text.font(10), ink=muted)
+        for column in range(len(self.views)):
+            self._paint_wavelet(painter, column)
+            self._paint_signal(painter, column)
+            self._paint_magnitudes(painter, column)
+
+    @property
+    def _pens(self) -> tuple[QPen, QPen, QPen]:
+        """Of real part, imaginary part and envelope."""
+        envelope = curve_pen(QColor(self.theme.muted), 1.0)
+        return curve_pen(QColor(CURVES[0]), 1.6), curve_pen(QColor(CURVES[1]), 1.6), envelope
+
+    @property
+    def _tone_names(self) -> tuple[str, ...]:
+        """What stands beside the marks of the signal's frequencies."""
+        return tuple(f"{tone:g} Hz" for tone in self.tones)
+
+    def _paint_wavelet(self, painter: QPainter, column: int) -> None:
+        """Draw one wavelet over time."""
+        view, box = self.views[column], self.box(column)
+        top = MARGIN + HEADING + NAME_LINE
+        bottom = top + WAVELET_HEIGHT
+        face = text.font(bold=True)
+        name = text.elided(view.title, face, COLUMN)
+        ink = QColor(self.theme.text)
+        text.put(
+            painter, box.center().x(), top - NAME_LINE / 2 - 2, name, face=face, ink=ink, align=0.5
+        )
+        across = Axis(float(view.t[0]), float(view.t[-1]), box.left(), box.right())
+        most = 1.08 * max(float(np.abs(other.psi).max()) for other in self.views) or 1.0
+        up = Axis(-most, most, bottom, top)
+        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
+        painter.drawLine(QLineF(box.left(), up.at(0.0), box.right(), up.at(0.0)))
+        real, imaginary, envelope = self._pens
+        size = np.abs(view.psi)
+        paint_curve(painter, across, up, view.t, size, pen=envelope)
+        paint_curve(painter, across, up, view.t, -size, pen=envelope)
+        paint_curve(painter, across, up, view.t, view.psi.imag, pen=imaginary)
+        paint_curve(painter, across, up, view.t, view.psi.real, pen=real)
+        draw_bottom(painter, across, bottom, "time / scale", self.theme)
+        draw_left(painter, up, box.left(), "wavelet", self.theme, numbers=column == 0)
+
+    def _paint_signal(self, painter: QPainter, column: int) -> None:
+        """Draw the test signal above its magnitudes."""
+        box = self.box(column)
+        bottom = box.top() - 8
+        low, high = float(self.signal.min()), float(self.signal.max())
+        rim = 0.05 * (high - low) or 1.0
+        up = Axis(low - rim, high + rim, bottom, bottom - SIGNAL_HEIGHT)
+        pen = curve_pen(QColor(self.theme.text), 0.8)
+        paint_curve(painter, self._time_axis(column), up, self.times, self.signal, pen=pen)
+        if column == 0:
+            muted, face = QColor(self.theme.muted), text.font(10)
+            text.put(
+                painter,
+                LEFT - 8,
+                bottom - SIGNAL_HEIGHT / 2,
+                "signal",
+                face=face,
+                ink=muted,
+                align=1.0,
+            )
+
+    def _paint_magnitudes(self, painter: QPainter, column: int) -> None:
+        """Draw the magnitudes as a picture, the highest frequency at the top."""
+        view, box = self.views[column], self.box(column)
+        up = LogAxis(float(view.hertz[0]), float(view.hertz[-1]), box.bottom(), box.top())
+        painter.drawImage(box, _picture(view, self.times, box))
+        dots = QPen(QColor(self.theme.muted), 0.8)
+        dots.setStyle(Qt.PenStyle.DotLine)
+        painter.setPen(dots)
+        levels = [up.at(tone) for tone in self.tones]
+        painter.drawLines([QLineF(box.left(), y, box.right(), y) for y in levels])
+        if column == len(self.views) - 1:
+            for y, name in zip(levels, self._tone_names, strict=True):
+                ink = QColor(self.theme.muted)
+                text.put(painter, box.right() + 8, y, name, face=text.font(10), ink=ink)
+        draw_bottom(painter, self._time_axis(column), box.bottom(), "time (s)", self.theme)
+        draw_left(painter, up, box.left(), "frequency (Hz)", self.theme, numbers=column == 0)
+
+    def _time_axis(self, column: int) -> Axis:
+        """Seconds to pixels under one wavelet."""
+        box = self.box(column)
+        return Axis(float(self.times[0]), float(self.times[-1]), box.left(), box.right())
+
+
+def wavelet_figure(ps: Sequence[float] = (3.0, 5.0, 10.0, 20.0)) -> WaveletFigure:
+    """Draw Morlet wavelets of several p, and what they see in two tones that overlap in time.
+
+    A tone of 10 Hz from 1 s to 3 s and one of 16 Hz from 2 s to 4 s: a small p tells best when
+    they begin and end, a large p how high they are.
+    """
+    rate, tones = 200.0, (10.0, 16.0)
+    times = np.arange(0.0, 5.0, 1 / rate)
+    low, high = (np.sin(2 * np.pi * tone * times) for tone in tones)
+    signal = low * ((times >= 1) & (times < 3)) + high * ((times >= 2) & (times < 4))
+    views = view_wavelets(ps, signal, rate, 4.0, 40.0)
+    title = "Morlet wavelets: the larger p, the finer in frequency and the coarser in time"
+    return WaveletFigure(title, views, times, signal, tones)
+
+
+def _picture(view: WaveletView, times: NDArray[np.float64], box: QRectF) -> QImage:
+    """Magnitudes at the pixels of a box.
+
+    Interpolated here and not by the painter, as viewers of PDF and SVG do not agree on how.
+    """
+    wide, high = round(box.width() * FINENESS), round(box.height() * FINENESS)
+    logs = np.log(view.hertz)
+    rows = np.linspace(logs[-1], logs[0], high)
+    columns = np.linspace(times[0], times[-1], wide)
+    across = np.stack([np.interp(columns, times, row) for row in view.magnitudes])
+    grid = np.stack([np.interp(rows, logs, column) for column in across.T], axis=1)
+    colours = np.ascontiguousarray(shades(grid / (grid.max() or 1.0)))
+    # A copy, because QImage does not keep the array's memory alive.
+    return QImage(colours.data, wide, high, 3 * wide, QImage.Format.Format_RGB888).copy()

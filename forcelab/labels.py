@@ -1,0 +1,195 @@
+"""Segments and tracks: who saw which action when.
+
+A segment is ``[start, end)`` in seconds. A track holds one author's segments over one
+demonstration, in order and never overlapping. Time that no segment covers is unlabelled.
+The verbs that paint on tracks are in :mod:`forcelab.painting`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.runs import runs, sample_ends
+
+__all__ = ["UNLABELLED", "Segment", "Segments", "Track", "from_codes", "ordered", "to_codes"]
+
+#: The code of a sample that no segment covers, in dense arrays.
+UNLABELLED = -1
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Segment:
+    """One action over ``[start, end)``.
+
+    Parameters
+    ----------
+    start, end : float
+        Seconds from the start of the force recording, finite, ``start < end``.
+    action : str
+        The label's name, such as ``"grab"``; not empty.
+
+    Raises
+    ------
+    InputError
+        If the segment is empty, runs backwards or names no action.
+    """
+
+    start: float
+    end: float
+    action: str
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
+            raise InputError(
+                f"A segment must end after it starts; '{self.action}' goes from {self.start} s "
+                f"to {self.end} s."
+            )
+        if not self.action:
+            raise InputError(
+                f"The segment at {self.start:g} s names no action; leave unlabelled time empty."
+            )
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.end - self.start
+
+    def covers(self, time: float) -> bool:
+        """Whether `time` (s) lies in ``[start, end)``."""
+        return self.start <= time < self.end
+
+
+#: What a track holds and the painting verbs take and give: in order, never overlapping.
+Segments = tuple[Segment, ...]
+
+
+def ordered(segments: Iterable[Segment]) -> Segments:
+    """Sort segments by time and make sure that none overlaps.
+
+    Raises
+    ------
+    InputError
+        If two segments overlap.
+    """
+    result = tuple(sorted(segments))
+    for left, right in pairwise(result):
+        if right.start < left.end:
+            raise InputError(
+                f"Segments of one author overlap: '{left.action}' ends at {left.end:g} s and "
+                f"'{right.action}' starts at {right.start:g} s."
+            )
+    return result
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """One author's segments over one demonstration.
+
+    Parameters
+    ----------
+    author : str
+        The coder or the model run that made the segments; not empty.
+    segments : iterable of Segment
+        In any order; stored sorted.
+
+    Raises
+    ------
+    InputError
+        If segments overlap or the author is unknown.
+    """
+
+    author: str
+    segments: Segments = ()
+
+    def __post_init__(self) -> None:
+        if not self.author.strip():
+            raise InputError("A track needs an author.")
+        object.__setattr__(self, "segments", ordered(self.segments))
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The actions in the order of their first occurrence."""
+        return tuple(dict.fromkeys(segment.action for segment in self.segments))
+
+    @property
+    def labelled(self) -> float:
+        """Seconds covered by a segment."""
+        return math.fsum(segment.duration for segment in self.segments)
+
+
+def to_codes(
+    segments: Sequence[Segment], times: NDArray[np.float64], actions: Sequence[str]
+) -> NDArray[np.int64]:
+    """Look up the action of every sample.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+        In order, never overlapping.
+    times : ndarray, shape (n,)
+        Times of the samples in seconds, increasing.
+    actions : sequence of str
+        The action with code ``i`` is ``actions[i]``.
+
+    Returns
+    -------
+    ndarray of int64, shape (n,)
+        Codes; :data:`UNLABELLED` where no segment covers the sample's time.
+
+    Raises
+    ------
+    InputError
+        If a segment's action is not among `actions`.
+    """
+    number = {action: code for code, action in enumerate(actions)}
+    codes = np.full(len(times), UNLABELLED, dtype=np.int64)
+    firsts = np.searchsorted(times, [segment.start for segment in segments])
+    lasts = np.searchsorted(times, [segment.end for segment in segments])
+    for segment, first, last in zip(segments, firsts, lasts, strict=True):
+        if segment.action not in number:
+            raise InputError(
+                f"The action '{segment.action}' at {segment.start:g} s is not among "
+                f"{', '.join(actions) or 'no actions'}."
+            )
+        codes[first:last] = number[segment.action]
+    return codes
+
+
+def from_codes(
+    codes: NDArray[np.integer], times: NDArray[np.float64], actions: Sequence[str]
+) -> Segments:
+    """Gather runs of equal codes into segments; the inverse of :func:`to_codes`.
+
+    Runs end by the rule of :mod:`forcelab.runs`: a gap in the stamps splits a segment that goes
+    across it.
+
+    Parameters
+    ----------
+    codes : ndarray of int, shape (n,)
+        Codes as of :func:`to_codes`; every negative code means unlabelled.
+    times : ndarray, shape (n,)
+        Times of the samples in seconds, strictly increasing.
+    actions : sequence of str
+        The action with code ``i`` is ``actions[i]``.
+
+    Returns
+    -------
+    tuple of Segment
+        ``to_codes(from_codes(codes, ...), ...)`` equals `codes`, always. The other way round is
+        exact for segments whose edges lie on samples, that cross no gap, and whose touching
+        neighbours differ.
+    """
+    found = runs(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
+    return tuple(
+        Segment(start, end, actions[code])
+        for code, start, end in zip(
+            found.codes.tolist(), found.starts.tolist(), found.ends.tolist(), strict=True
+        )
+    )

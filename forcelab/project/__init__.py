@@ -1,0 +1,13 @@
+"""The project: one folder, one SQLite store, and every edit ever made."""
+
+from forcelab.project.records import (
+    Added,
+    Author,
+    DemonstrationInfo,
+    Edit,
+    Recogniser,
+    Run,
+)
+from forcelab.project.store import Project
+
+__all__ = ["Added", "Author", "DemonstrationInfo", "Edit", "Project", "Recogniser", "Run"]

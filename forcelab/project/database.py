@@ -1,0 +1,199 @@
+"""The SQLite file: opened safely, every failure told in one sentence."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from forcelab.errors import InputError
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
+
+__all__ = ["FILE", "Database", "Value"]
+
+#: Name of the SQLite file inside the project's folder.
+FILE = "project.sqlite"
+
+#: What a column holds.
+Value = str | int | float | None
+
+_SETTINGS = (
+    "PRAGMA synchronous = FULL",  # with WAL: one fsync a commit, and a commit survives a power cut
+    "PRAGMA foreign_keys = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+)
+
+
+class Database:
+    """One connection to a project's SQLite file, for the thread that made it.
+
+    Parameters
+    ----------
+    folder : Path
+        The project's folder.
+    timeout : float
+        Seconds to wait for another process that is writing.
+
+    Attributes
+    ----------
+    on_rollback : callable
+        Called after a transaction came to nothing, to drop what was remembered from it.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no project, a damaged one or one of a newer version. Nothing is
+        written then.
+    """
+
+    def __init__(self, folder: Path, timeout: float) -> None:
+        self.folder = folder
+        self.on_rollback: Callable[[], None] = lambda: None
+        self._timeout = timeout
+        _probe(folder)
+        self._connection = self._connect("rw")
+        try:
+            with _told(folder, timeout):
+                migrate(self._connection, str(folder))
+        except BaseException:
+            self._connection.close()
+            raise
+
+    @staticmethod
+    def create(folder: Path) -> None:
+        """Make the file in an empty folder, without tables yet."""
+        with _told(folder, 0):
+            new = sqlite3.connect(folder / FILE, isolation_level=None)
+            with contextlib.closing(new):
+                new.execute("PRAGMA journal_mode = WAL")
+                new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._connection.close()
+
+    def execute(self, sql: str, *values: Value) -> sqlite3.Cursor:
+        """Carry out one statement."""
+        with _told(self.folder, self._timeout):
+            return self._connection.execute(sql, values)
+
+    def all(self, sql: str, *values: Value) -> list[sqlite3.Row]:
+        """All rows of a query."""
+        with _told(self.folder, self._timeout):
+            return self._connection.execute(sql, values).fetchall()
+
+    def one(self, sql: str, *values: Value) -> sqlite3.Row | None:
+        """The first row of a query, if there is one."""
+        rows = self.all(sql, *values)
+        return rows[0] if rows else None
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """A transaction that alone may write: all of it is committed at the end, or nothing."""
+        with self._transaction("BEGIN IMMEDIATE"):
+            yield
+
+    @contextlib.contextmanager
+    def reading(self) -> Iterator[None]:
+        """A transaction in which the project stands still, whatever others commit."""
+        with self._transaction("BEGIN"):
+            yield
+
+    @contextlib.contextmanager
+    def _transaction(self, begin: str) -> Iterator[None]:
+        """Begin, then commit or roll back."""
+        self.execute(begin)
+        try:
+            yield
+            self.execute("COMMIT")
+        except BaseException:
+            # Where it could not write, SQLite has rolled back by itself.
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
+            self.on_rollback()
+            raise
+
+    def _connect(self, mode: str) -> sqlite3.Connection:
+        """Connect to the file without ever making one."""
+        with _told(self.folder, self._timeout):
+            uri = (self.folder / FILE).absolute().as_uri()
+            connection = sqlite3.connect(
+                f"{uri}?mode={mode}", uri=True, timeout=self._timeout, isolation_level=None
+            )
+            connection.row_factory = sqlite3.Row
+            try:
+                for setting in _SETTINGS:
+                    connection.execute(setting)
+            except BaseException:
+                connection.close()
+                raise
+            return connection
+
+
+@contextlib.contextmanager
+def _told(folder: Path, timeout: float) -> Iterator[None]:
+    """Turn what SQLite says about the outside world into one sentence."""
+    try:
+        yield
+    except UnicodeEncodeError as error:
+        raise InputError(
+            f"The text {error.object!r} holds characters that are not valid Unicode, so it was "
+            f"not stored; rename it."
+        ) from error
+    except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
+        raise  # the program's own mistakes
+    except sqlite3.DatabaseError as error:
+        raise InputError(_sentence(folder, error, timeout)) from error
+
+
+def _sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
+    """What happened to the file of a project, and the cure."""
+    text = str(error)
+    if "locked" in text or "busy" in text:
+        return (
+            f"'{folder}' has been kept busy by another program for more than {timeout:g} s; "
+            f"try again when that is done."
+        )
+    if "full" in text or "I/O" in text:
+        return (
+            f"'{folder}' cannot be written or read ({text}), so nothing was changed; "
+            f"make room on the disk or check it."
+        )
+    if "readonly" in text or "unable to open" in text:
+        return f"'{folder}' cannot be opened for writing ({text}); check who may write there."
+    return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
+
+
+def _probe(folder: Path) -> None:
+    """Refuse what is no project of ours, without touching a byte of it.
+
+    The file is looked at through SQLite and not with open(): closing an ordinary handle would
+    release the locks that this process holds on it through another connection.
+    """
+    try:
+        if not folder.exists():
+            raise InputError(f"There is no project '{folder}'; create it, or check the name.")
+        if not folder.is_dir():
+            raise InputError(f"'{folder}' is a file; a project is a folder.")
+        if not (folder / FILE).is_file():
+            raise InputError(f"'{folder}' is not a forcelab project: it holds no {FILE}.")
+    except OSError as error:
+        raise InputError(f"'{folder}' cannot be read: {error.strerror}.") from error
+    # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
+    file, journal = folder / FILE, folder / f"{FILE}-wal"
+    try:
+        uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
+        with contextlib.closing(sqlite3.connect(uri, uri=True)) as probe:
+            application_id, version, pages, page_size = (
+                int(probe.execute(f"PRAGMA {name}").fetchone()[0])
+                for name in ("application_id", "user_version", "page_count", "page_size")
+            )
+        check_version(application_id, version, len(MIGRATIONS), str(folder))
+        if file.stat().st_size < pages * page_size:
+            raise sqlite3.DatabaseError("its end is missing")
+    except sqlite3.DatabaseError as error:
+        # With a journal it may be whole once SQLite has taken that into account.
+        if not (journal.is_file() and journal.stat().st_size):
+            raise InputError(_sentence(folder, error, 0)) from error

@@ -1,0 +1,268 @@
+"""Tracks and the edits that made them: append-only, undone and redone by further edits.
+
+Every edit replaces a run of segments by another (see :func:`forcelab.painting.splice`), so that it
+costs the same on a long track as on a short one, and swapping the two runs undoes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import datetime
+
+from forcelab.errors import InputError, StaleTrackError
+from forcelab.labels import Segment, Segments, Track, ordered
+from forcelab.painting import splice, spliced
+from forcelab.project.database import Database
+from forcelab.project.history import Line, edit_of, edits_of, line_of
+from forcelab.project.records import (
+    Author,
+    AuthorKind,
+    Edit,
+    EditKind,
+    segments_to_json,
+    utc_now,
+)
+
+__all__ = ["Tracks"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """What an edit is about to do to a track."""
+
+    kind: EditKind
+    what: str
+    position: int
+    removed: Segments
+    inserted: Segments
+    reverts: int | None = None
+    parent: int | None = None
+    time: datetime | None = None
+
+
+class Tracks:
+    """All tracks of a project. Methods that write need a transaction around them."""
+
+    def __init__(self, database: Database) -> None:
+        self._db = database
+        # Segments as they were after the edit whose number stands beside them; a track whose
+        # latest edit is another one, made by another process, is read again.
+        self._known: dict[int, tuple[int, Segments]] = {}
+        # The number of an edit that was rolled back is given out again.
+        database.on_rollback = self._known.clear
+
+    def authors(self) -> tuple[Author, ...]:
+        """Everybody who made an edit, in order of first appearance."""
+        rows = self._db.all("SELECT name, kind FROM author ORDER BY id")
+        return tuple(Author(row["name"], row["kind"]) for row in rows)
+
+    def kind(self, author: str) -> AuthorKind | None:
+        """What an author is, if known."""
+        row = self._db.one("SELECT kind FROM author WHERE name = ?", author)
+        return row["kind"] if row else None
+
+    def track(self, demonstration: str, author: str) -> Track:
+        """The track as it is now, empty where the author made none."""
+        row = self._row(demonstration, author)
+        return Track(author) if row is None else Track(author, self._segments(row))
+
+    def tracks(self, demonstration: str) -> tuple[Track, ...]:
+        """The tracks of every author, in order of first appearance."""
+        rows = self._db.all(
+            "SELECT track.id, name FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? ORDER BY author",
+            demonstration,
+        )
+        return tuple(Track(row["name"], self._segments(row["id"])) for row in rows)
+
+    def history(self, demonstration: str, author: str) -> tuple[Edit, ...]:
+        """Every edit of a track, the first one first."""
+        row = self._row(demonstration, author)
+        return () if row is None else edits_of(self._db, row)
+
+    def edit(
+        self,
+        demonstration: str,
+        author: str,
+        before: Segments,
+        after: Segments,
+        what: str,
+        *,
+        kind: EditKind,
+    ) -> Edit:
+        """Turn `before`, which the track must be, into `after`."""
+        before, after = tuple(before), tuple(after)
+        track = self._row_for(demonstration, author, "model" if kind == "predict" else "coder")
+        line = line_of(self._db, track)
+        if self._segments(track, line.head) != before:
+            raise StaleTrackError(
+                f"The labels of '{author}' were changed elsewhere since they were read, so the "
+                f"edit was left out; look at them as they are now and repeat it."
+            )
+        position, removed, inserted = splice(before, after)
+        around = after[max(position - 1, 0) : position + len(inserted) + 1]
+        if ordered(around) != around:
+            raise InputError(f"The labels of '{author}' must be in order of time.")
+        change = _Change(kind, what, position, removed, inserted, parent=line.undo)
+        return self._carry_out(track, line, change)
+
+    def undo(self, demonstration: str, author: str) -> Edit | None:
+        """Take back the latest edit that was not taken back yet."""
+        return self._revert(demonstration, author, "undo")
+
+    def redo(self, demonstration: str, author: str) -> Edit | None:
+        """Take back the latest undo, unless another edit came after it."""
+        return self._revert(demonstration, author, "redo")
+
+    def as_imported(self, demonstration: str, author: str) -> bool:
+        """Whether the track is what the latest import made it."""
+        row = self._db.one(
+            "SELECT edit.id, track FROM edit JOIN track ON track.id = edit.track "
+            "JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ? AND edit.kind = 'import' "
+            "ORDER BY edit.id DESC LIMIT 1",
+            demonstration,
+            author,
+        )
+        return row is not None and line_of(self._db, row["track"]).undo == row["id"]
+
+    def replay(self, edits: Iterable[Edit]) -> None:
+        """Make edits again as they were made, with their own times; undos must fit."""
+        numbers: dict[int, int] = {}
+        for edit in edits:
+            kind: AuthorKind = "coder"
+            if edit.kind == "predict":
+                kind = "model"
+            elif edit.reverts is not None:
+                kind = self.kind(edit.author) or "coder"
+            track = self._row_for(edit.demonstration, edit.author, kind)
+            line = line_of(self._db, track)
+            change = _Change(
+                edit.kind,
+                edit.what,
+                edit.position,
+                edit.removed,
+                edit.inserted,
+                parent=line.undo,
+                time=edit.time,
+            )
+            if edit.kind in ("undo", "redo"):
+                change = self._fitting(edit, line, numbers.get(edit.reverts or 0))
+            numbers[edit.id] = self._carry_out(track, line, change).id
+
+    def _fitting(self, edit: Edit, line: Line, reverts: int | None) -> _Change:
+        """The undo or redo that stands to be made, if it is the one that is told."""
+        top = line.undo if edit.kind == "undo" else line.redo
+        if top is not None and top == reverts:
+            change = self._reverting(top, edit.kind, line, edit.what, edit.time)
+            if (change.position, change.removed, change.inserted) == (
+                edit.position,
+                edit.removed,
+                edit.inserted,
+            ):
+                return change
+        raise InputError(f"Edit {edit.id} of '{edit.author}' takes back what was not there.")
+
+    def _revert(self, demonstration: str, author: str, kind: EditKind) -> Edit | None:
+        """Undo or redo, if there is something to."""
+        track = self._row(demonstration, author)
+        if track is None:
+            return None
+        line = line_of(self._db, track)
+        top = line.undo if kind == "undo" else line.redo
+        if top is None:
+            return None
+        return self._carry_out(track, line, self._reverting(top, kind, line))
+
+    def _reverting(
+        self,
+        top: int,
+        kind: EditKind,
+        line: Line,
+        what: str | None = None,
+        time: datetime | None = None,
+    ) -> _Change:
+        """The change that takes back the edit `top`."""
+        old = edit_of(self._db, top)
+        if what is None:
+            what = f"{kind}: {old.what.removeprefix('undo: ')}"
+        parent = line.redo if kind == "undo" else None
+        return _Change(kind, what, old.position, old.inserted, old.removed, top, parent, time)
+
+    def _carry_out(self, track: int, line: Line, change: _Change) -> Edit:
+        """Change the segments, and write down how."""
+        before = self._segments(track, line.head)
+        after = spliced(before, change.position, change.removed, change.inserted)
+        for segment in change.removed:
+            self._db.execute(
+                "DELETE FROM segment WHERE track = ? AND start = ?", track, float(segment.start)
+            )
+        for segment in change.inserted:
+            self._db.execute(
+                "INSERT INTO segment VALUES (?, ?, ?, ?)",
+                track,
+                float(segment.start),
+                float(segment.end),
+                segment.action,
+            )
+        new = self._db.execute(
+            "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
+            "parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            track,
+            change.kind,
+            (change.time or utc_now()).isoformat(),
+            change.what,
+            change.position,
+            segments_to_json(change.removed),
+            segments_to_json(change.inserted),
+            change.reverts,
+            change.parent,
+        ).lastrowid
+        assert new is not None
+        self._known[track] = (new, after)
+        return edit_of(self._db, new)
+
+    def _segments(self, track: int, head: int | None = None) -> Segments:
+        """The segments of a track as they are now."""
+        # The latest edit is asked for before the segments: should another process edit in
+        # between, what is kept here only looks older than it is, and is read once more.
+        head = line_of(self._db, track).head if head is None else head
+        known = self._known.get(track)
+        if known is None or known[0] != head:
+            rows = self._db.all(
+                "SELECT start, end, action FROM segment WHERE track = ? ORDER BY start", track
+            )
+            known = self._known[track] = (head, tuple(Segment(*row) for row in rows))
+        return known[1]
+
+    def _row(self, demonstration: str, author: str) -> int | None:
+        """The number of a track, if there is one."""
+        row = self._db.one(
+            "SELECT track.id FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ?",
+            demonstration,
+            author,
+        )
+        return row["id"] if row else None
+
+    def _row_for(self, demonstration: str, author: str, kind: AuthorKind) -> int:
+        """The number of a track, made where there is none; its author must be of that kind."""
+        Track(author)  # refuses an author without a name
+        known = self.kind(author)
+        if known is None:
+            self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
+        elif known != kind:
+            raise InputError(
+                f"'{author}' is a {known} in this project and cannot be a {kind} as well; "
+                f"use another author's name."
+            )
+        self._db.execute(
+            "INSERT OR IGNORE INTO track (demonstration, author) "
+            "SELECT ?, id FROM author WHERE name = ?",
+            demonstration,
+            author,
+        )
+        row = self._row(demonstration, author)
+        assert row is not None
+        return row

@@ -1,0 +1,145 @@
+"""The files beside the store: arrays, videos, recognisers.
+
+A file is written into a staging folder and forced to the disk there. Only when it is complete, and
+while the store is locked for writing, is it moved to its place.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import secrets
+import shutil
+import time
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+
+__all__ = [
+    "UNCOMMITTED",
+    "copy_named",
+    "leftovers",
+    "move_into",
+    "read_array",
+    "staging",
+    "sync_folder",
+    "told",
+    "write_array",
+]
+
+#: Lies in a demonstration's folder until the store knows the demonstration.
+UNCOMMITTED = "uncommitted"
+
+_STAGING = ".incoming-"
+_ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
+
+
+@contextlib.contextmanager
+def told(what: str) -> Iterator[None]:
+    """Turn a failure of the file system into one sentence that begins with `what`."""
+    try:
+        yield
+    except OSError as error:
+        file = f" ('{error.filename}')" if error.filename else ""
+        raise InputError(f"{what}: {error.strerror or error}{file}.") from error
+
+
+@contextlib.contextmanager
+def staging(parent: Path) -> Iterator[Path]:
+    """A folder for half-written files, gone at the end."""
+    folder = parent / f"{_STAGING}{secrets.token_hex(8)}"
+    folder.mkdir()
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def write_array(path: Path, array: NDArray[np.float64]) -> None:
+    """Write an array in NumPy's format, forced to the disk."""
+    with path.open("xb") as stream:
+        np.save(stream, np.ascontiguousarray(array, dtype="<f8"), allow_pickle=False)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Map an array of known shape into memory, read-only.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, truncated or another array.
+    """
+    cure = "import the recording again to put it back"
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError as error:
+        raise InputError(f"The file '{path}' is missing; {cure}.") from error
+    except (OSError, ValueError, EOFError) as error:
+        raise InputError(f"The file '{path}' is damaged; {cure}.") from error
+    if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != np.float64:
+        raise InputError(f"The file '{path}' does not hold {shape} numbers; {cure}.")
+    return array
+
+
+def copy_named(source: Path, folder: Path, prefix: str) -> Path:
+    """Copy a file under the name of its content: ``<prefix><16 hex digits><suffix>``."""
+    digest = hashlib.sha256()
+    part = folder / "part"
+    with source.open("rb") as read, part.open("xb") as write:
+        while block := read.read(1 << 20):
+            digest.update(block)
+            write.write(block)
+        write.flush()
+        os.fsync(write.fileno())
+    suffix = source.suffix.lower()
+    if not re.fullmatch(r"\.[a-z0-9]{1,8}", suffix):
+        suffix = ""
+    return part.rename(folder / f"{prefix}{digest.hexdigest()[:16]}{suffix}")
+
+
+def move_into(home: Path, staged: Path) -> None:
+    """Move every file of a staging folder to its place and make that last."""
+    for file in staged.iterdir():
+        file.replace(home / file.name)
+    sync_folder(home)
+
+
+def sync_folder(folder: Path) -> None:
+    """Force a folder's entries to the disk, where the system allows opening folders."""
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
+    """What killed processes left in a folder.
+
+    That is staging folders in which nothing was written for an hour, and folders of demonstrations
+    that are not `known` because they did not get as far as the store. Whether another process is
+    just finishing one of the latter is only certain while the store is locked for writing.
+    """
+    found = []
+    for entry in parent.iterdir():
+        if entry.name in known:
+            continue
+        if not entry.name.startswith(_STAGING):
+            if (entry / UNCOMMITTED).exists():
+                found.append(entry)
+            continue
+        with contextlib.suppress(FileNotFoundError):  # its process is alive and has just ended it
+            latest = max(path.stat().st_mtime for path in (entry, *entry.iterdir()))
+            if time.time() - latest > _ABANDONED:
+                found.append(entry)
+    return found

@@ -1,0 +1,78 @@
+"""Where a track stands in its history: what can be undone, and what can be redone.
+
+What can be undone is a stack, and what can be redone is another. Both are linked through the
+``parent`` of the edits: that of a paint, an import or a prediction is the edit to undo once it is
+undone itself; that of an undo is the undo to redo once it is redone itself. So the tops of both
+stacks follow from the track's latest edit alone, whatever the length of the history. A new edit
+leaves the redo stack behind; nothing is ever deleted.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import dataclass
+from datetime import datetime
+
+from forcelab.project.database import Database
+from forcelab.project.records import Edit, segments_from_json
+
+__all__ = ["Line", "edit_of", "edits_of", "line_of"]
+
+_EDITS = """
+    SELECT edit.*, track.demonstration, author.name AS author
+    FROM edit JOIN track ON track.id = edit.track JOIN author ON author.id = track.author
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A track's latest edit (0: none), and the tops of its two stacks."""
+
+    head: int = 0
+    undo: int | None = None
+    redo: int | None = None
+
+
+def line_of(database: Database, track: int) -> Line:
+    """Where the track stands."""
+    head = database.one(
+        "SELECT id, kind, reverts FROM edit WHERE track = ? ORDER BY id DESC LIMIT 1", track
+    )
+    if head is None:
+        return Line()
+    if head["reverts"] is None:
+        return Line(head["id"], undo=head["id"])
+    taken = database.one("SELECT reverts, parent FROM edit WHERE id = ?", head["reverts"])
+    assert taken is not None
+    if head["kind"] == "undo":
+        return Line(head["id"], undo=taken["parent"], redo=head["id"])
+    return Line(head["id"], undo=taken["reverts"], redo=taken["parent"])
+
+
+def edits_of(database: Database, track: int) -> tuple[Edit, ...]:
+    """Every edit of a track, the first one first."""
+    rows = database.all(f"{_EDITS} WHERE track = ? ORDER BY edit.id", track)
+    return tuple(_edit(row) for row in rows)
+
+
+def edit_of(database: Database, number: int) -> Edit:
+    """One edit."""
+    row = database.one(f"{_EDITS} WHERE edit.id = ?", number)
+    assert row is not None
+    return _edit(row)
+
+
+def _edit(row: sqlite3.Row) -> Edit:
+    """An edit as stored."""
+    return Edit(
+        id=row["id"],
+        demonstration=row["demonstration"],
+        author=row["author"],
+        kind=row["kind"],
+        time=datetime.fromisoformat(row["time"]),
+        what=row["what"],
+        position=row["position"],
+        removed=segments_from_json(row["removed"]),
+        inserted=segments_from_json(row["inserted"]),
+        reverts=row["reverts"],
+    )

@@ -1,0 +1,102 @@
+"""Demonstrations as stored: their list, the one that is meant, its arrays."""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.errors import InputError
+from forcelab.project.database import Database
+from forcelab.project.files import read_array
+from forcelab.project.records import DemonstrationInfo
+
+__all__ = ["DEMONSTRATIONS", "find", "infos", "load", "read_signals"]
+
+#: Name of the folder that holds one folder per demonstration.
+DEMONSTRATIONS = "demonstrations"
+
+_SHORTEST_PREFIX = 6
+
+
+def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]:
+    """What there is, sorted by task and name."""
+    labelled: dict[str, dict[str, float]] = defaultdict(dict)
+    for row in database.all(
+        "SELECT track.demonstration AS id, author.name AS author, "
+        "coalesce((SELECT sum(end - start) FROM segment WHERE track = track.id), 0.0) AS seconds "
+        "FROM track JOIN author ON author.id = track.author ORDER BY author.id"
+    ):
+        labelled[row["id"]][row["author"]] = row["seconds"]
+    rows = database.all("SELECT * FROM demonstration ORDER BY task, name")
+    return tuple(
+        DemonstrationInfo(
+            id=row["id"],
+            name=row["name"],
+            task=row["task"],
+            samples=row["samples"],
+            channels=_channels(row),
+            rate=row["grid_rate"] or 1.0 / row["period"],
+            duration=row["duration"],
+            labelled=labelled[row["id"]],
+            has_video=row["video"] is not None,
+            source=row["source"],
+        )
+        for row in rows
+        if task is None or row["task"] == task
+    )
+
+
+def find(database: Database, key: str) -> sqlite3.Row:
+    """The demonstration with this id, name or beginning of an id."""
+    rows = database.all("SELECT * FROM demonstration WHERE id = ?1 OR name = ?1", key)
+    rows = [row for row in rows if row["id"] == key] or rows
+    if not rows and len(key) >= _SHORTEST_PREFIX and re.fullmatch("[0-9a-f]+", key):
+        rows = database.all("SELECT * FROM demonstration WHERE id GLOB ?", f"{key}*")
+    if not rows:
+        raise InputError(
+            f"There is no demonstration '{key}' in '{database.folder}'; use a name, an id or its "
+            f"first {_SHORTEST_PREFIX} or more digits."
+        )
+    if len(rows) > 1:
+        which = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
+        raise InputError(f"'{key}' may be any of {which}; use the id.")
+    return rows[0]
+
+
+def load(database: Database, key: str) -> Demonstration:
+    """A demonstration with its arrays mapped into memory."""
+    row = find(database, key)
+    home = database.folder / DEMONSTRATIONS / row["id"]
+    times, signals = read_signals(home, row)
+    video = None
+    if row["video"] is not None:
+        clock = ClockMap(row["video_offset"], row["video_rate"])
+        video = VideoReference(home / row["video"], clock)
+    return Demonstration(
+        name=row["name"],
+        task=row["task"],
+        times=times,
+        signals=signals,
+        channels=_channels(row),
+        video=video,
+        grid_rate=row["grid_rate"],
+    )
+
+
+def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
+    n, c = row["samples"], len(_channels(row))
+    return read_array(home / "times.npy", (n,)), read_array(home / "signals.npy", (n, c))
+
+
+def _channels(row: sqlite3.Row) -> tuple[Channel, ...]:
+    """The channels of a demonstration."""
+    return tuple(Channel(name, unit) for name, unit in json.loads(row["channels"]))

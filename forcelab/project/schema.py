@@ -1,0 +1,190 @@
+"""The tables of a project, and the steps that bring an older one up to date."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Sequence
+
+from forcelab.errors import InputError
+
+__all__ = ["APPLICATION_ID", "MIGRATIONS", "check_version", "migrate"]
+
+#: "FLab" in ASCII, in the file's header: tells a project from every other SQLite file.
+APPLICATION_ID = 0x464C6162
+
+Step = tuple[str, ...]
+
+_VERSION_1: Step = (
+    """
+    CREATE TABLE demonstration (
+        id           TEXT PRIMARY KEY CHECK (length(id) = 32 AND id NOT GLOB '*[^0-9a-f]*'),
+        name         TEXT NOT NULL CHECK (trim(name) <> ''),
+        task         TEXT NOT NULL CHECK (typeof(task) = 'text'),
+        channels     TEXT NOT NULL CHECK (channels LIKE '[%]'),
+        samples      INTEGER NOT NULL CHECK (typeof(samples) = 'integer' AND samples >= 2),
+        period       REAL NOT NULL CHECK (typeof(period) = 'real' AND period > 0),
+        duration     REAL NOT NULL CHECK (typeof(duration) = 'real' AND duration > 0),
+        grid_rate    REAL CHECK (grid_rate > 0),
+        video        TEXT CHECK (video NOT GLOB '*[/\\]*'),
+        video_offset REAL CHECK ((video_offset IS NULL) = (video IS NULL)),
+        video_rate   REAL CHECK ((video_rate IS NULL) = (video IS NULL)),
+        source       TEXT NOT NULL,
+        UNIQUE (task, name)
+    )
+    """,
+    """
+    CREATE TABLE author (
+        id   INTEGER PRIMARY KEY,
+        name TEXT NOT NULL UNIQUE CHECK (trim(name) <> ''),
+        kind TEXT NOT NULL CHECK (kind IN ('coder', 'model'))
+    )
+    """,
+    """
+    CREATE TABLE track (
+        id            INTEGER PRIMARY KEY,
+        demonstration TEXT NOT NULL REFERENCES demonstration,
+        author        INTEGER NOT NULL REFERENCES author,
+        UNIQUE (demonstration, author)
+    )
+    """,
+    """
+    CREATE TABLE segment (
+        track  INTEGER NOT NULL REFERENCES track,
+        start  REAL NOT NULL CHECK (typeof(start) = 'real'),
+        end    REAL NOT NULL CHECK (typeof(end) = 'real' AND end > start),
+        action TEXT NOT NULL CHECK (action <> ''),
+        PRIMARY KEY (track, start)
+    ) WITHOUT ROWID
+    """,
+    # parent links the edits that can be undone, and those that can be redone, into two stacks:
+    # see forcelab.project.edits.
+    """
+    CREATE TABLE edit (
+        id       INTEGER PRIMARY KEY AUTOINCREMENT,
+        track    INTEGER NOT NULL REFERENCES track,
+        kind     TEXT NOT NULL CHECK (kind IN ('paint', 'import', 'predict', 'undo', 'redo')),
+        time     TEXT NOT NULL,
+        what     TEXT NOT NULL,
+        position INTEGER NOT NULL CHECK (typeof(position) = 'integer' AND position >= 0),
+        removed  TEXT NOT NULL CHECK (removed LIKE '[%]'),
+        inserted TEXT NOT NULL CHECK (inserted LIKE '[%]'),
+        reverts  INTEGER REFERENCES edit CHECK ((reverts IS NULL) = (kind NOT IN ('undo', 'redo'))),
+        parent   INTEGER REFERENCES edit
+    )
+    """,
+    "CREATE INDEX edit_of_track ON edit (track)",
+    """
+    CREATE TRIGGER edit_is_not_replaced BEFORE INSERT ON edit
+    WHEN EXISTS (SELECT 1 FROM edit WHERE id = NEW.id)
+    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER edit_is_not_changed BEFORE UPDATE ON edit
+    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER edit_is_not_deleted BEFORE DELETE ON edit
+    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER author_is_not_changed BEFORE UPDATE ON author
+    BEGIN SELECT RAISE(ABORT, 'authors are kept for ever'); END
+    """,
+    """
+    CREATE TABLE vocabulary (
+        task    TEXT PRIMARY KEY,
+        actions TEXT NOT NULL CHECK (actions LIKE '[%]')
+    )
+    """,
+    """
+    CREATE TABLE recogniser (
+        id             TEXT PRIMARY KEY CHECK (length(id) = 32 AND id NOT GLOB '*[^0-9a-f]*'),
+        name           TEXT NOT NULL CHECK (trim(name) <> ''),
+        time           TEXT NOT NULL,
+        settings       TEXT NOT NULL CHECK (settings LIKE '{%}'),
+        seed           INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
+        demonstrations TEXT NOT NULL CHECK (demonstrations LIKE '[%]'),
+        versions       TEXT NOT NULL CHECK (versions LIKE '{%}')
+    )
+    """,
+    """
+    CREATE TABLE run (
+        id             INTEGER PRIMARY KEY AUTOINCREMENT,
+        kind           TEXT NOT NULL CHECK (trim(kind) <> ''),
+        time           TEXT NOT NULL,
+        settings       TEXT NOT NULL CHECK (settings LIKE '{%}'),
+        seed           INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
+        demonstrations TEXT NOT NULL CHECK (demonstrations LIKE '[%]'),
+        versions       TEXT NOT NULL CHECK (versions LIKE '{%}'),
+        result         TEXT NOT NULL CHECK (result LIKE '{%}')
+    )
+    """,
+)
+
+#: Step ``i`` brings a project of version ``i`` to version ``i + 1``. Only ever append to this.
+MIGRATIONS: tuple[Step, ...] = (_VERSION_1,)
+
+
+def check_version(application_id: int, version: int, newest: int, where: str) -> None:
+    """Refuse what is no project, and a project that this program is too old for.
+
+    Raises
+    ------
+    InputError
+        If the file is another program's or a newer forcelab's.
+    """
+    if application_id != APPLICATION_ID:
+        raise InputError(
+            f"'{where}' was not written by forcelab; choose a folder that holds a project."
+        )
+    if version > newest:
+        raise InputError(
+            f"'{where}' was written by a newer forcelab (version {version} of its tables, this "
+            f"program knows {newest}); update forcelab to open it."
+        )
+
+
+def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = MIGRATIONS) -> None:
+    """Carry out the steps that a project has not seen, each in a transaction of its own.
+
+    Parameters
+    ----------
+    connection : sqlite3.Connection
+        In autocommit mode.
+    where : str
+        The file's name for messages.
+    steps : sequence of tuple of str
+        The SQL statements of each step, in order.
+
+    Raises
+    ------
+    InputError
+        If the project was written by a newer version.
+    """
+    migrated = False
+    while True:
+        version = _pragma(connection, "user_version")
+        if version == len(steps):
+            break
+        connection.execute("BEGIN IMMEDIATE")
+        try:
+            # Another process may have done the step while this one waited for the lock.
+            version = _pragma(connection, "user_version")
+            check_version(_pragma(connection, "application_id"), version, len(steps), where)
+            if version < len(steps):
+                for statement in steps[version]:
+                    connection.execute(statement)
+                connection.execute(f"PRAGMA user_version = {version + 1}")
+                migrated = True
+            connection.execute("COMMIT")
+        finally:
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+    if migrated:
+        # So that the version stands in the file's header, where older programs look first.
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+def _pragma(connection: sqlite3.Connection, name: str) -> int:
+    """The value of a whole-number pragma."""
+    return int(connection.execute(f"PRAGMA {name}").fetchone()[0])

@@ -1,0 +1,39 @@
+"""The vocabulary of each task."""
+
+from __future__ import annotations
+
+import json
+
+from forcelab.project.database import Database
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["extend_vocabulary", "vocabularies", "write_vocabulary"]
+
+
+def vocabularies(database: Database) -> dict[str, Vocabulary]:
+    """By task, every vocabulary that was written."""
+    rows = database.all("SELECT task, actions FROM vocabulary ORDER BY task")
+    return {row["task"]: Vocabulary.from_json(json.loads(row["actions"])) for row in rows}
+
+
+def write_vocabulary(database: Database, task: str, vocabulary: Vocabulary) -> None:
+    """Replace the vocabulary of a task."""
+    database.execute(
+        "INSERT INTO vocabulary VALUES (?, ?) "
+        "ON CONFLICT (task) DO UPDATE SET actions = excluded.actions",
+        task,
+        json.dumps(vocabulary.to_json(), ensure_ascii=False),
+    )
+
+
+def extend_vocabulary(database: Database, task: str, demonstration: str) -> None:
+    """Add the actions of a demonstration's tracks that a task's vocabulary lacks."""
+    rows = database.all(
+        "SELECT action FROM segment JOIN track ON track.id = segment.track "
+        "WHERE demonstration = ? GROUP BY action ORDER BY min(start), action",
+        demonstration,
+    )
+    old = vocabularies(database).get(task, Vocabulary())
+    new = old.with_actions(*(row["action"] for row in rows))
+    if new != old:
+        write_vocabulary(database, task, new)

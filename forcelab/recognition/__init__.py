@@ -1,0 +1,1 @@
+"""Recognition: features, classifiers, filters, training and evaluation."""

@@ -1,0 +1,167 @@
+"""Clusters of time steps: what the features tell apart before anybody has labelled anything.
+
+A force that rises, holds and falls again looks the same forwards and backwards to the magnitude
+of any wavelet that is itself symmetric or antisymmetric. The phase of a complex wavelet tells the
+two flanks apart, which is why it is among the method's features.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.cluster import KMeans
+from threadpoolctl import threadpool_limits
+
+from forcelab.errors import InputError
+from forcelab.signals.cwt import cwt, usual_scales
+from forcelab.signals.wavelets import DOG, Haar, Morlet, Wavelet
+
+__all__ = ["Clustering", "cluster", "compare_wavelets", "trapezoid"]
+
+#: Magnitudes below this share of the largest are taken as this: no sensor resolves them.
+FLOOR = 1e-3
+#: Weight of the phases beside the standardised log magnitudes. Twice to three times theirs is
+#: where clusters come out the same for every seed.
+PHASE_WEIGHT = 3.0
+#: Scales an octave, finer than for recognition: k-means weighs a flank by how many scales see it.
+SPACING = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Clustering:
+    """A cluster for every time step.
+
+    Parameters
+    ----------
+    title : str
+        The features, such as ``"Morlet, magnitude and phase"``.
+    codes : ndarray of int, shape (n,)
+        0, 1, ... in the order of first occurrence.
+    """
+
+    title: str
+    codes: NDArray[np.int64]
+
+
+def trapezoid(
+    rate: float = 100.0,
+    still: float = 2.0,
+    flank: float = 1.0,
+    hold: float = 2.0,
+    force: float = 10.0,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A force that is still, rises, holds, falls and is still again.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    still, flank, hold : float
+        Length in seconds of each stretch without force, of each flank and of the hold.
+    force : float
+        Held force, in N.
+
+    Returns
+    -------
+    times, signal : ndarray, shape (n,)
+        In seconds and N; the same forwards and backwards.
+    """
+    total = 2 * (still + flank) + hold
+    times = np.arange(round(total * rate) + 1) / rate
+    corners = np.cumsum([0.0, still, flank, hold, flank, still])
+    return times, np.interp(times, corners, [0.0, 0.0, force, force, 0.0, 0.0])
+
+
+def cluster(
+    signal: NDArray[np.float64],
+    wavelet: Wavelet,
+    *,
+    phase: bool,
+    clusters: int = 4,
+    seed: int = 0,
+) -> NDArray[np.int64]:
+    """Group the time steps of one channel by k-means over its wavelet features.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        At a uniform rate.
+    wavelet : Wavelet
+        Transforms the signal at all usual scales.
+    phase : bool
+        Whether phases are among the features, or log magnitudes only.
+    clusters : int
+        How many, at most `n`.
+    seed : int
+        Of the ten starts of k-means, the best of which is taken.
+
+    Returns
+    -------
+    ndarray of int64, shape (n,)
+        0, 1, ... in the order of first occurrence.
+
+    Raises
+    ------
+    InputError
+        If there are more clusters than time steps, or the signal never changes.
+
+    Notes
+    -----
+    A phase enters as its cosine and sine, so that -pi and pi are neighbours, times how far the
+    log magnitude stands above its floor (0 to 1): the phase of nothing counts for nothing.
+    """
+    if not 1 <= clusters <= len(signal):
+        raise InputError(f"{len(signal)} time steps cannot be grouped into {clusters} clusters.")
+    coefficients = cwt(signal, usual_scales(len(signal), spacing=SPACING), wavelet).T
+    magnitudes = np.abs(coefficients)
+    floor = FLOOR * magnitudes.max()
+    if floor == 0.0:
+        raise InputError("A signal that never changes has no clusters; choose another.")
+    logs = np.log(np.maximum(magnitudes, floor))
+    columns = [_standardised(logs)]
+    if phase:
+        standing = (logs - np.log(floor)) / -np.log(FLOOR)
+        angles = np.angle(coefficients)
+        columns += [PHASE_WEIGHT * standing * part(angles) for part in (np.cos, np.sin)]
+    # One thread: sums in another order could tip a time step between two clusters.
+    with threadpool_limits(1):
+        means = KMeans(clusters, n_init=10, random_state=seed).fit(np.hstack(columns))
+    _, firsts, codes = np.unique(means.labels_, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(firsts))[codes].astype(np.int64)
+
+
+def compare_wavelets(signal: NDArray[np.float64], seed: int = 0) -> tuple[Clustering, ...]:
+    """Cluster one channel in the four ways that the paper compares.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Such as :func:`trapezoid` gives.
+    seed : int
+        See :func:`cluster`.
+
+    Returns
+    -------
+    tuple of Clustering, length 4
+        Morlet with magnitude and phase, Morlet with magnitude only, derivative of Gaussian, Haar;
+        of real wavelets the magnitude ``|W|``.
+    """
+    ways: tuple[tuple[str, Wavelet, bool], ...] = (
+        ("Morlet, magnitude and phase", Morlet(), True),
+        ("Morlet, magnitude only", Morlet(), False),
+        ("Derivative of Gaussian", DOG(), False),
+        ("Haar", Haar(), False),
+    )
+    return tuple(
+        Clustering(title, cluster(signal, wavelet, phase=phase, seed=seed))
+        for title, wavelet, phase in ways
+    )
+
+
+def _standardised(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Columns of mean 0 and standard deviation 1; those that never change are 0."""
+    spread = columns.std(axis=0)
+    scaled: NDArray[np.float64] = (columns - columns.mean(axis=0)) / np.where(spread > 0, spread, 1)
+    return scaled

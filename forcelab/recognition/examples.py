@@ -1,0 +1,136 @@
+"""Demonstrations made ready for recognition: features and human codes of every time step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.recognition.features import features
+from forcelab.recognition.settings import Settings
+from forcelab.signals.channels import channel_map
+from forcelab.signals.grid import on_grid
+
+__all__ = ["Examples", "Labelled", "actions_of", "common_rate", "prepare"]
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """A demonstration with the segments one coder gave it.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+    segments : tuple of Segment
+        Empty where nothing is labelled.
+    """
+
+    demonstration: Demonstration
+    segments: Segments = ()
+
+    def merged(self, settings: Settings) -> Labelled:
+        """The same with the actions spelled as the settings' merge map says."""
+        return Labelled(self.demonstration, settings.merge.apply_segments(self.segments))
+
+
+@dataclass(frozen=True)
+class Examples:
+    """The time steps of one demonstration as a recogniser sees them.
+
+    Parameters
+    ----------
+    name : str
+        The demonstration's.
+    times : ndarray of float64, shape (n,)
+        Seconds.
+    features : ndarray of float64, shape (n, f)
+    valid : ndarray of bool, shape (n,)
+        False in gaps, where nothing is trained, scored or predicted.
+    segments : tuple of Segment
+        The human's, spelled as in training.
+    channels : tuple of str
+        Recognition channels behind the features.
+    rate : float
+        Samples a second.
+    """
+
+    name: str
+    times: NDArray[np.float64]
+    features: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+    segments: Segments
+    channels: tuple[str, ...]
+    rate: float
+
+    def codes(self, actions: Sequence[str]) -> NDArray[np.int64]:
+        """Human codes, shape (n,); unlabelled in gaps and for actions not among `actions`."""
+        known = [segment for segment in self.segments if segment.action in actions]
+        codes = to_codes(known, self.times, actions)
+        codes[~self.valid] = UNLABELLED
+        return codes
+
+
+def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -> Examples:
+    """Compute the examples of one demonstration.
+
+    Parameters
+    ----------
+    labelled : Labelled
+    settings : Settings
+    rate : float, optional
+        Samples a second of the grid; the settings' rate, or the demonstration's own, by default.
+
+    Raises
+    ------
+    InputError
+        If a wanted channel is missing.
+    """
+    demonstration = labelled.demonstration
+    grid = on_grid(demonstration, rate or settings.rate)
+    channels = channel_map(demonstration.channels, settings.channels)
+    return Examples(
+        name=demonstration.name,
+        times=grid.times,
+        features=features(
+            channels.apply(grid.signals), settings.scales, settings.mother, settings.phase
+        ),
+        valid=grid.valid,
+        segments=labelled.merged(settings).segments,
+        channels=channels.names,
+        rate=grid.rate,
+    )
+
+
+def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:
+    """The rate on which demonstrations meet: the settings', or the median of their own, in Hz."""
+    if settings.rate is not None:
+        return settings.rate
+    return float(np.median([demonstration.rate for demonstration in demonstrations]))
+
+
+def actions_of(examples: Sequence[Examples]) -> tuple[str, ...]:
+    """All actions of the human segments, in the order of their first occurrence."""
+    return tuple(dict.fromkeys(s.action for example in examples for s in example.segments))
+
+
+def same_channels(examples: Sequence[Examples]) -> tuple[str, ...]:
+    """The channels that all demonstrations share.
+
+    Raises
+    ------
+    InputError
+        If two demonstrations have different recognition channels.
+    """
+    first = examples[0]
+    for other in examples[1:]:
+        if other.channels != first.channels:
+            raise InputError(
+                f"'{first.name}' has the channels {', '.join(first.channels)} but '{other.name}' "
+                f"has {', '.join(other.channels)}; choose channels that both have."
+            )
+    return first.channels

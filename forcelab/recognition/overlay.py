@@ -1,0 +1,85 @@
+"""The overlay of a human and a predicted track, which every metric starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Sized
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.labels import UNLABELLED
+from forcelab.runs import Runs, runs, sample_ends
+
+__all__ = ["Overlay", "overlay"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Overlay:
+    """A human and a predicted track over one demonstration, cut into pieces; p pieces.
+
+    Parameters
+    ----------
+    human, predicted : Runs
+        The segments of both, the predicted ones masked to where the human labelled.
+    pieces : Runs
+        Every stretch the human labelled, cut wherever either track changes. Its codes number the
+        pairs of actions and mean nothing by themselves.
+    human_codes, predicted_codes : ndarray of int64, shape (p,)
+        The actions of each piece; the predicted one may be unlabelled.
+    actions : int
+        How many actions there are.
+    """
+
+    human: Runs
+    predicted: Runs
+    pieces: Runs
+    human_codes: NDArray[np.int64]
+    predicted_codes: NDArray[np.int64]
+    actions: int
+
+
+def overlay(
+    human: NDArray[np.int64],
+    predicted: NDArray[np.int64],
+    times: NDArray[np.float64],
+    actions: Sized,
+) -> Overlay:
+    """Lay a predicted track over a human one.
+
+    Where the human left a sample unlabelled the prediction is unlabelled too before anything is
+    gathered, so that what was predicted there cannot matter to anything.
+
+    Parameters
+    ----------
+    human, predicted : ndarray of int64, shape (n,)
+        Codes of both tracks; every negative code means unlabelled.
+    times : ndarray, shape (n,)
+        Times of the samples in seconds, strictly increasing.
+    actions : sized
+        As many actions as there are codes.
+
+    Raises
+    ------
+    ValueError
+        If the lengths disagree, or a code has no action.
+    """
+    k = len(actions)
+    if not len(human) == len(predicted) == len(times):
+        raise ValueError(
+            f"{len(human)} human and {len(predicted)} predicted codes for {len(times)} times"
+        )
+    masked = np.where(human < 0, UNLABELLED, np.maximum(predicted, UNLABELLED))
+    if len(human) and max(human.max(), masked.max()) >= k:
+        raise ValueError(f"a code of {max(human.max(), masked.max())} for {k} actions")
+    ends = sample_ends(times)
+    pairs = np.where(human < 0, UNLABELLED, human * (k + 1) + masked + 1)
+    pieces = runs(pairs, times, ends)
+    return Overlay(
+        human=runs(human, times, ends),
+        predicted=runs(masked, times, ends),
+        pieces=pieces,
+        human_codes=pieces.codes // (k + 1),
+        predicted_codes=pieces.codes % (k + 1) - 1,
+        actions=k,
+    )

@@ -1,0 +1,154 @@
+"""Recognisers as files, without pickle.
+
+A file is what skops writes: a zip of a JSON schema and plain arrays. Reading it builds no type
+but the few named here, so that a file from a stranger can do no harm.
+"""
+
+from __future__ import annotations
+
+import copy
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.formats.atomic import write_atomically
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.soundness import check_classifier
+from forcelab.versions import versions
+
+__all__ = ["dump", "load", "save"]
+
+FORMAT = 1
+
+#: Types beyond those skops trusts by itself that our classifiers consist of.
+TRUSTED = (
+    "sklearn.calibration._CalibratedClassifier",
+    "sklearn.calibration._SigmoidCalibration",
+    "sklearn.model_selection._split.StratifiedKFold",
+)
+
+#: What zipfile, skops, NumPy and scikit-learn raise over a file that is not what it seems.
+DAMAGE = (
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    ImportError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+)
+
+
+def dump(recogniser: Recogniser) -> bytes:
+    """A recogniser as the bytes of its file."""
+    from skops import io
+
+    classifier = copy.copy(recogniser.classifier)
+    # The optimiser's state and the shuffles serve further training only.
+    vars(classifier).pop("_optimizer", None)
+    vars(classifier).pop("_random_state", None)
+    if hasattr(classifier, "random_state"):
+        classifier.random_state = recogniser.settings.seed
+    if hasattr(classifier, "tree_"):
+        # As plain arrays, which can be checked before compiled code follows them.
+        classifier.tree_ = classifier.tree_.__getstate__()
+    return bytes(
+        io.dumps(
+            {
+                "forcelab recogniser": FORMAT,
+                "settings": recogniser.settings.to_json(),
+                "rate": recogniser.rate,
+                "channels": list(recogniser.channels),
+                "actions": list(recogniser.actions),
+                "shortest": recogniser.shortest,
+                "trained_on": list(recogniser.trained_on),
+                "versions": versions(),
+                "classifier": classifier,
+            }
+        )
+    )
+
+
+def save(recogniser: Recogniser, path: Path) -> None:
+    """Write a recogniser to a file, whole or not at all."""
+    write_atomically(path, dump(recogniser))
+
+
+def load(path: Path) -> Recogniser:
+    """Read a recogniser from a file.
+
+    Raises
+    ------
+    InputError
+        If the file is none of ours, damaged, from a newer version, or holds a type that no
+        recogniser needs; nothing of it has been run then.
+    """
+    from skops import io
+
+    if not path.is_file():
+        raise InputError(f"There is no recogniser at {path}.")
+    if not zipfile.is_zipfile(path):
+        raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            packed = any(part.compress_type != zipfile.ZIP_STORED for part in archive.infolist())
+        if packed:
+            # We never compress: nothing in a file can be larger than the file.
+            raise zipfile.BadZipFile
+        strange = sorted(set(io.get_untrusted_types(file=path)) - set(TRUSTED))
+        if strange:
+            raise InputError(
+                f"{path} holds the type {strange[0]}, which no recogniser needs; it was not loaded."
+            )
+        content = io.load(path, trusted=list(TRUSTED))
+        return _recogniser(content, path)
+    except DAMAGE as error:
+        raise InputError(
+            f"{path} is not a whole recogniser ({type(error).__name__} while reading it); "
+            f"train it again."
+        ) from error
+
+
+def _recogniser(content: object, path: Path) -> Recogniser:
+    """Check what was read and build the recogniser."""
+    if not isinstance(content, Mapping) or "forcelab recogniser" not in content:
+        raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
+    if content["forcelab recogniser"] != FORMAT:
+        raise InputError(f"{path} comes from a newer forcelab; update forcelab to use it.")
+    try:
+        settings = Settings.from_json(content["settings"])
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    classifier: Any = content["classifier"]
+    recogniser = Recogniser(
+        settings=settings,
+        rate=float(content["rate"]),
+        channels=_names(content["channels"]),
+        actions=_names(content["actions"]),
+        shortest={str(action): float(least) for action, least in content["shortest"].items()},
+        classifier=classifier,
+        trained_on=_names(content["trained_on"]),
+    )
+    if not 0 < recogniser.rate < np.inf:
+        raise ValueError(f"a rate of {recogniser.rate} Hz")
+    width = (2 if settings.phase else 1) * len(recogniser.channels) * len(settings.scales)
+    check_classifier(classifier, settings, width, len(recogniser.actions))
+    return recogniser
+
+
+def _names(values: object) -> tuple[str, ...]:
+    """Check a list of distinct names."""
+    if not isinstance(values, list) or not all(isinstance(name, str) and name for name in values):
+        raise TypeError("no list of names")
+    if len(set(values)) < len(values):
+        raise ValueError("a name occurs twice")
+    return tuple(values)

@@ -1,0 +1,174 @@
+"""Training: labelled demonstrations in, a recogniser out, with progress on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import UNLABELLED
+from forcelab.recognition.classifiers import fitting
+from forcelab.recognition.examples import (
+    Examples,
+    Labelled,
+    actions_of,
+    common_rate,
+    prepare,
+    same_channels,
+)
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import Settings
+
+__all__ = ["Progress", "fit_examples", "preparing", "train", "training"]
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a job has come.
+
+    Parameters
+    ----------
+    stage : str
+        ``"features"``, ``"fit"`` or ``"evaluate"``.
+    done, total : int
+        Demonstrations, epochs or folds. An MLP may converge before `total` epochs.
+    loss : float, optional
+        Training loss of the epoch.
+    accuracy : float, optional
+        Frame accuracy, 0 to 1, on the held-out demonstration, if there is one.
+    """
+
+    stage: str
+    done: int
+    total: int
+    loss: float | None = None
+    accuracy: float | None = None
+
+
+def preparing(
+    labelled: Sequence[Labelled], settings: Settings
+) -> Generator[Progress, None, list[Examples]]:
+    """Compute the examples of several demonstrations on one grid; returns them in order.
+
+    Raises
+    ------
+    InputError
+        If there is no demonstration, or their channels differ.
+    """
+    if not labelled:
+        raise InputError("There is no demonstration to recognise; import some first.")
+    rate = common_rate([item.demonstration for item in labelled], settings)
+    examples = []
+    for item in labelled:
+        examples.append(prepare(item, settings, rate))
+        yield Progress("features", len(examples), len(labelled))
+    same_channels(examples)
+    return examples
+
+
+def _training_set(
+    examples: Sequence[Examples], actions: tuple[str, ...], stride: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Features and codes of every `stride`-th time step that a human labelled."""
+    X, y = [], []
+    for example in examples:
+        codes = example.codes(actions)[::stride]
+        labelled = codes != UNLABELLED
+        X.append(example.features[::stride][labelled])
+        y.append(codes[labelled])
+    return np.concatenate(X), np.concatenate(y)
+
+
+def _shortest(examples: Sequence[Examples]) -> dict[str, float]:
+    """Duration of each action's shortest segment, in seconds."""
+    shortest: dict[str, float] = {}
+    for example in examples:
+        for segment in example.segments:
+            known = shortest.get(segment.action, np.inf)
+            shortest[segment.action] = min(known, segment.duration)
+    return shortest
+
+
+def fit_examples(
+    examples: Sequence[Examples],
+    settings: Settings,
+    held_out: Examples | None = None,
+    trained_on: Sequence[str] = (),
+) -> Generator[Progress, None, Recogniser]:
+    """Fit a recogniser to examples; returns it.
+
+    Parameters
+    ----------
+    examples : sequence of Examples
+        Of the training demonstrations; unlabelled time steps are never used.
+    settings : Settings
+    held_out : Examples, optional
+        A demonstration to watch the accuracy on; it changes nothing about the fit.
+    trained_on : sequence of str
+        Ids to remember.
+
+    Raises
+    ------
+    InputError
+        If fewer than two actions are labelled.
+    """
+    actions = actions_of(examples)
+    X, y = _training_set(examples, actions, settings.stride)
+    watched = None if held_out is None else _training_set([held_out], actions, settings.stride)
+    probabilities = settings.needs_probabilities
+    for epoch in fitting(settings.classifier, X, y, settings.seed, probabilities):
+        classifier = epoch.classifier
+        accuracy = None
+        if watched is not None and len(watched[1]):
+            accuracy = float(np.mean(classifier.predict(watched[0]) == watched[1]))
+        yield Progress("fit", epoch.number, epoch.total, epoch.loss, accuracy)
+    return Recogniser(
+        settings=settings,
+        rate=examples[0].rate,
+        channels=examples[0].channels,
+        actions=actions,
+        shortest=_shortest(examples),
+        classifier=classifier,
+        trained_on=tuple(trained_on),
+    )
+
+
+def training(
+    labelled: Sequence[Labelled], settings: Settings, held_out: Labelled | None = None
+) -> Generator[Progress, None, Recogniser]:
+    """Train a recogniser; a generator that yields progress and returns the recogniser.
+
+    To stop, stop iterating: nothing is left running.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+        Training demonstrations; those without a segment take no part.
+    settings : Settings
+    held_out : Labelled, optional
+        A demonstration to watch the accuracy on, never trained on.
+
+    Raises
+    ------
+    InputError
+        If nothing is labelled, fewer than two actions are, or channels differ.
+    """
+    used = [item for item in labelled if item.segments]
+    if not used:
+        raise InputError("Nothing is labelled yet; label at least two actions first.")
+    together = used if held_out is None else [*used, held_out]
+    # Watching must not move the grid.
+    rate = common_rate([item.demonstration for item in used], settings)
+    examples = yield from preparing(together, settings.replace(rate=rate))
+    watched = None if held_out is None else examples.pop()
+    ids = [item.demonstration.id for item in used]
+    return (yield from fit_examples(examples, settings, watched, ids))
+
+
+def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:
+    """Train a recogniser without looking at the progress; see :func:`training`."""
+    return finish(training(labelled, settings))

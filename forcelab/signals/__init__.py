@@ -1,0 +1,1 @@
+"""Signals: channels, wavelets and their transforms."""

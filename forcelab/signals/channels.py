@@ -1,0 +1,97 @@
+"""From the sensors' channels to the channels that are recognised.
+
+Two 3-axis sensors give six signals. The direction of the tangential force depends on how the
+tongs are held, so that each sensor gives two: the tangential magnitude ``hypot(fx, fy)`` and the
+signed normal force ``fz``. Channels of any other kind are taken as they are.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+
+__all__ = ["ChannelMap", "channel_map"]
+
+_AXIS = re.compile(r"^(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<sensor>\w+))?$", re.I)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelMap:
+    """Which recorded columns make up each recognition channel.
+
+    Parameters
+    ----------
+    names : tuple of str, length q
+        Recognition channels, tangential magnitudes first, then signed normals, then the rest.
+    columns : tuple of tuple of int, length q
+        The recorded columns of each: two for a tangential magnitude, one for any other.
+    """
+
+    names: tuple[str, ...]
+    columns: tuple[tuple[int, ...], ...]
+
+    def apply(self, signals: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Compute recognition channels, shape (q, n), from recorded signals, shape (n, c)."""
+        out = np.empty((len(self.names), len(signals)))
+        for row, columns in zip(out, self.columns, strict=True):
+            if len(columns) == 2:
+                np.hypot(signals[:, columns[0]], signals[:, columns[1]], out=row)
+            else:
+                row[:] = signals[:, columns[0]]
+        return out
+
+
+def _sensors(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Columns of each complete 3-axis force sensor, by sensor and axis, in order of appearance."""
+    found: dict[str, dict[str, int]] = {}
+    for column, name in enumerate(names):
+        match = _AXIS.match(name.strip())
+        if match:
+            sensor = found.setdefault((match["sensor"] or "").lower(), {})
+            sensor.setdefault(match["axis"].lower(), column)
+    return {key: axes for key, axes in found.items() if set(axes) == {"x", "y", "z"}}
+
+
+def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -> ChannelMap:
+    """Find the recognition channels of a recording.
+
+    A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left`` or ``force z 2``.
+
+    Parameters
+    ----------
+    channels : sequence of Channel, length c
+        The recorded channels.
+    wanted : sequence of str, optional
+        Names of recognition channels to keep, in this order; all by default. What is not wanted
+        is not computed.
+
+    Raises
+    ------
+    InputError
+        If a wanted channel is not there.
+    """
+    names = [channel.name for channel in channels]
+    sensors = _sensors(names)
+    found: dict[str, tuple[int, ...]] = {}
+    for sensor, axes in sensors.items():
+        found[f"tangential {sensor}".strip()] = (axes["x"], axes["y"])
+    for sensor, axes in sensors.items():
+        found[f"normal {sensor}".strip()] = (axes["z"],)
+    used = {column for columns in found.values() for column in columns}
+    for column, name in enumerate(names):
+        if column not in used:
+            found[name if name not in found else f"{name} (column {column + 1})"] = (column,)
+    chosen = list(found) if wanted is None else list(wanted)
+    missing = [name for name in chosen if name not in found]
+    if missing:
+        raise InputError(
+            f"There is no recognition channel '{missing[0]}'; there are {', '.join(found)}."
+        )
+    return ChannelMap(tuple(chosen), tuple(found[name] for name in chosen))

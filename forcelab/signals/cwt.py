@@ -1,0 +1,199 @@
+"""The continuous wavelet transform by products in Fourier space.
+
+``W(a, b) = a^-1/2 sum_n x_n conj(psi((n - b) / a))`` for scales `a` in samples. Before the first
+and after the last sample the end values hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+
+from forcelab.errors import InputError
+from forcelab.signals.conditioning import condition
+from forcelab.signals.wavelets import Morlet, Wavelet
+
+__all__ = [
+    "cone_of_influence",
+    "cwt",
+    "frequencies",
+    "geometric_scales",
+    "transform_channels",
+    "usual_scales",
+]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+#: Samples over which the last value leads to the first, half-widths away from both. A jump there
+#: would be heard at both ends by wavelets that are cut at the Nyquist frequency and ring for long.
+_RAMP = 64
+
+
+def geometric_scales(first: float = 2.0, last: float = 1024.0, spacing: float = 1.0) -> Real:
+    """Scales ``first * 2**(j * spacing)``, up to and with `last`.
+
+    Parameters
+    ----------
+    first, last : float
+        Smallest and largest scale, in samples.
+    spacing : float
+        Distance of neighbouring scales in octaves (the method's dj).
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        Scales in samples, rising.
+
+    Raises
+    ------
+    InputError
+        If a number is not positive or `last` lies below `first`.
+    """
+    if not (0 < first <= last < np.inf and 0 < spacing < np.inf):
+        raise InputError(
+            f"Scales need 0 < first <= last and a positive spacing, not {first:g} .. {last:g} "
+            f"samples every {spacing:g} octaves."
+        )
+    # The small allowance lets 2 .. 1024 end at 1024 whatever the rounding of the logarithm.
+    steps = int(np.floor(np.log2(last / first) / spacing + 1e-9))
+    return np.asarray(first * 2.0 ** (np.arange(steps + 1) * spacing), dtype=np.float64)
+
+
+def usual_scales(n: int, first: float = 2.0, spacing: float = 1.0) -> Real:
+    """All scales of a recording of `n` samples: ``J = log2(n / first) / spacing`` steps."""
+    return geometric_scales(first, max(float(n), first), spacing)
+
+
+def frequencies(scales: ArrayLike, rate: float, wavelet: Wavelet) -> Real:
+    """Frequencies in Hz that the scales answer to most.
+
+    Parameters
+    ----------
+    scales : array_like, shape (k,)
+        In samples.
+    rate : float
+        Samples a second.
+    wavelet : Wavelet
+
+    Returns
+    -------
+    ndarray, shape (k,)
+    """
+    return rate / (wavelet.fourier_factor * np.asarray(scales, dtype=np.float64))
+
+
+def cone_of_influence(n: int, wavelet: Wavelet) -> Real:
+    """Largest scale at each sample that the ends of the recording do not yet bear upon.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Scales in samples: distance to the nearer end over the wavelet's e-folding time. Above
+        it a coefficient rests on held end values by more than exp(-2) of its power.
+    """
+    index = np.arange(n)
+    return (np.minimum(index, n - 1 - index) + 0.5) / wavelet.e_folding
+
+
+def _groups(n: int, scales: Real, radius: float) -> Iterator[tuple[int, list[int]]]:
+    """FFT lengths with the scales that fit into them, so that narrow wavelets pay for no padding.
+
+    Each length holds the signal, one half-width beyond both ends, and the ramp that joins them.
+    """
+    lengths: dict[int, list[int]] = {}
+    for j, scale in enumerate(scales):
+        need = n + 2 * int(np.ceil(radius * scale)) + _RAMP
+        lengths.setdefault(fft.next_fast_len(need, real=False), []).append(j)
+    yield from lengths.items()
+
+
+def _held(values: Real, length: int) -> Real:
+    """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
+    n = values.shape[-1]
+    gap = length - n
+    ramp = np.clip((np.arange(gap) - (gap - _RAMP) // 2) / _RAMP, 0.0, 1.0)
+    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
+    ring = np.empty((*values.shape[:-1], length))
+    ring[..., :n] = values
+    ring[..., n:] = share * values[..., -1:] + (1 - share) * values[..., :1]
+    return ring
+
+
+def transform_channels(values: Real, scales: Real, wavelet: Wavelet) -> Complex:
+    """Transform conditioned channels; :func:`cwt` is the safe way in.
+
+    Parameters
+    ----------
+    values : ndarray of float64, shape (c, n)
+        Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
+    scales : ndarray, shape (k,)
+        In samples.
+    wavelet : Wavelet
+
+    Returns
+    -------
+    ndarray of complex128, shape (c, k, n)
+    """
+    c, n = values.shape
+    out = np.empty((c, len(scales), n), dtype=np.complex128)
+    for length, members in _groups(n, scales, wavelet.radius):
+        spectrum = fft.fft(_held(values, length), axis=-1)
+        omega = 2 * np.pi * fft.fftfreq(length)
+        for j in members:
+            a = scales[j]
+            response = np.sqrt(a) * np.conj(wavelet.spectrum(a * omega))
+            if length % 2 == 0:
+                # The Nyquist bin stands for both signs of its frequency.
+                both = wavelet.spectrum(a * np.array([-np.pi, np.pi]))
+                response[length // 2] = np.sqrt(a) * np.conj(both.mean())
+            out[:, j] = fft.ifft(spectrum * response, axis=-1, overwrite_x=True)[:, :n]
+    if wavelet.real:
+        # What rounding leaves there would flip the phase of negatives between pi and -pi.
+        out.imag = 0.0
+    return out
+
+
+def cwt(x: ArrayLike, scales: Sequence[float] | Real, wavelet: Wavelet | None = None) -> Complex:
+    """Continuous wavelet transform of one channel.
+
+    Parameters
+    ----------
+    x : array_like of real numbers, shape (n,), n >= 1
+        Samples at a uniform rate. NaN and infinity mark missing samples, bridged by straight
+        lines.
+    scales : array_like, shape (k,)
+        In samples, positive, in any order.
+    wavelet : Wavelet, optional
+        The Morlet with p = 5 by default.
+
+    Returns
+    -------
+    ndarray of complex128, shape (k, n)
+        ``W(a, b)`` in the unit of `x`; the imaginary part is zero for real wavelets.
+
+    Raises
+    ------
+    InputError
+        If `x` is empty or not one channel, or a scale is not positive.
+
+    Notes
+    -----
+    Frequencies above the Nyquist frequency are cut from the wavelet, not folded back.
+    """
+    channel = np.asarray(x)
+    sizes = np.atleast_1d(np.asarray(scales, dtype=np.float64))
+    if channel.ndim != 1 or channel.size == 0:
+        raise InputError(f"One channel of at least one sample is needed, not {channel.shape}.")
+    if sizes.ndim != 1 or not np.all((sizes > 0) & np.isfinite(sizes)):
+        raise InputError("Scales are positive numbers of samples.")
+    ready = condition(channel[np.newaxis])
+    coefficients = transform_channels(ready.values, sizes, wavelet or Morlet())[0]
+    # Multiplying by 2.0**e would overflow for exponents near 1024 where the product does not.
+    for part in (coefficients.real, coefficients.imag):
+        np.ldexp(part, int(ready.exponent[0]), out=part)
+    return coefficients

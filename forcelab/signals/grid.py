@@ -1,0 +1,137 @@
+"""A recording on a uniform grid, which the wavelet transform needs.
+
+A recording whose stamps are uniform already is taken as it is. Otherwise its samples are joined
+by straight lines and read off at the grid's times; where the grid is coarser, frequencies that it
+cannot hold are filtered out first. Nothing is invented in gaps: the grid runs through them, but
+its samples there are marked and take no part in training, scoring or recognition.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import resample_poly
+
+from forcelab.demonstration import GAP_PERIODS, Demonstration
+from forcelab.errors import InputError
+from forcelab.signals.conditioning import bridge
+
+__all__ = ["Grid", "on_grid"]
+
+#: Stamps count as uniform when none is further than this share of a period from its place.
+UNIFORM = 0.02
+#: Rates that differ by less than this share count as the same.
+SAME_RATE = 0.01
+#: A grid has at most this many samples, a day at 1 kHz; more come from a stray stamp.
+MAX_SAMPLES = 86_400_000
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Signals on a uniform grid.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Seconds on the demonstration's clock.
+    signals : ndarray of float64, shape (n, c)
+        Missing samples bridged by straight lines.
+    valid : ndarray of bool, shape (n,)
+        False in gaps of the stamps and in runs of missing samples, longer than
+        :data:`~forcelab.demonstration.GAP_PERIODS` periods.
+    rate : float
+        Samples a second.
+    """
+
+    times: NDArray[np.float64]
+    signals: NDArray[np.float64]
+    valid: NDArray[np.bool_]
+    rate: float
+
+
+def _missing_runs(demonstration: Demonstration) -> list[tuple[float, float]]:
+    """Stretches ``[start, end)`` in which a channel misses more samples than a gap may have."""
+    ends = np.append(demonstration.times, demonstration.end)
+    runs = []
+    for lost in ~np.isfinite(demonstration.signals.T):
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
+        runs += [
+            (float(ends[first]), float(ends[last]))
+            for first, last in edges.reshape(-1, 2)
+            if last - first > GAP_PERIODS
+        ]
+    return runs
+
+
+def _lines(times: NDArray[np.float64], demonstration: Demonstration) -> NDArray[np.float64]:
+    """Read straight lines between the recorded samples at `times`; shape (len(times), c)."""
+    out = np.empty((len(times), demonstration.signals.shape[1]))
+    for c, column in enumerate(demonstration.signals.T):
+        out[:, c] = np.interp(times, demonstration.times, bridge(np.ascontiguousarray(column)))
+    return out
+
+
+def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
+    """Bring a demonstration onto a uniform grid.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+    rate : float, optional
+        Samples a second; the demonstration's own rate by default, and also where the two differ
+        by less than 1 %, as measured rates of one device do.
+
+    Returns
+    -------
+    Grid
+        Its rate is the one asked for to within 0.1 %.
+
+    Raises
+    ------
+    InputError
+        If the grid would have more than :data:`MAX_SAMPLES` samples.
+    """
+    own = 1.0 / demonstration.period
+    asked = rate or demonstration.rate
+    if abs(asked / own - 1) < SAME_RATE:
+        asked = own
+    # Places from both ends: the median period's rounding would add up over a long recording.
+    places = np.linspace(demonstration.times[0], demonstration.times[-1], len(demonstration.times))
+    uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / own)
+    if uniform and asked == own:
+        times = demonstration.times
+        signals = np.stack([bridge(column) for column in demonstration.signals.T], axis=1)
+    elif asked >= own:
+        times = demonstration.start + np.arange(_count(demonstration, asked)) / asked
+        signals = _lines(times, demonstration)
+    else:
+        fine = demonstration.start + np.arange(_count(demonstration, own)) / own
+        # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
+        ratio = Fraction(own / asked).limit_denominator(max(1, int(1000 * asked / own)))
+        up, down = ratio.denominator, ratio.numerator
+        asked = own * up / down
+        # With the usual beta of 5 a constant force would come out with a ripple of 1e-3.
+        signals = resample_poly(
+            _lines(fine, demonstration), up, down, padtype="edge", window=("kaiser", 8.0)
+        )
+        times = demonstration.start + np.arange(len(signals)) / asked
+    valid = np.ones(len(times), dtype=bool)
+    for start, end in (*demonstration.gaps, *_missing_runs(demonstration)):
+        # A stamp that lies on the edge but for rounding is on its far side.
+        first, last = np.searchsorted(times, (start - 1e-6 / asked, end - 1e-6 / asked))
+        valid[first:last] = False
+    return Grid(times, signals, valid, asked)
+
+
+def _count(demonstration: Demonstration, rate: float) -> int:
+    """How many samples at `rate` lie between the first and the last stamp, both included."""
+    count = int(np.floor((demonstration.times[-1] - demonstration.start) * rate + 1e-6)) + 1
+    if count > MAX_SAMPLES:
+        raise InputError(
+            f"Demonstration '{demonstration.name}' spans {demonstration.duration:.6g} s, "
+            f"{count:.3g} samples at {rate:.6g} Hz; remove stray stamps or ask for a lower rate."
+        )
+    return count

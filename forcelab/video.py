@@ -1,0 +1,66 @@
+"""Video: which codecs work on this machine."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+__all__ = ["CODECS", "Codec", "try_codec"]
+
+
+@dataclass(frozen=True, slots=True)
+class Codec:
+    """A way to store frames.
+
+    Parameters
+    ----------
+    name, fourcc, suffix : str
+        What people call it, its four letters, and the file ending of its container.
+    """
+
+    name: str
+    fourcc: str
+    suffix: str
+
+
+#: The codecs that OpenCV's wheels are known to write and read.
+CODECS = (
+    Codec("MPEG-4", "mp4v", ".mp4"),
+    Codec("Motion JPEG", "MJPG", ".avi"),
+    Codec("VP8", "VP80", ".mkv"),
+    Codec("VP9", "VP90", ".mkv"),
+    Codec("FFV1", "FFV1", ".mkv"),
+)
+FRAMES = 5
+
+
+def try_codec(codec: Codec) -> bool:
+    """Write a few frames, read them back, and say whether they all came back.
+
+    A codec that opens may still give no frame, so that nothing short of trying tells.
+    """
+    import cv2
+
+    log = cv2.utils.logging
+    level = log.getLogLevel()
+    log.setLogLevel(log.LOG_LEVEL_SILENT)  # a missing codec is an answer here, not an error
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / f"test{codec.suffix}")
+            writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*codec.fourcc), 30, (64, 64))
+            if not writer.isOpened():
+                return False
+            for number in range(FRAMES):
+                writer.write(np.full((64, 64, 3), 40 * number, dtype=np.uint8))
+            writer.release()
+            reader = cv2.VideoCapture(path)
+            read = 0
+            while reader.read()[0]:
+                read += 1
+            reader.release()
+            return read == FRAMES
+    finally:
+        log.setLogLevel(level)

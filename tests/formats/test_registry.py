@@ -1,0 +1,147 @@
+"""The registry: formats are told by content, and what cannot be read is told in a sentence."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from importlib import import_module
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.formats import formats, identify, read
+from forcelab.formats.recording import ReadOptions
+
+TABLE = b"t,fx,fy\n" + b"".join(b"%.3f,%d.5,%d.25\n" % (i / 100, i, -i) for i in range(50))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.pdl", "a.zip", "a.jpg", "a"])
+def test_a_table_is_a_table_whatever_it_is_called(tmp_path, name):
+    (tmp_path / name).write_bytes(TABLE)
+    assert identify(tmp_path / name).name == "table"
+    (recording,) = read(tmp_path / name)
+    assert recording.demonstration.times.size == 50
+
+
+def test_options_reach_the_format(tmp_path):
+    (tmp_path / "a.csv").write_bytes(TABLE)
+    (recording,) = read(str(tmp_path / "a.csv"), ReadOptions(task="LEGO"))
+    assert recording.demonstration.task == "LEGO"
+
+
+def test_names_are_unique_and_every_module_can_tell_and_read_its_format(tmp_path):
+    names = [known.name for known in formats()]
+    assert len(set(names)) == len(names)
+    for known in formats():
+        module = import_module(known.module)
+        assert module.sniff(tmp_path / "a", b"\x00") is False
+        assert callable(module.read)
+
+
+def imported(code: str) -> set[str]:
+    """What a fresh Python has imported after running the code."""
+    code += "\nimport sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_reading_a_table_imports_no_other_format(tmp_path):
+    (tmp_path / "a.csv").write_bytes(TABLE)
+    modules = imported(f"from forcelab.formats import read; read({str(tmp_path / 'a.csv')!r})")
+    assert "forcelab.formats.tables" in modules
+    assert not modules & {"forcelab.formats.archive", "forcelab.formats.pdl", "pickle_machine"}
+
+
+def test_the_list_of_formats_imports_none_of_them():
+    modules = imported("from forcelab.formats import formats; formats()")
+    assert not modules & {known.module for known in formats()}
+
+
+UNKNOWN = {
+    "a PNG picture": b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256)),
+    "a JPEG picture": b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)),
+    "a PDF document": b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n",
+    "an MP4 or QuickTime video": b"\x00\x00\x00\x20ftypisom\x00\x00\x02\x00" + bytes(64),
+    "a web page": b"<!DOCTYPE html>\n<title>404</title>\n1,2,3\n4,5,6\n",
+    "a WAV recording": b"RIFF\x24\x08\x00\x00WAVEfmt \x10\x00\x00\x00" + bytes(64),
+    "a gzip file, which must be unpacked first": b"\x1f\x8b\x08\x00" + bytes(range(64)),
+    "an SQLite database": b"SQLite format 3\x00\x10\x00\x01\x01" + bytes(80),
+    "a ROS 1 bag": b"#ROSBAG V2.0\nE\x00\x00\x00" + bytes(range(128)),
+    "an HDF5 file": b"\x89HDF\r\n\x1a\n" + bytes(64),
+    "a NumPy array": b"\x93NUMPY\x01\x00v\x00{'descr': '<f8'}" + bytes(64),
+    "a file of zeros, as a failed copy leaves it": bytes(5000),
+    "unknown binary data": bytes(range(1, 256)) * 4,
+}
+
+
+@pytest.mark.parametrize("name", ["a.bin", "a.csv"])
+@pytest.mark.parametrize(("kind", "data"), UNKNOWN.items(), ids=UNKNOWN)
+def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError) as refusal:
+        read(tmp_path / name)
+    assert str(refusal.value) == (
+        f"'{tmp_path / name}' looks like {kind}; what can be read: archives of forcelab "
+        f"projects; the paper's databases (*.pdl); tables as text (CSV, TSV, columns)."
+    )
+
+
+@pytest.mark.parametrize(
+    ("entries", "kind"),
+    [
+        (
+            ["[Content_Types].xml", "xl/workbook.xml"],
+            "an Excel workbook, which can be saved as CSV",
+        ),
+        (["[Content_Types].xml", "word/document.xml"], "an Office document"),
+        (["holiday.jpg"], "a zip file"),
+        (["a.npy"], "a NumPy archive"),
+    ],
+)
+def test_a_foreign_zip_is_told_by_what_is_in_it(tmp_path, entries, kind):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as made:
+        for entry in entries:
+            made.writestr(entry, "x")
+    with pytest.raises(InputError, match=rf"a\.zip' looks like {kind}"):
+        read(tmp_path / "a.zip")
+
+
+def test_what_is_no_file_is_refused_with_the_cure(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "empty.csv").touch()
+    for name, what in [
+        ("folder", r"is a folder; name the files in it, such as .*folder/\*\.csv"),
+        ("missing.csv", "does not exist; check its spelling"),
+        ("empty.csv", r"is empty \(0 bytes\)"),
+    ]:
+        with pytest.raises(InputError, match=rf"{name}' {what}"):
+            read(tmp_path / name)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes as POSIX has them")
+@pytest.mark.timeout(20)
+def test_a_pipe_is_refused_and_does_not_hang(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="pipe' is a device or pipe"):
+        read(tmp_path / "pipe")
+
+
+def test_a_file_that_the_system_does_not_give_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "a.csv"
+    path.write_bytes(TABLE)
+
+    def forbidden(*args, **kwargs):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(type(path), "open", forbidden)
+    with pytest.raises(InputError, match=r"a\.csv' cannot be read: Permission denied"):
+        read(path)
+
+
+def test_the_sentence_names_the_file_and_stays_one_line(tmp_path):
+    path = tmp_path / "two\nlines.pdl"
+    path.write_bytes(b"\x80\x02K\x01.")
+    with pytest.raises(InputError) as refusal:
+        read(path)
+    assert r"two\nlines.pdl" in str(refusal.value)
+    assert str(refusal.value).isprintable()

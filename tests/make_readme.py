@@ -1,0 +1,47 @@
+"""Runs the README's commands and puts their real output below them: ``python tests/make_readme.py``.
+
+Also renews the picture at its top.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+README = ROOT / "README.md"
+BLOCK = re.compile(r"```console\n(?P<content>.*?)```", re.S)
+
+
+def run_blocks(text: str, folder: Path) -> str:
+    """The text with every console block's output made anew, commands running in `folder`."""
+    (folder / "assets").symlink_to(ROOT / "assets")
+    (folder / "README.md").symlink_to(README)
+    scripts = Path(sys.executable).parent
+    environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
+
+    def renewed(block: re.Match[str]) -> str:
+        command = block["content"].splitlines()[0]
+        done = subprocess.run(
+            ["bash", "-c", command.removeprefix("$ ")],
+            cwd=folder,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        return f"```console\n{command}\n{done.stdout.rstrip()}\n```"
+
+    return BLOCK.sub(renewed, text)
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        README.write_text(run_blocks(README.read_text("utf-8"), Path(name)), "utf-8")
+        shutil.copyfile(Path(name) / "pairs.png", ROOT / "assets" / "pairs.png")

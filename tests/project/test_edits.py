@@ -1,0 +1,275 @@
+from __future__ import annotations
+
+import sqlite3
+import tempfile
+from contextlib import closing
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError, StaleTrackError
+from forcelab.labels import Segment
+from forcelab.painting import erase, paint
+from forcelab.project import Project
+
+GRAB = (Segment(0.0, 0.1, "grab"),)
+HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
+
+
+@pytest.fixture
+def id_(project, make):
+    return project.add(make(1)).id
+
+
+def test_an_edit_tells_who_when_and_what_was_there(project, id_):
+    project.edit(id_, "anna", (), HOLD, "hold painted")
+    after = (HOLD[0], Segment(0.2, 0.3, "slip"))
+    edit = project.edit(id_, "anna", HOLD, after, "hold is slip")
+    assert (edit.demonstration, edit.author, edit.kind) == (id_, "anna", "paint")
+    assert (edit.position, edit.removed, edit.inserted) == (1, HOLD[1:], after[1:])
+    assert edit.what == "hold is slip"
+    assert timedelta() <= datetime.now(timezone.utc) - edit.time < timedelta(minutes=1)
+    assert project.history(id_, "anna")[1] == edit
+    assert project.track(id_, "anna").segments == after
+
+
+def test_a_track_changed_elsewhere_is_not_overwritten(project, id_, path):
+    with Project.open(path) as other:
+        before = project.track(id_, "anna").segments
+        other.edit(id_, "anna", before, GRAB, "first")
+        with pytest.raises(StaleTrackError, match="changed elsewhere"):
+            project.edit(id_, "anna", before, HOLD, "second")
+        assert project.track(id_, "anna").segments == GRAB
+        assert len(project.history(id_, "anna")) == 1
+        other.undo(id_, "anna")
+        other.edit(id_, "anna", (), GRAB, "third")
+        project.edit(id_, "anna", GRAB, HOLD, "the same segments are not stale")
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        (Segment(0.2, 0.3, "hold"), Segment(0.0, 0.1, "grab")),
+        (Segment(0.0, 0.3, "hold"), Segment(0.2, 0.4, "grab")),
+    ],
+)
+def test_segments_out_of_order_or_overlapping_are_refused(project, id_, after):
+    with pytest.raises(InputError):
+        project.edit(id_, "anna", (), after, "wrong")
+    assert project.history(id_, "anna") == ()
+    assert project.authors() == ()
+
+
+def test_an_edit_may_not_overlap_what_lies_beside_it(project, id_):
+    project.edit(id_, "anna", (), HOLD, "fine")
+    with pytest.raises(InputError, match="overlap"):
+        project.edit(id_, "anna", HOLD, (HOLD[0], Segment(0.05, 0.06, "x"), HOLD[1]), "wrong")
+    assert project.track(id_, "anna").segments == HOLD
+
+
+def test_a_coder_and_a_model_are_never_one_author(project, id_):
+    project.edit(id_, "anna", (), GRAB, "painted")
+    project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+    assert [(a.name, a.kind) for a in project.authors()] == [("anna", "coder"), ("mlp", "model")]
+    with pytest.raises(InputError, match="'anna' is a coder"):
+        project.edit(id_, "anna", GRAB, HOLD, "predicted", kind="predict")
+    with pytest.raises(InputError, match="'mlp' is a model"):
+        project.edit(id_, "mlp", GRAB, HOLD, "painted")
+    assert [t.segments for t in project.tracks(id_)] == [GRAB, GRAB]
+    assert project.undo(id_, "mlp").inserted == ()
+
+
+def test_edits_of_what_is_not_there_are_refused(project, id_):
+    with pytest.raises(InputError, match="no demonstration 'x'"):
+        project.edit("x", "anna", (), GRAB, "painted")
+    with pytest.raises(InputError, match="needs an author"):
+        project.edit(id_, " ", (), GRAB, "painted")
+    assert project.undo(id_, "nobody") is None
+    assert project.redo(id_, "nobody") is None
+    assert project.history(id_, "nobody") == ()
+    assert project.authors() == ()
+
+
+def test_undo_and_redo_are_edits_that_name_what_they_take_back(project, id_):
+    first = project.edit(id_, "anna", (), GRAB, "grab painted")
+    undo = project.undo(id_, "anna")
+    redo = project.redo(id_, "anna")
+    assert [edit.kind for edit in project.history(id_, "anna")] == ["paint", "undo", "redo"]
+    assert (undo.reverts, redo.reverts) == (first.id, undo.id)
+    assert (undo.what, redo.what) == ("undo: grab painted", "redo: grab painted")
+    assert (undo.removed, undo.inserted) == (GRAB, ())
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("paint"), st.integers(0, 30), st.integers(1, 12), st.sampled_from("abc")),
+        st.tuples(st.just("erase"), st.integers(0, 30), st.integers(1, 12)),
+        st.sampled_from([("undo",), ("undo",), ("redo",), ("reopen",), ("other window",)]),
+    ),
+    max_size=40,
+)
+
+
+@given(STEPS)
+@settings(max_examples=30, deadline=None)
+def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
+    # The reference keeps whole tracks in two lists, and every state there ever was in a third.
+    undone: list = []
+    states: list = [()]
+    kept = []
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "p.forcelab"
+        project = Project.create(path)
+        id_ = _add_one(project)
+        for step in steps:
+            track = project.track(id_, "anna").segments
+            assert track == states[-1]
+            if step[0] in ("paint", "erase"):
+                start, end = step[1] / 7, (step[1] + step[2]) / 7
+                verb = paint if step[0] == "paint" else erase
+                after = verb(track, start, end, *step[3:])
+                project.edit(id_, "anna", track, after, step[0])
+                states.append(after)
+                undone.clear()
+                kept.append(after)
+            elif step[0] == "undo":
+                assert (project.undo(id_, "anna") is None) == (len(states) == 1)
+                if len(states) > 1:
+                    undone.append(states.pop())
+                    kept.append(states[-1])
+            elif step[0] == "redo":
+                assert (project.redo(id_, "anna") is None) == (not undone)
+                if undone:
+                    states.append(undone.pop())
+                    kept.append(states[-1])
+            elif step[0] == "reopen":
+                project.close()
+                project = Project.open(path)
+            else:
+                with Project.open(path) as other:
+                    edit = other.edit(id_, "anna", track, (), "cleared")
+                    assert edit.inserted == ()
+                states.append(())
+                undone.clear()
+                kept.append(())
+        # The history alone gives every state that there ever was.
+        replayed: tuple = ()
+        history = project.history(id_, "anna")
+        assert len(history) == len(kept)
+        for edit, state in zip(history, kept, strict=True):
+            end = edit.position + len(edit.removed)
+            assert replayed[edit.position : end] == edit.removed
+            replayed = replayed[: edit.position] + edit.inserted + replayed[end:]
+            assert replayed == state
+        project.close()
+
+
+def _add_one(project: Project) -> str:
+    from forcelab.demonstration import Channel, Demonstration
+
+    return project.add(Demonstration("01", "", [0, 1], [[1], [2]], (Channel("fx"),))).id
+
+
+@given(
+    st.lists(st.floats(-1e9, 1e9, allow_nan=False), min_size=2, max_size=2, unique=True),
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1),
+)
+@settings(max_examples=20, deadline=None)
+def test_times_and_names_come_back_exactly(times, action):
+    segments = (Segment(min(times), max(times), action),)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "p.forcelab"
+        with Project.create(path) as project:
+            id_ = _add_one(project)
+            project.edit(id_, "anna", (), segments, action)
+        with Project.open(path) as project:
+            assert project.track(id_, "anna").segments == segments
+            (edit,) = project.history(id_, "anna")
+            assert (edit.inserted, edit.what) == (segments, action)
+
+
+def test_no_edit_can_be_changed_replaced_or_deleted(project, id_, path):
+    edit = project.edit(id_, "anna", (), GRAB, "painted")
+    project.close()
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        for sql in (
+            "UPDATE edit SET what = 'nothing'",
+            "DELETE FROM edit",
+            "INSERT OR REPLACE INTO edit SELECT * FROM edit",
+        ):
+            with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
+                store.execute(sql)
+    with Project.open(path) as again:
+        assert again.history(id_, "anna") == (edit,)
+
+
+def test_an_edit_of_a_long_track_writes_a_few_pages(project, id_, path):
+    long = tuple(Segment(i / 10, i / 10 + 0.05, "grab" if i % 2 else "hold") for i in range(10_000))
+    project.edit(id_, "anna", (), long, "many")
+    project.close()
+    with Project.open(path) as again:
+        after = paint(long, 500.02, 500.11, "slip")
+        again.edit(id_, "anna", long, after, "slip painted")
+        assert (path / "project.sqlite-wal").stat().st_size < 100_000
+        again.undo(id_, "anna")
+        assert again.track(id_, "anna").segments == long
+        assert (path / "project.sqlite-wal").stat().st_size < 200_000
+
+
+def test_an_edit_that_came_to_nothing_is_not_remembered(project, id_, path, monkeypatch):
+    project.edit(id_, "anna", (), GRAB, "painted")
+    with monkeypatch.context() as broken:
+        broken.setattr(project._db, "execute", _failing_to_commit(project._db.execute))
+        with pytest.raises(InputError, match="disk"):
+            project.edit(id_, "anna", GRAB, HOLD, "hold painted")
+    with Project.open(path) as other:  # gets the number that was given out before
+        other.edit(id_, "anna", GRAB, (), "erased")
+    assert project.track(id_, "anna").segments == ()
+
+
+def _failing_to_commit(execute):
+    def fails(sql, *values):
+        if sql == "COMMIT":
+            raise InputError("The disk is full.")
+        return execute(sql, *values)
+
+    return fails
+
+
+def test_a_history_made_again_is_the_same(project, id_, path, make):
+    project.edit(id_, "anna", (), GRAB, "a")
+    project.edit(id_, "mlp", (), HOLD, "b", kind="predict")
+    project.edit(id_, "anna", GRAB, HOLD, "c")
+    project.undo(id_, "anna")
+    project.redo(id_, "anna")
+    project.undo(id_, "mlp")
+    edits = project.history(id_, "anna") + project.history(id_, "mlp")
+    edits = tuple(sorted(edits, key=lambda edit: edit.id))
+    with Project.create(path.with_name("again")) as again:
+        again.add(make(1))
+        again.replay(edits)
+        assert again.history(id_, "anna") + again.history(id_, "mlp") == (
+            project.history(id_, "anna") + project.history(id_, "mlp")
+        )
+        assert again.tracks(id_) == project.tracks(id_)
+        assert again.authors() == project.authors()
+        assert again.redo(id_, "anna") is None
+        assert again.undo(id_, "anna").reverts == edits[2].id
+
+
+def test_a_history_that_does_not_fit_is_refused_as_a_whole(project, id_, path, make):
+    project.edit(id_, "anna", (), GRAB, "a")
+    project.edit(id_, "anna", GRAB, HOLD, "b")
+    project.undo(id_, "anna")
+    edits = project.history(id_, "anna")
+    with Project.create(path.with_name("again")) as again:
+        with pytest.raises(InputError, match="no demonstration"):
+            again.replay(edits)
+        again.add(make(1))
+        for wrong in (edits[1:], (edits[0], edits[2]), (*edits, edits[2])):
+            with pytest.raises((InputError, StaleTrackError)):
+                again.replay(wrong)
+            assert again.tracks(id_) == ()

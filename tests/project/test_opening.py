@@ -1,0 +1,207 @@
+from __future__ import annotations
+
+import re
+import sqlite3
+import struct
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment
+from forcelab.project import Project
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
+
+
+def contents(folder: Path) -> dict[str, bytes | None]:
+    """Everything in a folder."""
+    paths = folder.rglob("*") if folder.is_dir() else [folder]
+    return {str(p): p.read_bytes() if p.is_file() else None for p in paths}
+
+
+def one_sentence(text: str) -> bool:
+    return "\n" not in text and text.endswith(".") and not re.search(r"\. [A-Z]", text)
+
+
+def test_a_created_project_is_empty_and_opens_again(path):
+    with Project.create(path) as project:
+        assert project.demonstrations() == () == project.tasks() == project.authors()
+    with Project.open(path) as project:
+        assert project.path == path
+    with Project.open_or_create(path) as project:
+        assert project.runs() == ()
+    header = (path / "project.sqlite").read_bytes()[:100]
+    assert struct.unpack(">I", header[68:72])[0] == APPLICATION_ID
+    assert struct.unpack(">I", header[60:64])[0] == len(MIGRATIONS)
+
+
+def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
+    path.mkdir()
+    Project.open_or_create(path).close()
+    before = contents(path)
+    with pytest.raises(InputError, match="not empty") as caught:
+        Project.create(path)
+    assert one_sentence(str(caught.value))
+    assert contents(path) == before
+    file = path.with_name("file")
+    file.write_text("mine")
+    with pytest.raises(InputError, match="is a file"):
+        Project.create(file)
+    with pytest.raises(InputError, match="No such file"):
+        Project.create(path.with_name("missing") / "deeper")
+    assert sorted(p.name for p in path.parent.iterdir()) == ["file", "study.forcelab"]
+
+
+def test_a_project_that_could_not_be_filled_leaves_nothing(path):
+    with pytest.raises(ZeroDivisionError), Project.creating(path):
+        raise ZeroDivisionError
+    assert list(path.parent.iterdir()) == []
+
+
+def foreign(path: Path) -> None:
+    with closing(sqlite3.connect(path / "project.sqlite")) as other:
+        other.execute("CREATE TABLE mine (x)")
+        other.commit()
+
+
+BROKEN = {
+    "missing": (lambda path: path.rmdir(), "There is no project"),
+    "a file": (lambda path: (path.rmdir(), path.write_text("x")), "is a file"),
+    "an empty folder": (Path.exists, "holds no project.sqlite"),
+    "another program's store": (foreign, "not written by forcelab"),
+    "an empty store": (lambda path: (path / "project.sqlite").touch(), "not written by forcelab"),
+    "a text": (
+        lambda path: (path / "project.sqlite").write_text("SQLite\n" * 500),
+        "not a database",
+    ),
+    "a folder for a store": (lambda path: (path / "project.sqlite").mkdir(), "holds no"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_what_is_no_project_is_refused_and_untouched(path, case):
+    path.mkdir()
+    spoil, message = BROKEN[case]
+    spoil(path)
+    before = contents(path.parent)
+    with pytest.raises(InputError, match=message) as caught:
+        Project.open(path)
+    assert one_sentence(str(caught.value))
+    assert contents(path.parent) == before
+
+
+@pytest.mark.parametrize("share", [0.001, 0.01, 0.3, 0.7, 0.99])
+def test_a_truncated_store_is_refused_and_untouched(path, make, share):
+    with Project.create(path) as project:
+        for seed in range(20):
+            project.add(make(seed, name=str(seed)))
+    store = path / "project.sqlite"
+    whole = store.read_bytes()
+    store.write_bytes(whole[: int(len(whole) * share)])
+    before = contents(path)
+    with pytest.raises(InputError, match=r"damaged|not written by forcelab") as caught:
+        Project.open(path)
+    assert one_sentence(str(caught.value))
+    assert contents(path) == before
+
+
+@pytest.mark.parametrize("offset", range(100, 30_000, 3_000))
+def test_garbage_in_the_store_is_one_sentence_whenever_it_is_met(path, make, offset):
+    with Project.create(path) as project:
+        for seed in range(20):
+            project.add(make(seed, name=str(seed)))
+    store = path / "project.sqlite"
+    whole = store.read_bytes()
+    store.write_bytes(whole[:offset] + b"\xa5" * 3_000 + whole[offset + 3_000 :])
+    said = ""
+    try:
+        with Project.open(path) as project:
+            project.demonstrations()
+            project.add(make(99, name="new"))
+    except InputError as error:
+        said = str(error)
+    assert said == "" or ("damaged" in said and one_sentence(said))
+
+
+def test_a_newer_project_is_refused_byte_for_byte_untouched(path, make):
+    with Project.create(path) as project:
+        project.add(make())
+    with closing(sqlite3.connect(path / "project.sqlite")) as newer:
+        newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
+        newer.execute("CREATE TABLE invention (x)")
+    before = contents(path)
+    with pytest.raises(InputError, match="newer forcelab") as caught:
+        Project.open(path)
+    assert one_sentence(str(caught.value))
+    assert contents(path) == before
+
+
+def test_a_newer_version_that_still_stands_in_the_journal_is_refused_too(path):
+    Project.create(path).close()
+    with closing(sqlite3.connect(path / "project.sqlite")) as newer:
+        newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
+        with pytest.raises(InputError, match="newer forcelab"):
+            Project.open(path)
+
+
+@pytest.fixture
+def old(tmp_path):
+    """A store of our own, of version 0, in a mode like a project's."""
+    connection = sqlite3.connect(tmp_path / "old.sqlite", isolation_level=None)
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    with closing(connection):
+        yield connection
+
+
+STEPS = (
+    ("CREATE TABLE song (title TEXT)", "INSERT INTO song VALUES ('one')"),
+    ("ALTER TABLE song ADD COLUMN year INTEGER", "UPDATE song SET year = 1999"),
+    ("INSERT INTO song VALUES ('two', 2000)",),
+)
+
+
+def version(connection: sqlite3.Connection) -> int:
+    return connection.execute("PRAGMA user_version").fetchone()[0]
+
+
+def test_an_older_store_is_brought_up_to_date_step_by_step(old, tmp_path):
+    migrate(old, "old", STEPS[:1])
+    assert version(old) == 1
+    migrate(old, "old", STEPS)
+    migrate(old, "old", STEPS)
+    assert version(old) == 3
+    assert old.execute("SELECT * FROM song").fetchall() == [("one", 1999), ("two", 2000)]
+    header = (tmp_path / "old.sqlite").read_bytes()[:100]
+    assert struct.unpack(">I", header[60:64])[0] == 3
+
+
+def test_a_step_that_fails_leaves_the_step_before_it(old):
+    broken = (*STEPS[:2], ("INSERT INTO song VALUES ('lost', 1)", "INSERT INTO nowhere VALUES (1)"))
+    with pytest.raises(sqlite3.OperationalError):
+        migrate(old, "old", broken)
+    assert version(old) == 2
+    assert old.execute("SELECT * FROM song").fetchall() == [("one", 1999)]
+    assert not old.in_transaction
+
+
+def test_what_the_program_remembers_of_newer_steps_is_not_undone(old):
+    migrate(old, "old", STEPS)
+    with pytest.raises(InputError, match="newer"):
+        migrate(old, "old", STEPS[:2])
+    assert version(old) == 3
+
+
+def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
+    with Project.create(path) as project:
+        added = project.add(make())
+    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with Project.open(path, timeout=0.05) as project:
+            assert project.track(added.id, "anna").segments == ()  # reading goes on
+            with pytest.raises(InputError, match=r"busy .* 0\.05 s") as caught:
+                project.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
+            assert one_sentence(str(caught.value))
+            other.execute("ROLLBACK")
+            project.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")

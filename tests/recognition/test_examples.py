@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from synthetic import synthetic_demonstration
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.labels import UNLABELLED, Segment, to_codes
+from forcelab.merging import MergeMap
+from forcelab.recognition.examples import (
+    Labelled,
+    actions_of,
+    common_rate,
+    prepare,
+    same_channels,
+)
+from forcelab.recognition.settings import Settings
+
+SMALL = Settings(max_scale=16.0)
+
+
+def labelled(seed=1, rate=100.0):
+    return Labelled(*synthetic_demonstration(seed, rate))
+
+
+def with_gap(item, start, seconds):
+    """The same recording with a pause of `seconds` put in at sample `start`."""
+    old = item.demonstration
+    times = old.times.copy()
+    times[start:] += seconds
+    return Labelled(
+        Demonstration(old.name, old.task, times, old.signals, old.channels), item.segments
+    )
+
+
+def test_every_time_step_has_the_features_of_all_channels_and_scales():
+    item = labelled()
+    examples = prepare(item, SMALL)
+    assert examples.channels == ("tangential 1", "tangential 2", "normal 1", "normal 2")
+    assert examples.features.shape == (len(item.demonstration.times), 2 * 4 * 4)
+    assert prepare(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
+    np.testing.assert_array_equal(examples.times, item.demonstration.times)
+    assert examples.valid.all()
+
+
+def test_channels_come_in_the_order_they_were_asked_for():
+    item = labelled()
+    everything = prepare(item, SMALL).features
+    chosen = prepare(item, SMALL.replace(channels=("normal 2", "tangential 1")))
+    assert chosen.channels == ("normal 2", "tangential 1")
+    np.testing.assert_array_equal(chosen.features[:, :4], everything[:, 12:16])
+    np.testing.assert_array_equal(chosen.features[:, 4:8], everything[:, :4])
+
+
+def test_a_channel_that_is_not_there_is_refused_with_those_that_are():
+    with pytest.raises(InputError, match=r"no recognition channel 'torque'.*normal 1"):
+        prepare(labelled(), SMALL.replace(channels=("torque",)))
+
+
+def test_the_codes_are_those_of_the_segments():
+    item = labelled()
+    examples = prepare(item, SMALL)
+    actions = actions_of([examples])
+    assert actions == ("still", "grab", "hold", "release")
+    expected = to_codes(item.segments, item.demonstration.times, actions)
+    np.testing.assert_array_equal(examples.codes(actions), expected)
+    assert UNLABELLED in expected
+
+
+def test_actions_that_nobody_asked_for_are_unlabelled():
+    examples = prepare(labelled(), SMALL)
+    everything = examples.codes(("still", "grab", "hold", "release"))
+    two = examples.codes(("hold", "still"))
+    np.testing.assert_array_equal(two == 0, everything == 2)
+    np.testing.assert_array_equal(two == 1, everything == 0)
+    np.testing.assert_array_equal(two == UNLABELLED, ~np.isin(everything, [0, 2]))
+
+
+def test_a_gap_is_unlabelled_although_a_segment_covers_it():
+    item = with_gap(labelled(), 40, 1.0)
+    over_all = Labelled(item.demonstration, (Segment(0.0, 100.0, "still"),))
+    examples = prepare(over_all, SMALL)
+    inside = (examples.times >= 0.41) & (examples.times < 1.39)
+    assert inside.sum() >= 95
+    np.testing.assert_array_equal(examples.valid, ~_in_gap(examples.times))
+    codes = examples.codes(("still",))
+    np.testing.assert_array_equal(codes == UNLABELLED, ~examples.valid)
+    assert (codes[inside] == UNLABELLED).all()
+
+
+def _in_gap(times):
+    """Sample 39 lies at 0.39 s and lasts to 0.40 s; sample 40 comes at 1.40 s."""
+    return (times > 0.395) & (times < 1.395)
+
+
+def test_merged_spellings_are_one_action_and_the_stored_segments_stay():
+    item = labelled()
+    before = item.segments
+    merged = prepare(item, SMALL.replace(merge=MergeMap({"grab": "grip", "hold": "grip"})))
+    assert actions_of([merged]) == ("still", "grip", "release")
+    plain = prepare(item, SMALL).codes(("still", "grab", "hold", "release"))
+    np.testing.assert_array_equal(
+        merged.codes(("still", "grip", "release")), np.array([0, 1, 1, 2, -1])[plain]
+    )
+    assert item.segments is before
+    assert {segment.action for segment in before} == {"still", "grab", "hold", "release"}
+
+
+def test_the_rate_on_which_recordings_meet_is_the_asked_one_or_the_median():
+    recordings = [labelled(i, rate).demonstration for i, rate in enumerate([100.0, 200.0, 100.0])]
+    assert common_rate(recordings, SMALL) == pytest.approx(100.0)
+    assert common_rate(recordings, SMALL.replace(rate=50.0)) == 50.0
+
+
+@pytest.mark.parametrize("rate", [50.0, 200.0])
+def test_examples_at_another_rate_keep_the_human_at_the_same_seconds(rate):
+    examples = prepare(labelled(rate=100.0), SMALL, rate)
+    assert examples.rate == pytest.approx(rate)
+    np.testing.assert_allclose(np.diff(examples.times), 1 / rate)
+    codes = examples.codes(("still", "grab", "hold", "release"))
+    for segment in labelled().segments:
+        middle = int(np.argmin(np.abs(examples.times - (segment.start + segment.end) / 2)))
+        assert ("still", "grab", "hold", "release")[codes[middle]] == segment.action
+
+
+def test_recordings_of_different_channels_are_told_apart_by_name():
+    item = labelled()
+    old = item.demonstration
+    names = [Channel(f"emg{i}") for i in range(len(old.channels))]
+    other = Labelled(Demonstration("EMG", "foam", old.times, old.signals, tuple(names)))
+    alike = [prepare(item, SMALL), prepare(labelled(2), SMALL)]
+    assert same_channels(alike) == alike[0].channels
+    with pytest.raises(InputError, match=r"'foam 01' has the channels .* but 'EMG' has .*emg0"):
+        same_channels([*alike, prepare(other, SMALL)])

@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError
+from forcelab.recognition.settings import CLASSIFIERS, PRESETS, Settings, preset
+from forcelab.signals.wavelets import Morlet
+from forcelab.merging import MergeMap
+
+NAMES = st.text(min_size=1, max_size=8).filter(str.strip)
+POSITIVE = st.floats(0.1, 1e4)
+ANY_SETTINGS = st.builds(
+    Settings,
+    preset=st.text(max_size=8),
+    channels=st.none() | st.lists(NAMES, max_size=4).map(tuple),
+    rate=st.none() | POSITIVE,
+    wavelet=st.sampled_from(["morlet", "real-morlet", "dog"]),
+    parameter=st.none() | st.integers(1, 9).map(float),
+    min_scale=st.floats(0.5, 4.0),
+    max_scale=st.floats(4.0, 1e5),
+    spacing=st.floats(0.1, 2.0),
+    phase=st.booleans(),
+    classifier=st.sampled_from(CLASSIFIERS),
+    stride=st.integers(1, 1000),
+    threshold=st.none() | st.floats(0, 1),
+    median=st.none() | st.integers(1, 1000),
+    drop=st.none() | st.floats(0, 1e6),
+    merge=st.dictionaries(NAMES, st.just("grab")).map(lambda m: MergeMap({**m, "grab": "grab"})),
+    seed=st.integers(0, 2**32 - 1),
+)
+
+
+@hypothesis_settings(max_examples=60, deadline=None)
+@given(ANY_SETTINGS)
+def test_settings_survive_the_trip_through_a_json_file(settings):
+    text = json.dumps(settings.to_json(), allow_nan=False)
+    assert Settings.from_json(json.loads(text)) == settings
+
+
+def test_a_value_left_out_of_a_file_has_its_default():
+    assert Settings.from_json({"stride": 7}) == Settings(stride=7)
+    assert Settings.from_json({}) == Settings()
+
+
+def test_the_preset_paper_is_the_published_method():
+    paper = preset("paper")
+    assert paper.mother == Morlet(5.0)
+    assert paper.scales.tolist() == [2.0**j for j in range(1, 11)]
+    chosen = ("phase", "classifier", "stride", "threshold", "median", "drop", "channels", "rate")
+    values = [getattr(paper, name) for name in chosen]
+    assert values == [True, "mlp", 1, 0.8, 10, 0.125, None, None]
+    assert paper.merge == MergeMap()
+    assert paper.preset == "paper"
+
+
+def test_every_preset_bears_its_own_name():
+    assert {name: settings.preset for name, settings in PRESETS.items()} == {n: n for n in PRESETS}
+
+
+def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
+    with pytest.raises(InputError, match=r"no preset 'best'; choose from .*paper"):
+        preset("best")
+
+
+OUT_OF_RANGE = [
+    ("classifier", "forest"),
+    ("wavelet", "mexican"),
+    ("wavelet", 5),
+    ("parameter", -1.0),
+    ("parameter", np.nan),
+    ("min_scale", 0.0),
+    ("min_scale", np.nan),
+    ("max_scale", 1.0),
+    ("max_scale", np.inf),
+    ("spacing", 0.0),
+    ("spacing", -1.0),
+    ("spacing", 1e-320),
+    ("rate", 0.0),
+    ("rate", -5.0),
+    ("rate", np.inf),
+    ("stride", 0),
+    ("stride", 1.5),
+    ("stride", True),
+    ("threshold", -0.1),
+    ("threshold", 1.1),
+    ("threshold", np.nan),
+    ("median", 0),
+    ("median", 2.5),
+    ("drop", -0.1),
+    ("drop", np.nan),
+    ("drop", np.inf),
+    ("seed", -1),
+    ("seed", 2**32),
+    ("seed", 0.5),
+    ("phase", "yes"),
+    ("channels", (1, 2)),
+    ("preset", None),
+]
+
+
+@pytest.mark.parametrize(("name", "value"), OUT_OF_RANGE)
+def test_a_value_out_of_its_range_is_refused_in_one_sentence(name, value):
+    with pytest.raises(InputError) as refusal:
+        Settings(**{name: value})
+    assert str(refusal.value).endswith(".")
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("parameter", [np.inf, np.nan, 2.5, 0.0])
+def test_an_order_that_is_no_whole_number_is_refused(parameter):
+    with pytest.raises(InputError):
+        Settings(wavelet="dog", parameter=parameter)
+
+
+@pytest.mark.parametrize("name", ["stride", "threshold", "median", "drop", "rate", "seed"])
+def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
+    with pytest.raises(InputError, match=rf"The setting {name} must be .*, not -3\."):
+        Settings(**{name: -3})
+
+
+@pytest.mark.parametrize("name", [f.name for f in dataclasses.fields(Settings)])
+@pytest.mark.parametrize("value", [[], {"a": 1}, "?", [[1]]])
+def test_no_value_of_a_wrong_type_gets_further_than_a_sentence(name, value):
+    try:
+        Settings.from_json({name: value})
+    except InputError as refusal:
+        assert str(refusal).endswith(".")
+    else:
+        assert (name, value) in [("preset", "?"), ("channels", [])]
+
+
+def test_a_setting_that_a_newer_version_invented_is_refused_by_name():
+    with pytest.raises(InputError, match=r"setting 'clairvoyance' is unknown.*newer"):
+        Settings.from_json({**Settings().to_json(), "clairvoyance": 1})
+
+
+def test_probabilities_are_needed_only_for_the_threshold():
+    assert Settings().needs_probabilities
+    assert not Settings(threshold=None).needs_probabilities
+    assert Settings(threshold=0.0, median=None, drop=None).needs_probabilities
+
+
+def test_replacing_a_value_checks_it_and_leaves_the_first_settings_alone():
+    settings = Settings()
+    assert settings.replace(stride=3).stride == 3
+    assert settings.stride == 1
+    with pytest.raises(InputError):
+        settings.replace(stride=0)

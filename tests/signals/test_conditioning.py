@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from forcelab.signals.conditioning import bridge, condition, noise_level
+
+NAN, INF = np.nan, np.inf
+
+anything = hnp.arrays(
+    np.float64, st.integers(1, 40), elements=st.floats(allow_nan=True, allow_infinity=True)
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(anything)
+def test_any_input_comes_out_finite_and_below_two(x):
+    ready = condition(x)
+    assert np.isfinite(ready.values).all()
+    assert np.abs(ready.values).max() < 2
+    assert np.isfinite(ready.noise).all()
+
+
+@settings(deadline=None)
+@given(hnp.arrays(np.float64, st.integers(2, 40), elements=st.floats(-1e3, 1e3, width=32)))
+def test_what_is_taken_out_can_be_put_back(x):
+    ready = condition(x)
+    back = np.ldexp(ready.values[0], int(ready.exponent[0])) + np.median(x)
+    np.testing.assert_allclose(back, x, rtol=0, atol=1e-12 * max(1e-300, np.abs(x).max()))
+
+
+@settings(deadline=None)
+@given(
+    hnp.arrays(np.float64, st.integers(1, 30), elements=st.floats(-1e6, 1e6, width=32)),
+    st.integers(-400, 400),
+)
+def test_a_power_of_two_changes_the_exponent_alone(x, power):
+    plain, scaled = condition(x), condition(np.ldexp(x, power))
+    np.testing.assert_array_equal(scaled.values, plain.values)
+    np.testing.assert_array_equal(scaled.noise, plain.noise)
+    varies = bool(plain.values.any())
+    assert scaled.exponent[0] - plain.exponent[0] == (power if varies else 0)
+
+
+@pytest.mark.parametrize("value", [0.0, -0.0, 5e-324, 1e-300, 0.1, -7.0, 1e300, 1.7e308])
+def test_a_constant_leaves_nothing(value):
+    ready = condition(np.full(20, value))
+    assert not ready.values.any()
+    assert ready.exponent.tolist() == [0]
+    assert ready.noise.tolist() == [0.0]
+
+
+def test_a_channel_without_a_single_sample_leaves_nothing():
+    ready = condition([NAN, INF, -INF])
+    assert ready.values.tolist() == [[0.0, 0.0, 0.0]]
+
+
+def test_missing_samples_lie_on_straight_lines_and_the_ends_hold():
+    assert bridge(np.array([NAN, 1.0, NAN, INF, 4.0, -INF])).tolist() == [1, 1, 2, 3, 4, 4]
+
+
+def test_a_bridge_across_the_whole_range_of_numbers_does_not_overflow():
+    ready = condition([1.6e308, NAN, -1.6e308])
+    first, middle, last = ready.values[0]
+    assert middle == 0
+    assert first == -last > 0.4
+
+
+def test_values_are_read_whatever_their_type_order_and_layout():
+    x = np.array([3, -1, 4, 1, -5, 9, 2, 6])
+    expected = condition(x.astype(np.float64)).values
+    frozen = x.astype(np.float64)
+    frozen.flags.writeable = False
+    wide = np.zeros((8, 3))
+    wide[:, 1] = x
+    for other in (
+        x.astype(np.int16),
+        x.astype(np.int8),
+        x.astype(">f8"),
+        x.astype(">i2"),
+        x.astype(np.float32),
+        x.astype(np.float16),
+        x.astype(np.longdouble),
+        list(map(int, x)),
+        frozen,
+        wide[:, 1],
+        x[::-1].astype(np.float64)[::-1],
+    ):
+        np.testing.assert_array_equal(condition(other).values, expected)
+
+
+def test_the_input_is_left_alone():
+    x = np.array([1.0, NAN, 3.0])
+    condition(x)
+    np.testing.assert_array_equal(x, [1.0, NAN, 3.0])
+
+
+def test_channels_do_not_bear_upon_each_other():
+    random = np.random.default_rng(0)
+    x = random.standard_normal((3, 50)) * np.array([[1e-9], [1.0], [1e9]])
+    together = condition(x)
+    for c in range(3):
+        alone = condition(x[c])
+        np.testing.assert_array_equal(together.values[c], alone.values[0])
+        assert together.exponent[c] == alone.exponent[0]
+        assert together.noise[c] == alone.noise[0]
+
+
+def test_the_noise_level_is_the_standard_deviation_of_white_noise():
+    noise = 0.013 * np.random.default_rng(1).standard_normal(200_000)
+    assert noise_level(noise) == pytest.approx(0.013, rel=0.01)
+
+
+def test_the_noise_level_ignores_slow_forces_and_rare_impacts():
+    random = np.random.default_rng(2)
+    t = np.arange(20_000) / 1000
+    force = 8 * np.sin(2 * np.pi * 0.5 * t) + 0.01 * random.standard_normal(t.size)
+    force[random.choice(t.size, 100, replace=False)] += 50
+    assert noise_level(force) == pytest.approx(0.01, rel=0.05)
+
+
+def test_the_noise_is_given_in_units_of_the_values():
+    x = 300 + 0.5 * np.random.default_rng(3).standard_normal(50_000)
+    ready = condition(x)
+    assert np.ldexp(ready.noise[0], int(ready.exponent[0])) == pytest.approx(0.5, rel=0.02)
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_so_few_samples_have_no_noise(n):
+    assert noise_level(np.arange(float(n))) == 0

@@ -1,0 +1,231 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
+from scipy.special import eval_hermitenorm, gammaln
+
+from forcelab.errors import InputError
+from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, wavelet_named
+
+SMOOTH = [
+    *(Morlet(p) for p in (0.3, 1.0, 2.0, 5.0, 6.0, 12.0)),
+    *(RealMorlet(p) for p in (0.3, 2.0, 5.0, 8.0)),
+    *(DOG(m) for m in (1, 2, 3, 4, 6, 10, 25)),
+]
+ALL = [*SMOOTH, Haar()]
+
+
+def name(wavelet):
+    return wavelet.name
+
+
+def fine_times(wavelet, step=1 / 512):
+    half = math.ceil(wavelet.radius + 2)
+    return np.arange(-half, half + step / 2, step), step
+
+
+def integral(values, step):
+    """The trapezoid of a function that is smooth and zero at its ends converges exponentially."""
+    return values.sum(axis=-1) * step
+
+
+# The closed forms, written here a second time, not with the project's code.
+
+
+def morlet(t, p):
+    return np.pi**-0.25 * (np.exp(1j * p * t) - np.exp(-(p**2) / 2)) * np.exp(-(t**2) / 2)
+
+
+def derivative_of_gaussian(t, m):
+    # d^m/dt^m exp(-t^2/2) = (-1)^m He_m(t) exp(-t^2/2)
+    return -eval_hermitenorm(m, t) * np.exp(-(t**2) / 2) / math.exp(gammaln(m + 0.5) / 2)
+
+
+@pytest.mark.parametrize("p", [0.3, 1.0, 5.0, 6.0, 12.0])
+def test_the_morlet_is_the_published_one_with_its_correction(p):
+    t = np.linspace(-7, 7, 1401)
+    np.testing.assert_allclose(Morlet(p).time(t), morlet(t, p), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(RealMorlet(p).time(t), morlet(t, p).real, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("m", [1, 2, 3, 4, 6, 10, 25])
+def test_the_derivatives_of_a_gaussian_are_those_of_torrence_and_compo(m):
+    t = np.linspace(-12, 12, 2401)
+    np.testing.assert_allclose(DOG(m).time(t), derivative_of_gaussian(t, m), rtol=0, atol=1e-13)
+
+
+def test_the_second_derivative_is_the_mexican_hat_standing_upright():
+    t = np.array([0.0, 1.0, 2.0])
+    hat = (1 - t**2) * np.exp(-(t**2) / 2) / math.sqrt(math.gamma(2.5))
+    np.testing.assert_allclose(DOG(2).time(t).real, hat, atol=1e-15)
+
+
+def test_the_haar_wavelet_is_one_then_minus_one():
+    t = [-0.51, -0.5, -0.01, 0.0, 0.49, 0.5]
+    assert Haar().time(t).tolist() == [0, 1, 1, -1, -1, 0]
+
+
+@pytest.mark.parametrize("wavelet", SMOOTH, ids=name)
+def test_the_spectrum_is_the_fourier_integral_of_the_wavelet(wavelet):
+    t, step = fine_times(wavelet)
+    omega = np.concatenate([np.linspace(-16, 16, 65), [1e-3, -1e-3, 0.1, 40.0]])
+    psi = wavelet.time(t)
+    expected = integral(psi * np.exp(-1j * omega[:, np.newaxis] * t), step)
+    tolerance = 1e-12 * np.abs(expected).max()
+    np.testing.assert_allclose(wavelet.spectrum(omega), expected, rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize("omega", [-30.0, -4.6, -0.2, 0.0, 1e-4, 1.0, 4.6, 2 * math.pi, 4 * math.pi])
+def test_the_spectrum_of_haar_is_its_fourier_integral(omega):
+    def part(function):
+        def value(t):
+            return float(Haar().time(t).real) * function(omega * t)
+
+        return quad(value, -0.5, 0.5, points=[0.0], epsabs=1e-13)[0]
+
+    expected = part(math.cos) - 1j * part(math.sin)
+    assert complex(Haar().spectrum(omega)) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("wavelet", ALL, ids=name)
+def test_the_mean_is_zero_so_that_a_constant_gives_nothing(wavelet):
+    assert abs(wavelet.spectrum(0.0)) < 1e-15
+    t, step = fine_times(wavelet)
+    psi = wavelet.time(t)
+    assert abs(integral(psi, step)) < 1e-13 * integral(np.abs(psi), step)
+
+
+@pytest.mark.parametrize(
+    ("wavelet", "energy", "within"),
+    [
+        # The correction takes a little: exactly 1 + exp(-p^2) - 2 exp(-3 p^2 / 4).
+        *((Morlet(p), 1 + math.exp(-(p**2)) - 2 * math.exp(-0.75 * p**2), 1e-13) for p in (1, 5)),
+        (Morlet(5.0), 1.0, 2e-8),
+        (RealMorlet(5.0), 0.5, 2e-8),
+        *((DOG(m), 1.0, 1e-12) for m in (1, 2, 3, 6, 10, 25)),
+        (Haar(), 1.0, 1e-12),
+    ],
+    ids=str,
+)
+def test_the_energy_is_what_it_is_said_to_be(wavelet, energy, within):
+    t, step = fine_times(wavelet)
+    assert integral(np.abs(wavelet.time(t)) ** 2, step) == pytest.approx(energy, abs=within)
+
+
+@pytest.mark.parametrize("wavelet", ALL, ids=name)
+def test_a_wavelet_says_truly_whether_it_is_real(wavelet):
+    t, _ = fine_times(wavelet)
+    assert wavelet.real == bool(np.all(wavelet.time(t).imag == 0))
+    omega = np.linspace(0.1, 12, 50)
+    mirrored = np.conj(wavelet.spectrum(-omega))
+    assert wavelet.real == bool(np.allclose(wavelet.spectrum(omega), mirrored, atol=1e-12))
+
+
+def strongest(wavelet):
+    """Period of a sine over the scale that answers to it most, searched for numerically.
+
+    A sine of angular frequency w has the response sqrt(a) |psi_hat(a w)| at scale a.
+    """
+    u = np.linspace(0.01, 14, 14000)
+    near = u[np.argmax(np.sqrt(u) * np.abs(wavelet.spectrum(u)))]
+    found = minimize_scalar(
+        lambda v: -float(np.sqrt(v) * np.abs(wavelet.spectrum(v))),
+        bounds=(near - 0.01, near + 0.01),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return 2 * math.pi / found.x
+
+
+@pytest.mark.parametrize(
+    ("wavelet", "within"),
+    [
+        *((Morlet(p), 1e-6) for p in (5.0, 6.0, 12.0)),
+        (Morlet(3.0), 1e-2),  # the correction term shifts the peak where p is small
+        (RealMorlet(5.0), 1e-6),
+        *((DOG(m), 1e-6) for m in (1, 2, 3, 6, 25)),
+        (Haar(), 1e-6),
+    ],
+    ids=str,
+)
+def test_the_fourier_factor_is_where_a_sine_answers_most_over_the_scales(wavelet, within):
+    assert wavelet.fourier_factor == pytest.approx(strongest(wavelet), rel=within)
+
+
+@pytest.mark.parametrize("wavelet", [Morlet(5.0), Morlet(12.0)], ids=name)
+def test_the_power_beside_an_impulse_has_fallen_by_two_e_foldings(wavelet):
+    ratio = np.abs(wavelet.time(wavelet.e_folding)) ** 2 / np.abs(wavelet.time(0.0)) ** 2
+    assert ratio == pytest.approx(math.exp(-2), rel=1e-4)
+
+
+@pytest.mark.parametrize("wavelet", ALL, ids=name)
+def test_nothing_of_the_wavelet_lies_outside_its_radius(wavelet):
+    t = np.linspace(0, wavelet.radius + 10, 40001)
+    size = np.maximum(np.abs(wavelet.time(t)), np.abs(wavelet.time(-t)))
+    share = 1e-11 if isinstance(wavelet, Morlet) and wavelet.p < 3 else 1e-13
+    assert size[t > wavelet.radius].max() <= share * size.max()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(1, 400), st.floats(-60, 60))
+def test_derivatives_of_any_order_stay_finite(m, x):
+    assert np.isfinite(DOG(m).time(x))
+    assert np.isfinite(DOG(m).spectrum(x))
+
+
+@given(st.floats(0.5, 40), st.floats(-1e6, 1e6))
+def test_morlets_stay_finite_far_out(p, x):
+    for wavelet in (Morlet(p), RealMorlet(p)):
+        assert np.isfinite(wavelet.time(x))
+        assert np.isfinite(wavelet.spectrum(x))
+
+
+@pytest.mark.parametrize(
+    ("asked", "parameter", "expected"),
+    [
+        ("morlet", None, Morlet(5.0)),
+        ("morlet", 6.5, Morlet(6.5)),
+        ("real-morlet", None, RealMorlet(5.0)),
+        ("dog", None, DOG(2)),
+        ("dog", 3.0, DOG(3)),
+        ("haar", None, Haar()),
+    ],
+)
+def test_a_wavelet_is_found_by_its_name(asked, parameter, expected):
+    wavelet = wavelet_named(asked, parameter)
+    assert wavelet == expected
+    assert type(wavelet) is type(expected)
+
+
+def test_the_names_tell_kinds_and_parameters_apart():
+    assert [wavelet.name for wavelet in (Morlet(), RealMorlet(5.5), DOG(3), Haar())] == [
+        "Morlet p = 5",
+        "real Morlet p = 5.5",
+        "DOG m = 3",
+        "Haar",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("asked", "parameter", "complaint"),
+    [
+        ("mexican", None, "no wavelet 'mexican'; choose from morlet, real-morlet, dog, haar"),
+        ("morlet", 0.0, "p must be positive, not 0"),
+        ("morlet", math.nan, "p must be positive, not nan"),
+        ("real-morlet", math.inf, "p must be positive, not inf"),
+        ("dog", 0.0, "1 or more, not 0"),
+        ("dog", 2.5, "whole number, not 2.5"),
+        ("dog", math.nan, "whole number, not nan"),
+        ("dog", math.inf, "whole number, not inf"),
+        ("haar", 2.0, "has no parameter; leave it out"),
+    ],
+)
+def test_a_wavelet_that_cannot_be_is_refused_in_one_sentence(asked, parameter, complaint):
+    with pytest.raises(InputError, match=complaint):
+        wavelet_named(asked, parameter)

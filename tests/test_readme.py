@@ -1,0 +1,49 @@
+"""What the README shows is what happens."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from make_assets import ASSETS, assets
+from make_readme import README, ROOT, run_blocks
+
+TEXT = README.read_text("utf-8")
+
+
+def masked(text):
+    """Text without its numbers, which differ a little between processors, and without columns."""
+    return re.sub(r"[ \-─]+", " ", re.sub(r"\d+(\.\d+)?(e-?\d+)?", "#", text))
+
+
+def test_every_command_prints_what_the_readme_shows(tmp_path):
+    made = run_blocks(TEXT, tmp_path)
+    assert masked(made) == masked(TEXT)
+    assert (tmp_path / "pairs.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_script_in_the_readme_runs(tmp_path):
+    script = re.search(r"```python\n(.*?)```", TEXT, re.S)[1]
+    (tmp_path / "assets").symlink_to(ASSETS)
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert float(re.fullmatch(r"6 demonstrations, accuracy (.*)\n", done.stdout)[1]) > 0.9
+
+
+def test_ci_runs_the_readme_command_for_tests():
+    runs = [line for line in TEXT.splitlines() if line.startswith(".ci/setup")]
+    assert len(runs) == 2
+    assert runs[1].startswith(".ci/setup test && ")
+    assert (ROOT / ".ci" / "run").stat().st_mode & 0o111
+
+
+def test_the_readme_shows_pictures_that_are_there():
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", TEXT)
+    assert pictures
+    assert all((ROOT / picture).is_file() for picture in pictures)
+
+
+def test_the_example_recordings_are_what_the_generator_makes():
+    found = {path.name: path.read_text("utf-8") for path in Path(ASSETS).glob("*.csv")}
+    assert found == assets()

@@ -1,0 +1,240 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment
+from forcelab.merging import MergeMap
+from forcelab.vocabulary import COLOURS, KEYS, Action, Vocabulary
+
+names = st.text(min_size=1, max_size=6).filter(str.strip)
+vocabularies = st.lists(names, max_size=45).map(lambda found: Vocabulary().with_actions(*found))
+
+SMALL = Vocabulary().with_actions("grab", "hold", "pull")
+
+
+@given(vocabularies, st.lists(names, max_size=5))
+def test_adding_actions_never_changes_the_others(vocabulary, new):
+    grown = vocabulary.with_actions(*new)
+    assert grown.actions[: len(vocabulary)] == vocabulary.actions
+    assert grown.names == tuple(dict.fromkeys([*vocabulary.names, *new]))
+    assert grown.with_actions(*new) == grown
+
+
+@given(vocabularies.filter(len), st.data())
+def test_removing_an_action_never_changes_the_others(vocabulary, data):
+    name = data.draw(st.sampled_from(vocabulary.names))
+    fewer = vocabulary.removed(name)
+    assert name not in fewer
+    assert set(fewer) == set(vocabulary) - {vocabulary[name]}
+    # What it had is the first that is free again.
+    assert set(fewer.with_actions(name)) == set(vocabulary)
+
+
+@given(vocabularies)
+def test_no_two_actions_look_alike_or_share_a_key(vocabulary):
+    assert len({action.look for action in vocabulary}) == len(vocabulary)
+    keys = [action.key for action in vocabulary if action.key]
+    assert len(set(keys)) == len(keys) == min(len(vocabulary), len(KEYS))
+
+
+def test_the_eight_colours_come_first_plain_then_textured():
+    vocabulary = Vocabulary().with_actions(*(f"action {n}" for n in range(20)))
+    looks = [action.look for action in vocabulary]
+    assert looks[:8] == [(colour, 0) for colour in COLOURS]
+    assert looks[8:16] == [(colour, 1) for colour in COLOURS]
+    assert looks[16:] == [(colour, 2) for colour in COLOURS[:4]]
+    assert sorted(COLOURS) == sorted(
+        # Okabe and Ito, Color Universal Design, 2008.
+        ["#000000", "#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"]
+    )
+
+
+def test_keys_are_digits_then_letters_without_those_that_mean_something():
+    vocabulary = Vocabulary().with_actions(*(f"action {n}" for n in range(40)))
+    keys = [action.key for action in vocabulary]
+    assert "".join(keys) == "123456789abcdefhijmopqrstuvwxyz"
+    assert keys[31:] == [""] * 9
+
+
+def test_a_vocabulary_is_looked_up_by_name():
+    assert SMALL["hold"].name == "hold"
+    assert "hold" in SMALL
+    assert "slip" not in SMALL
+    assert [action.name for action in SMALL] == ["grab", "hold", "pull"]
+    with pytest.raises(KeyError, match="slip"):
+        SMALL["slip"]
+
+
+def test_a_new_key_changes_that_action_only():
+    changed = SMALL.rebound("hold", "h")
+    assert changed["hold"] == Action("hold", SMALL["hold"].colour, "h")
+    assert (changed["grab"], changed["pull"]) == (SMALL["grab"], SMALL["pull"])
+    assert changed.names == SMALL.names
+    assert SMALL.rebound("hold", "2") == SMALL
+    assert SMALL.rebound("hold", "").rebound("pull", "2")["pull"].key == "2"
+
+
+def test_a_new_colour_changes_that_action_only_and_never_copies_a_look():
+    changed = SMALL.recoloured("hold", "#AABBCC")
+    assert changed["hold"] == Action("hold", "#aabbcc", "2")
+    assert (changed["grab"], changed["pull"]) == (SMALL["grab"], SMALL["pull"])
+    alike = SMALL.recoloured("hold", SMALL["grab"].colour)
+    assert alike["hold"].look == (SMALL["grab"].colour, 1)
+    assert alike.recoloured("hold", SMALL["grab"].colour) == alike
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda: SMALL.rebound("hold", "1"), "'1' paints 'grab'; give 'grab' another key"),
+        (lambda: SMALL.rebound("hold", "k"), "'k' cannot paint 'hold'"),
+        (lambda: SMALL.rebound("hold", "H"), "'H' cannot paint 'hold'"),
+        (lambda: SMALL.rebound("hold", "0"), "'0' cannot paint 'hold'"),
+        (lambda: SMALL.rebound("hold", "12"), "'12' cannot paint 'hold'"),
+        (lambda: SMALL.rebound("slip", "s"), "no action 'slip'; the vocabulary has grab, hold"),
+        (lambda: SMALL.recoloured("hold", "red"), "must look like #e69f00, not 'red'"),
+        (lambda: SMALL.recoloured("hold", "#123456\n"), "must look like"),
+        (lambda: SMALL.recoloured("slip", "#ffffff"), "no action 'slip'"),
+        (lambda: SMALL.removed("slip"), "no action 'slip'"),
+        (lambda: Vocabulary().removed("slip"), "the vocabulary has no actions"),
+        (lambda: SMALL.with_actions(" "), "needs a name"),
+        (lambda: Action("grab", "#ffffff", "1", -1), "texture of 'grab' is -1"),
+        (lambda: Vocabulary((*SMALL, Action("grab", "#ffffff", ""))), "two actions called 'grab'"),
+        (lambda: Vocabulary((*SMALL, Action("x", "#ffffff", "2"))), "have the key '2'"),
+        (lambda: Vocabulary((*SMALL, Action("x", COLOURS[0], ""))), "'grab' and 'x' look the same"),
+    ],
+)
+def test_what_is_no_vocabulary_is_refused_with_a_sentence(change, sentence):
+    with pytest.raises(InputError, match=sentence):
+        change()
+
+
+@given(vocabularies)
+def test_a_vocabulary_comes_back_from_json_as_it_was(vocabulary):
+    text = json.dumps(vocabulary.to_json())
+    assert Vocabulary.from_json(json.loads(text)) == vocabulary
+
+
+GOOD = {"name": "grab", "colour": "#0072b2", "key": "1", "texture": 0}
+
+
+@pytest.mark.parametrize(
+    ("items", "sentence"),
+    [
+        ({"grab": GOOD}, "must be a list of actions"),
+        (None, "must be a list of actions"),
+        (["grab"], "Action 1 of the vocabulary"),
+        ([GOOD, {**GOOD, "name": "hold", "texture": True}], "Action 2 of the vocabulary"),
+        ([{**GOOD, "texture": 0.0}], "Action 1"),
+        ([{**GOOD, "name": None}], "Action 1"),
+        ([{**GOOD, "size": 3}], "Action 1"),
+        ([{"name": "grab"}], "Action 1"),
+        ([{**GOOD, "colour": "blue"}], "must look like"),
+        ([GOOD, GOOD], "two actions called 'grab'"),
+    ],
+)
+def test_json_that_is_no_vocabulary_is_refused_with_a_sentence(items, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Vocabulary.from_json(items)
+
+
+SPELLINGS = MergeMap({"grap_pen": "grab", "grab_soft": "grab", "slip_pen": "slip"})
+
+
+def test_merging_brings_spellings_together_and_leaves_the_rest():
+    assert SPELLINGS.apply("grap_pen") == SPELLINGS.apply("grab_soft") == "grab"
+    assert SPELLINGS.apply("hold") == "hold"
+    assert MergeMap().apply("grap_pen") == "grap_pen"
+    assert MergeMap({"grap": "grab", "grab": "grab"}).apply("grap") == "grab"
+
+
+def test_merging_relabels_segments_and_moves_no_edge():
+    segments = (
+        Segment(0, 1, "grap_pen"),
+        Segment(1, 2, "grab_soft"),
+        Segment(3, 4, "hold"),
+    )
+    assert SPELLINGS.apply_segments(segments) == (
+        Segment(0, 1, "grab"),
+        Segment(1, 2, "grab"),
+        Segment(3, 4, "hold"),
+    )
+    assert MergeMap().apply_segments(segments) == segments
+
+
+@given(st.dictionaries(names, names, max_size=6), names)
+def test_a_map_that_is_accepted_does_the_same_when_applied_twice(targets, action):
+    try:
+        merges = MergeMap(targets)
+    except InputError:
+        assert any(targets.get(end, end) != end for end in targets.values())
+        return
+    for name in (*targets, action):
+        assert merges.apply(merges.apply(name)) == merges.apply(name) == targets.get(name, name)
+    assert MergeMap.from_json(json.loads(json.dumps(merges.to_json()))) == merges
+    assert dict(merges.items()) == targets
+
+
+def test_maps_are_equal_whatever_order_they_were_written_in():
+    backwards = MergeMap(dict(reversed(SPELLINGS.items())))
+    assert backwards == SPELLINGS
+    assert hash(backwards) == hash(SPELLINGS)
+    assert list(backwards.to_json()) == sorted(backwards.to_json())
+
+
+@pytest.mark.parametrize(
+    ("targets", "sentence"),
+    [
+        ({"a": "b", "b": "c"}, "'a' is merged into 'b', but 'b' itself into 'c'"),
+        ({"a": "b", "b": "a"}, "merge each action straight into its last name"),
+        ({"a": " "}, "needs two names"),
+        ({"": "a"}, "needs two names"),
+        ({"a": 1}, "merge of 'a' must name an action"),
+        ({"a": None}, "merge of 'a' must name an action"),
+        (["a", "b"], "must be an object of strings"),
+    ],
+)
+def test_what_is_no_merge_map_is_refused_with_a_sentence(targets, sentence):
+    with pytest.raises(InputError, match=sentence):
+        MergeMap.from_json(targets)
+
+
+@pytest.mark.parametrize("mark", ["", "\ufeff"])
+def test_a_map_is_read_from_a_file_with_or_without_a_byte_order_mark(tmp_path, mark):
+    path = tmp_path / "merge.json"
+    text = mark + '{"grap_pen": "grab",\n "löslassen": "release"}'
+    path.write_text(text, encoding="utf-8")
+    assert MergeMap.read(path) == MergeMap({"grap_pen": "grab", "löslassen": "release"})
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"", "is not JSON: .* in line 1"),
+        (b'{"a": "b",\n"c"}', "is not JSON: .* in line 2"),
+        (b'{"a": "b", "a": "c"}', "'a' is merged twice"),
+        (b'["a"]', "must be an object of strings"),
+        (b'{"a": {"b": "c"}}', "must name an action"),
+        (b'{"a": "b", "b": "c"}', "itself into 'c'"),
+        (b"\xff\xfe\x00{", "is not a text of JSON"),
+        (b"[" * 100_000, "is not a text of JSON"),
+        (b"9" * 5_000, "is not a text of JSON|must be an object of strings"),
+    ],
+)
+def test_a_broken_file_is_refused_with_a_sentence_that_names_it(tmp_path, content, sentence):
+    path = tmp_path / "merge.json"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=sentence) as caught:
+        MergeMap.read(path)
+    assert str(path) in str(caught.value)
+    assert str(caught.value).endswith(".")
+
+
+def test_a_file_that_is_not_there_is_refused_with_a_sentence(tmp_path):
+    with pytest.raises(InputError, match=r"absent\.json cannot be read: No such file"):
+        MergeMap.read(tmp_path / "absent.json")
