@@ -7,12 +7,30 @@ thread, a script) decides what to do with the progress.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
 from typing import TypeVar
 
-__all__ = ["finish"]
+__all__ = ["Progress", "finish"]
 
-ProgressT = TypeVar("ProgressT")
+ProgressT = TypeVar("ProgressT", bound="Progress")
 ResultT = TypeVar("ResultT")
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a job is.
+
+    Parameters
+    ----------
+    done, total : int
+        Steps done, and steps in all; a job may be finished in fewer.
+    text : str
+        What the steps are, or what is done next, such as ``"reading JPen_sig.pdl"``.
+    """
+
+    done: int
+    total: int
+    text: str
 
 
 def finish(

@@ -27,6 +27,7 @@ def run(arguments: argparse.Namespace) -> None:
     jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
     if jobs < 1:
         raise InputError(f"--jobs is 1 or more, not {jobs}.")
+    _check_figures(arguments)
     evaluations = []
     with Project.open(arguments.project) as project:
         groups = chosen_tasks(project, arguments.task)
@@ -50,6 +51,16 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.confusion is not None:
         _draw_confusion(evaluations, arguments.confusion)
     _tell(evaluations, arguments.json)
+
+
+def _check_figures(arguments: argparse.Namespace) -> None:
+    """Refuse a figure that cannot be saved before the evaluation, not after it."""
+    wanted = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    if wanted:
+        from forcelab.gui.figures.canvas import check_suffix
+
+        for path in wanted:
+            check_suffix(path)
 
 
 def _keep(project: Project, evaluation: Evaluation) -> None:

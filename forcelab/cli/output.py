@@ -6,7 +6,9 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
+
+from forcelab.jobs import Progress
 
 __all__ = ["json_text", "percent", "progress_bar", "table"]
 
@@ -44,17 +46,8 @@ def json_text(value: Any) -> str:
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-class _Progress(Protocol):
-    @property
-    def text(self) -> str: ...
-    @property
-    def done(self) -> int: ...
-    @property
-    def total(self) -> int: ...
-
-
 @contextmanager
-def progress_bar(title: str = "") -> Iterator[Callable[[_Progress], None]]:
+def progress_bar(title: str = "") -> Iterator[Callable[[Progress], None]]:
     """A bar on standard error while a job runs; nothing at all where that is no terminal.
 
     Yields
@@ -64,7 +57,7 @@ def progress_bar(title: str = "") -> Iterator[Callable[[_Progress], None]]:
     """
     shown = sys.stderr.isatty()
 
-    def watch(progress: _Progress) -> None:
+    def watch(progress: Progress) -> None:
         if shown:
             full = round(WIDTH * progress.done / max(progress.total, 1))
             bar = "█" * full + "·" * (WIDTH - full)

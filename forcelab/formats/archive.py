@@ -281,7 +281,7 @@ def _read_recognisers(members: Members, project: Project) -> None:
     where = members.where("recognisers.json")
     for item in _list(members, "recognisers.json"):
         id_, name = field(item, "id", str, where), field(item, "name", str, where)
-        data = members.bytes(f"recognisers/{id_}.skops")
+        data = members.content(f"recognisers/{id_}.skops")
         if project.add_recogniser(name, data, **_made(members, item, where)) != id_:
             raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
 

@@ -13,7 +13,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +96,7 @@ class Members:
         """The ids of all demonstrations, sorted."""
         return sorted({n.split("/")[1] for n in self._names if n.startswith("demonstrations/")})
 
-    def bytes(self, name: str) -> bytes:
+    def content(self, name: str) -> bytes:
         """The content of a member."""
         with self._opened(name) as member:
             return member.read()
@@ -104,13 +104,13 @@ class Members:
     def json(self, name: str) -> Any:
         """The value of a member of JSON."""
         try:
-            return json.loads(self.bytes(name))
+            return json.loads(self.content(name))
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.where(name)} is no valid JSON.") from error
 
     def array(self, name: str) -> NDArray[np.float64]:
         """An array of 64-bit numbers, read-only."""
-        data = self.bytes(name)
+        data = self.content(name)
         stream = io.BytesIO(data)
         try:
             if np.lib.format.read_magic(stream) != (1, 0):
@@ -142,13 +142,13 @@ class Members:
         return f"'{name}' in the archive '{self.path}'"
 
     @contextlib.contextmanager
-    def _opened(self, name: str) -> Iterator[BinaryIO]:
+    def _opened(self, name: str) -> Iterator[IO[bytes]]:
         """A member open for reading; whatever is wrong with it is one sentence."""
         if name not in self._names:
             raise InputError(f"The archive '{self.path}' lacks '{name}'; it is not complete.")
         self.unread.discard(name)
         with _told(self.path), self._zip.open(name) as member:
-            yield member  # type: ignore[misc]  # it has all of BinaryIO that is used
+            yield member
 
 
 @contextlib.contextmanager

@@ -129,29 +129,29 @@ def read_body(path: Path, layout: Layout, encoding: str, plan: Plan) -> Body:
     """
     blocks: list[list[NDArray[np.float64]]] = [[] for _ in layout.columns]
     words = {i: Words() for i in range(len(blocks)) if i not in plan.numeric and i != plan.time}
-    plain = layout.dialect.decimal == "." and not words and (not plan.clock or plan.clock.plain)
+    plain = [i for i in range(len(blocks)) if i in plan.numeric]
+    if plan.clock and plan.time is not None and plan.clock.plain:
+        plain = sorted([*plain, plan.time])
+    rest = [i for i in range(len(blocks)) if i not in plain]
     at: list[NDArray[np.int64]] = []
     ragged: list[NDArray[np.bool_]] = []
     for line_numbers, rows in lines(path, encoding, layout.skip):
         at.append(np.array(line_numbers, np.int64))
-        quick = _all_numbers(rows, layout.dialect) if plain else None
+        quick = _numbers_at_once(rows, layout.dialect, plain)
+        columns: dict[int, Sequence[str]]
         if quick is not None:
             ragged.append(np.zeros(len(rows), np.bool_))
-            for index, block in enumerate(blocks):
-                block.append(quick[:, index])
-            continue
-        try:
-            table = layout.dialect.split(rows)
-        except ValueError as error:
-            raise InputError(
-                f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell "
-                "must end on the line on which it starts."
-            ) from error
-        ragged.append(_even_out(table, layout.dialect))
-        _refuse_ragged(path, layout.dialect.width, at, ragged, final=False)
+            for place, index in enumerate(plain):
+                blocks[index].append(quick[:, place])
+            columns = {index: _one_column(rows, layout.dialect, index) for index in rest}
+        else:
+            table = _split(path, line_numbers, rows, layout.dialect)
+            ragged.append(_even_out(table, layout.dialect))
+            _refuse_ragged(path, layout.dialect.width, at, ragged, final=False)
+            columns = dict(enumerate(zip(*table, strict=True)))
         index = 0
         try:
-            for index, cells in enumerate(zip(*table, strict=True)):
+            for index, cells in columns.items():
                 if index in words:
                     words[index].read(cells)
                 elif plan.clock and index == plan.time:
@@ -178,16 +178,55 @@ def read_body(path: Path, layout: Layout, encoding: str, plan: Plan) -> Body:
     return Body(values, words, stamps, np.concatenate(at), np.concatenate(ragged))
 
 
-def _all_numbers(rows: list[str], dialect: Dialect) -> NDArray[np.float64] | None:
-    """A block of numbers alone, read three times as fast as cell by cell; None for any other."""
+def _split(
+    path: Path, line_numbers: Sequence[int], rows: Sequence[str], dialect: Dialect
+) -> list[list[str]]:
+    """The cells of a block."""
     try:
-        table = np.loadtxt(rows, delimiter=dialect.separator, comments=None, quotechar='"', ndmin=2)
+        return dialect.split(rows)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: {error} between lines {line_numbers[0]} and {line_numbers[-1]}; a cell must "
+            "end on the line on which it starts."
+        ) from error
+
+
+def _numbers_at_once(
+    rows: list[str], dialect: Dialect, columns: Sequence[int]
+) -> NDArray[np.float64] | None:
+    """The columns of plain numbers of a block, read three times as fast as cell by cell.
+
+    None where a cell is missing or quoted, a row is ragged, or decimal marks are commas.
+    """
+    mark, others = dialect.separator, len(columns) < dialect.width
+    if dialect.decimal != "." or not columns or (others and mark is None):
+        return None
+    if mark and not all(row.count(mark) == dialect.width - 1 for row in rows):
+        return None
+    if any('"' in row for row in rows):
+        return None
+    try:
+        table = np.loadtxt(
+            rows,
+            delimiter=mark,
+            comments=None,
+            ndmin=2,
+            usecols=columns if others else None,
+        )
     except ValueError:
         return None
-    if table.shape != (len(rows), dialect.width):
+    if table.shape != (len(rows), len(columns)):
         return None
     table[~np.isfinite(table)] = np.nan
     return table
+
+
+def _one_column(rows: list[str], dialect: Dialect, index: int) -> list[str]:
+    """The cells of one column of rows without quotes, split from the nearer end."""
+    mark, behind = dialect.separator, dialect.width - 1 - index
+    if behind < index:
+        return [row.rsplit(mark, behind + 1)[-behind - 1] for row in rows]
+    return [row.split(mark, index + 1)[index] for row in rows]
 
 
 def _even_out(table: list[list[str]], dialect: Dialect) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from enum import Enum
@@ -81,7 +82,7 @@ def numbers(cells: Sequence[str], decimal: str = ".") -> NDArray[np.float64]:
     -------
     ndarray, shape (n,)
         The nearest float64 of each number; NaN where the cell is empty or a word for a missing
-        sample, infinities included.
+        sample, or means infinity or a number beyond float64.
 
     Raises
     ------
@@ -107,7 +108,8 @@ def _number(index: int, cell: str, decimal: str) -> float:
     """One number, NaN for a missing sample."""
     kind = kind_of(cell, decimal)
     if kind is Kind.NUMBER:
-        return float(cell.replace(",", "."))
+        value = float(cell.replace(",", "."))
+        return value if math.isfinite(value) else math.nan
     if kind is Kind.MISSING:
-        return float("nan")
+        return math.nan
     raise NotANumberError(index, cell)

@@ -29,7 +29,7 @@ _EPOCH_DAY = date(1970, 1, 1).toordinal()
 _DAY = 86_400
 #: Larger stamps are read as an integer base and a remainder, so that no digit is lost.
 _LARGE = 1e8
-_PLAIN = re.compile(r"(\d+)(?:([.,])(\d+))?", re.ASCII)
+_PLAIN = re.compile(r"(\d{1,30})(?:([.,])(\d{1,30}))?", re.ASCII)
 _UNITS = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 

@@ -257,6 +257,8 @@ def detect(rows: Sequence[str]) -> Dialect | None:
     for separator in _SEPARATORS:
         if separator and not any(separator in row for row in rows):
             continue
+        if separator is None and best and best[1].separator == "\t":
+            continue  # blanks between tabs are in names and labels
         try:
             table = _split(rows, separator)
         except ValueError:
@@ -279,6 +281,8 @@ def _explain(
     bad: Counter[int] = Counter()
     for place, row in enumerate(table):
         kinds = [kind_of(cell, decimal) for cell in row]
+        if separator == "\t" and _numbers_between_blanks(row, kinds, decimal):
+            return None
         good[len(row)] += sum(kind in (Kind.NUMBER, Kind.STAMP) for kind in kinds)
         bad[len(row)] += kinds.count(Kind.TEXT) if 2 * place >= len(table) else 0
     if not good:
@@ -286,3 +290,12 @@ def _explain(
     rows = Counter(map(len, table))
     width, score = max(good.items(), key=lambda item: (item[1], rows[item[0]]))
     return ((score, -bad[width]), Dialect(separator, decimal, width)) if score else None
+
+
+def _numbers_between_blanks(row: Sequence[str], kinds: Sequence[Kind], decimal: str) -> bool:
+    """Whether a row has cells that are no numbers only because blanks separate, too."""
+    return any(
+        all(kind_of(part, decimal) is Kind.NUMBER for part in cell.split())
+        for cell, kind in zip(row, kinds, strict=True)
+        if kind is Kind.TEXT
+    )

@@ -13,27 +13,10 @@ from forcelab.errors import InputError
 from forcelab.formats import identify, read
 from forcelab.formats.labelfiles import lies_beside
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Project
 
-__all__ = ["ImportReport", "Imported", "Progress", "import_files", "importing"]
-
-
-@dataclass(frozen=True, slots=True)
-class Progress:
-    """How far an import is.
-
-    Parameters
-    ----------
-    done, total : int
-        Steps done, and steps in all: one for each file to read and one for writing the project.
-    text : str
-        What is done next, such as ``"reading JPen_sig.pdl"``.
-    """
-
-    done: int
-    total: int
-    text: str
+__all__ = ["ImportReport", "Imported", "import_files", "importing"]
 
 
 @dataclass(frozen=True, slots=True)

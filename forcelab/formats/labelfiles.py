@@ -138,7 +138,9 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     start_at, end_at, action_at, author_at = places
     at: list[int] = []
     table: list[list[str]] = []
-    for line_numbers, texts in lines(path, encoding, layout.skip):
+    # Without a header nothing tells a preamble from a segment with a slip in it.
+    skip = layout.skip if any(column.named for column in layout.columns) else 0
+    for line_numbers, texts in lines(path, encoding, skip):
         for number, text in _rows(list(zip(line_numbers, texts, strict=True))):
             at.append(number)
             table.append(_cells(path, number, text, layout))
@@ -258,8 +260,8 @@ def read_beside(
     if not fits(start):
         raise InputError(
             f"{path}: the labels go from {min(edges):.9g} s to {max(edges):.9g} s and do not fit "
-            f"its recording, which is {duration:.6g} s long and starts at {start:.9g} s; check that "
-            "they are of this one."
+            f"its recording, which is {duration:.6g} s long and starts at {start:.9g} s; check "
+            "that they are of this one."
         )
     if max(edges) < YEAR_2001:
         remarks.append(

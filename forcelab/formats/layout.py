@@ -110,7 +110,8 @@ def _first_decimal_mark(path: Path, encoding: str, skip: int) -> str:
 def lay_out(rows: Sequence[Line]) -> Layout | None:
     """Find preamble, header and columns in the first lines of a file.
 
-    Data starts at the first row that is as wide as most and holds numbers wherever most rows do.
+    Data starts at the first row that is as wide as most and holds more numbers than words where
+    most rows hold numbers; a word there is a mistake, to be named when the rows are read.
     The line before it is the header if it is as wide and holds words there; so is a comment
     directly before it (``# time fx fy``). A line of units may stand between. All before is
     preamble.
@@ -164,16 +165,15 @@ def _kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[Kind, ...]:
 
 
 def _is_data(row: Sequence[str], kinds: Sequence[Kind], dialect: Dialect) -> bool:
-    """Whether a row holds numbers, or nothing, wherever most rows hold numbers."""
+    """Whether a row holds more numbers than words where most rows hold numbers."""
     if len(row) != len(kinds):
         return False
-    numeric = (Kind.NUMBER, Kind.STAMP)
     found = [
         kind_of(cell, dialect.decimal)
         for cell, kind in zip(row, kinds, strict=True)
-        if kind in numeric
+        if kind in (Kind.NUMBER, Kind.STAMP)
     ]
-    return Kind.TEXT not in found and any(kind in numeric for kind in found)
+    return found.count(Kind.TEXT) < sum(kind in (Kind.NUMBER, Kind.STAMP) for kind in found)
 
 
 def _header(

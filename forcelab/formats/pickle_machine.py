@@ -18,11 +18,11 @@ from typing import Final, NoReturn, TypeAlias
 
 from forcelab.formats.pickle_bytes import PickleBytes, shown
 
-__all__ = ["CONTAINERS", "MAX_DEPTH", "MAX_VALUES", "TOO_DEEP", "Inert", "PickleMachine", "Value"]
+__all__ = ["CONTAINERS", "MAX_DEPTH", "TOO_DEEP", "Inert", "PickleMachine", "Value"]
 
 #: Limits that keep a crafted pickle from using up the memory. A published database of ten
-#: demonstrations has 0.5 million values, 150 of them containers, 4 deep.
-MAX_VALUES: Final = 10_000_000
+#: demonstrations has 0.5 million opcodes, 160 of them for containers, 4 deep.
+MAX_OPCODES: Final = 10_000_000
 MAX_CONTAINERS: Final = 100_000
 MAX_MEMO: Final = 500_000
 MAX_DEPTH: Final = 50
@@ -62,7 +62,7 @@ class PickleMachine(PickleBytes):
     def __init__(self, data: bytes, name: str, inert: frozenset[str]) -> None:
         super().__init__(data, name)
         self.inert = inert
-        self.values = 0
+        self.opcodes = 0
         self.containers = 0
         self.stack: list[Value] = []
         self.marks: list[int] = []
@@ -81,7 +81,6 @@ class PickleMachine(PickleBytes):
             if code == _BINFLOAT and at + 9 <= size:
                 # Nine in ten opcodes of a recording are floats: they take the short way.
                 self.position = at + 9
-                self.values += 1
                 self.stack.append(read_float(data, at + 1)[0])
             elif code == _STOP:
                 self.position = at + 1
@@ -92,8 +91,9 @@ class PickleMachine(PickleBytes):
                     self.refuse_opcode(code)
                 self.position = at + 1
                 verb(self)
-            if self.values > MAX_VALUES:
-                self.refuse(f"holds more than {MAX_VALUES:,} values; split the database")
+            self.opcodes += 1
+            if self.opcodes > MAX_OPCODES:
+                self.refuse(f"has more than {MAX_OPCODES:,} opcodes; split the database")
 
     def finished(self) -> Value:
         """The one value that is left."""
@@ -116,8 +116,7 @@ class PickleMachine(PickleBytes):
     # -- the stack -----------------------------------------------------------------------------
 
     def push(self, value: Value) -> None:
-        """Put a new value on the stack, and count it."""
-        self.values += 1
+        """Put a new value on the stack; containers are counted."""
         if type(value) in CONTAINERS:
             self.containers += 1
             if self.containers > MAX_CONTAINERS:
@@ -205,7 +204,6 @@ class PickleMachine(PickleBytes):
         """GET: push a remembered value."""
         if index not in self.memo:
             self.refuse(f"asks for value {index}, which was not remembered; the pickle is damaged")
-        self.values += 1
         self.stack.append(self.memo[index])
 
     # -- classes, none of which is ever looked up ----------------------------------------------

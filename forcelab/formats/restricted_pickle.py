@@ -12,7 +12,6 @@ from forcelab.errors import InputError
 from forcelab.formats.pickle_machine import (
     CONTAINERS,
     MAX_DEPTH,
-    MAX_VALUES,
     TOO_DEEP,
     Inert,
     PickleMachine,
@@ -21,8 +20,10 @@ from forcelab.formats.pickle_machine import (
 
 __all__ = ["MAX_BYTES", "Inert", "Value", "load_all"]
 
-#: A published database of ten demonstrations has 4 MB.
+#: A published database of ten demonstrations has 4 MB in 5 pickles, with 0.5 million values.
 MAX_BYTES: Final = 64 * 2**20
+MAX_PICKLES: Final = 100
+MAX_VALUES: Final = 10_000_000
 
 
 def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> list[Value]:
@@ -55,9 +56,11 @@ def load_all(data: bytes, name: str, inert: frozenset[str] = frozenset()) -> lis
             f"pickle; split the database."
         )
     machine = PickleMachine(data, name, inert)
-    values = []
+    values: list[Value] = []
     while machine.position < len(data):
         first = machine.position
+        if len(values) == MAX_PICKLES:
+            raise InputError(f"'{name}', byte {first}: more than {MAX_PICKLES} pickles follow.")
         value = machine.load()
         trouble = _overgrown(value)
         if trouble:

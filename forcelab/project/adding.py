@@ -167,10 +167,10 @@ def add(
             if adding.changed:
                 extend_vocabulary(database, demonstration.task, demonstration.id)
             files.sync_folder(root)
-    if old is None:
-        (home / files.UNCOMMITTED).unlink()
-    elif video and old["video"] and old["video"] != video:
-        with contextlib.suppress(OSError):  # another program shows it; it is only not needed
+    with contextlib.suppress(OSError):  # only not needed any more, and perhaps in use
+        if old is None:
+            (home / files.UNCOMMITTED).unlink()
+        elif video and old["video"] and old["video"] != video:
             (home / old["video"]).unlink()
     status: Literal["new", "updated", "unchanged"]
     status = "new" if old is None else "updated" if adding.changed else "unchanged"

@@ -56,7 +56,7 @@ def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]
 
 def find(database: Database, key: str) -> sqlite3.Row:
     """The demonstration with this id, name or beginning of an id."""
-    rows = database.all("SELECT * FROM demonstration WHERE id = ?1 OR name = ?1", key)
+    rows = database.all("SELECT * FROM demonstration WHERE id = ? OR name = ?", key, key)
     rows = [row for row in rows if row["id"] == key] or rows
     if not rows and len(key) >= _SHORTEST_PREFIX and re.fullmatch("[0-9a-f]+", key):
         rows = database.all("SELECT * FROM demonstration WHERE id GLOB ?", f"{key}*")

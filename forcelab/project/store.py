@@ -99,6 +99,8 @@ class Project(Runs):
                     path.rmdir()
                 part.rename(path)
                 files.sync_folder(path.parent)
+        except InputError as error:  # in the name that the user knows
+            raise InputError(str(error).replace(str(part), str(path))) from error
         finally:
             shutil.rmtree(part, ignore_errors=True)
 

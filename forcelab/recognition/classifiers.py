@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 
-__all__ = ["Epoch", "fitting"]
+__all__ = ["Step", "fitting"]
 
 #: Folds of the inner cross-validation that turns an SVM's decisions into probabilities.
 CALIBRATION_FOLDS = 5
@@ -21,7 +21,7 @@ NEIGHBOURS = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Epoch:
+class Step:
     """One step of a fit.
 
     Parameters
@@ -42,7 +42,7 @@ class Epoch:
 
 def fitting(
     name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool
-) -> Iterator[Epoch]:
+) -> Iterator[Step]:
     """Fit a classifier step by step; the last step's classifier is the fitted one.
 
     Parameters
@@ -60,7 +60,7 @@ def fitting(
 
     Yields
     ------
-    Epoch
+    Step
         One an epoch for the MLP, a single one for the others.
 
     Raises
@@ -72,7 +72,7 @@ def fitting(
     counts = np.unique(y, return_counts=True)[1]
     if len(counts) < 2:
         raise InputError("Recognition needs labels of at least two actions; label one more.")
-    if np.all(X == X[0]):
+    if np.all(X[0] == X):
         raise InputError("The channels never change where they are labelled; choose others.")
     if name == "mlp":
         yield from _fitting_mlp(X, y, seed)
@@ -84,7 +84,7 @@ def fitting(
         )
     classifier = _untrained(name, seed, probabilities, int(counts.min()))
     classifier.fit(X, y)
-    yield Epoch(1, 1, None, classifier)
+    yield Step(1, 1, None, classifier)
 
 
 def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:
@@ -119,7 +119,7 @@ def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:
     return CalibratedClassifierCV(SVC(random_state=seed), ensemble=False, cv=split)
 
 
-def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Iterator[Epoch]:
+def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Iterator[Step]:
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
@@ -143,7 +143,7 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
             warnings.simplefilter("ignore", ConvergenceWarning)
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
-        yield Epoch(number, mlp.max_iter, loss, mlp)
+        yield Step(number, mlp.max_iter, loss, mlp)
         stale = stale + 1 if loss > best - mlp.tol else 0
         best = min(best, loss)
         if stale > mlp.n_iter_no_change:

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, Segment, Segments, from_codes
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate
 from forcelab.recognition.metrics import Counts, Scores, count, pool
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import Progress, fit_examples, preparing
+from forcelab.recognition.training import fit_examples, preparing
 from forcelab.versions import versions
 
 __all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out"]
@@ -189,7 +189,7 @@ def leave_one_out(
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
         tested.append(_tested(used[i], examples[i], prediction, actions))
-        yield Progress("evaluate", i + 1, len(folds))
+        yield Progress(i + 1, len(folds), "recognising")
     ids = tuple(item.id for item in tested)
     return Evaluation(title, settings, actions, tuple(tested), ids, seconds, remarks)
 
@@ -242,7 +242,7 @@ def across(
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
         tested.append(_tested(item, example, prediction, actions))
-        yield Progress("evaluate", i + 1, len(asked))
+        yield Progress(i + 1, len(asked), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     untrained = [action for action in actions_of(new) if action not in recogniser.actions]
     if untrained:

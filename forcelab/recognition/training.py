@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
@@ -23,28 +23,21 @@ from forcelab.recognition.examples import (
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 
-__all__ = ["Progress", "fit_examples", "preparing", "train", "training"]
+__all__ = ["Epoch", "fit_examples", "preparing", "train", "training"]
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a job has come.
+class Epoch(Progress):
+    """One step of a fit, as told to whoever watches.
 
     Parameters
     ----------
-    stage : str
-        ``"features"``, ``"fit"`` or ``"evaluate"``.
-    done, total : int
-        Demonstrations, epochs or folds. An MLP may converge before `total` epochs.
     loss : float, optional
-        Training loss of the epoch.
+        Training loss, of classifiers that have one.
     accuracy : float, optional
         Frame accuracy, 0 to 1, on the held-out demonstration, if there is one.
     """
 
-    stage: str
-    done: int
-    total: int
     loss: float | None = None
     accuracy: float | None = None
 
@@ -65,7 +58,7 @@ def preparing(
     examples = []
     for item in labelled:
         examples.append(prepare(item, settings, rate))
-        yield Progress("features", len(examples), len(labelled))
+        yield Progress(len(examples), len(labelled), "features")
     same_channels(examples)
     return examples
 
@@ -120,12 +113,12 @@ def fit_examples(
     X, y = _training_set(examples, actions, settings.stride)
     watched = None if held_out is None else _training_set([held_out], actions, settings.stride)
     probabilities = settings.needs_probabilities
-    for epoch in fitting(settings.classifier, X, y, settings.seed, probabilities):
-        classifier = epoch.classifier
+    for step in fitting(settings.classifier, X, y, settings.seed, probabilities):
+        classifier = step.classifier
         accuracy = None
         if watched is not None and len(watched[1]):
             accuracy = float(np.mean(classifier.predict(watched[0]) == watched[1]))
-        yield Progress("fit", epoch.number, epoch.total, epoch.loss, accuracy)
+        yield Epoch(step.number, step.total, "fit", step.loss, accuracy)
     return Recogniser(
         settings=settings,
         rate=examples[0].rate,

@@ -116,7 +116,7 @@ def _held(values: Real, length: int) -> Real:
     """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
     n = values.shape[-1]
     gap = length - n
-    ramp = np.clip((np.arange(gap) - (gap - _RAMP) // 2) / _RAMP, 0.0, 1.0)
+    ramp = np.clip(0.5 + (np.arange(gap) - 0.5 * (gap - 1)) / _RAMP, 0.0, 1.0)
     share = 0.5 + 0.5 * np.cos(np.pi * ramp)
     ring = np.empty((*values.shape[:-1], length))
     ring[..., :n] = values

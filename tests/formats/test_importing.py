@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats.importing import Progress, import_files, importing
+from forcelab.formats.importing import import_files, importing
+from forcelab.jobs import Progress
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment

@@ -94,6 +94,7 @@ def test_a_header_with_no_segment_is_no_track(write):
         ("start,end,action\n0,1,a\n2,x,b\n", "line 3: 'x' in column 'end'"),
         ("start,end,action\n0,1,a\n2,,b\n", "line 3 has no time in column 'end'"),
         ("start,end,action\n0,1,a\n2,3,b,c,d\n", "line 3 has 5 cells where 3"),
+        ("O,1,a\n1,2,b\n2,3,c\n", "line 1: 'O'"),
         ("time,fx\n0,1\n1,2\n", "is not a labels file"),
         ("", "empty"),
     ],

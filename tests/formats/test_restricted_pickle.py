@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
+from forcelab.formats import pickle_machine
 from forcelab.formats.restricted_pickle import Inert, load_all
 
 BUNDLE = frozenset({"authors.Bundle"})
@@ -196,6 +197,7 @@ BOMBS = {
     ),
     "wide laughs": (b"(](" + b"N" * 4000 + b"eq\x00](" + b"h\x00" * 4000 + b"el.", "10,000,000"),
     "very many lists": (b"](" + b"]" * 100_001 + b"e.", "more than 100,000 lists"),
+    "very many pickles": (b"N." * 101, "byte 200: more than 100 pickles follow"),
     "very many memo entries": (
         b"N" + b"".join(b"r" + struct.pack("<I", i) for i in range(500_001)) + b".",
         "remembers more than 500,000",
@@ -211,6 +213,14 @@ def test_a_bomb_is_defused_in_a_sentence(bomb, what):
     assert time.process_time() - started < 2
     assert what in str(refusal.value)
     assert len(str(refusal.value)) < 400
+
+
+@pytest.mark.parametrize("step", [b"N", b"\x80\x02", b"Nq\x00", b"G" + bytes(8)])
+def test_the_number_of_steps_is_bounded_whatever_they_do(step, monkeypatch):
+    monkeypatch.setattr(pickle_machine, "MAX_OPCODES", 1000)
+    assert one(b"](" + step * 400 + b"Ne.")
+    with pytest.raises(InputError, match="has more than 1,000 opcodes; split the database"):
+        one(b"](" + step * 1000 + b"Ne.")
 
 
 @pytest.mark.parametrize(

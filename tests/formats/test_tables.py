@@ -75,6 +75,7 @@ class TestDialects:
             SMALL.replace(",", "   "),
             SMALL.replace(",", " , "),
             SMALL.replace(",", "|"),
+            SMALL.replace(",fx,", "\tfx  ").replace(".01,3,", ".01\t3  ").replace(",", "  "),
             SMALL.replace(",", ";").replace(".", ","),
             SMALL.replace(",", "\t").replace(".", ","),
             SMALL.replace("\n", "\r\n"),
@@ -225,7 +226,7 @@ def test_a_random_table_in_a_random_dialect_is_read_back_to_the_bit(written, tab
 
 class TestMissingSamples:
     def test_empty_cells_and_words_for_nothing_are_missing_and_counted(self, table):
-        text = "time,fx,fy\n0,,1\n.1,NaN,2\n.2,-inf,3\n.3,#N/A,\n.4,7,5\n"
+        text = "time,fx,fy\n0,,1\n.1,NaN,2\n.2,-inf,3\n.3,1e400,\n.4,7,5\n"
         recording = load(table(text))
         assert np.isnan(recording.demonstration.signals[:4, 0]).all()
         assert recording.demonstration.signals[4].tolist() == [7, 5]
@@ -239,6 +240,17 @@ class TestMissingSamples:
         assert "line 43" in sentence
         assert f"'{cell}'" in sentence
         assert "'fx'" in sentence
+
+    def test_a_word_in_the_first_row_is_not_taken_for_a_header(self, table):
+        text = "time,fx,fy\n0,oops,1\n" + "".join(f"{i / 10},1,2\n" for i in range(1, 9))
+        assert "line 2: 'oops' in column 'fx'" in refusal(table(text))
+
+    def test_absurd_stamps_are_dropped_like_absent_ones(self, table):
+        rows = [f"{1_700_000_000_000 + 10 * i},{i}\n" for i in range(50)]
+        rows[20:22] = ["1e400,20\n", "9" * 5000 + ",21\n"]
+        recording = load(table("timestamp,fx\n" + "".join(rows)))
+        assert recording.demonstration.times.size == 48
+        assert recording.remarks == ("2 rows without a stamp were dropped.",)
 
     def test_points_among_decimal_commas_are_refused(self, table):
         rows = "".join(f"{i}0;1,5\n" for i in range(1, 40))

@@ -183,6 +183,15 @@ say(stale)
     check_integrity(path)
 
 
+def test_looking_at_a_project_leaves_the_locks_on_it_alone(project, path):
+    # SQLite's locks belong to the process: closing any other handle of the file drops them, and
+    # then the next process to close the project takes the journal away under this one.
+    project.set_vocabulary("LEGO", project.vocabulary("LEGO").with_actions("grab"))
+    Project.open(path).close()
+    said(start("project.close()", path))
+    assert (path / "project.sqlite-wal").exists()
+
+
 FULL = """
 import resource
 def fill(size):

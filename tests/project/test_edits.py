@@ -114,7 +114,7 @@ STEPS = st.lists(
 
 
 @given(STEPS)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
     # The reference keeps whole tracks in two lists, and every state there ever was in a third.
     undone: list = []
@@ -177,7 +177,7 @@ def _add_one(project: Project) -> str:
     st.lists(st.floats(-1e9, 1e9, allow_nan=False), min_size=2, max_size=2, unique=True),
     st.text(st.characters(exclude_categories=["Cs"]), min_size=1),
 )
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_times_and_names_come_back_exactly(times, action):
     segments = (Segment(min(times), max(times), action),)
     with tempfile.TemporaryDirectory() as folder:

@@ -56,6 +56,8 @@ def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
 def test_a_project_that_could_not_be_filled_leaves_nothing(path):
     with pytest.raises(ZeroDivisionError), Project.creating(path):
         raise ZeroDivisionError
+    with pytest.raises(InputError, match=f"'x' in '{path}'"), Project.creating(path) as project:
+        project.load("x")
     assert list(path.parent.iterdir()) == []
 
 

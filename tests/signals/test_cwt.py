@@ -118,33 +118,41 @@ def spectrum_of_haar(w):
     return 4j * np.sin(w / 4) ** 2 / w
 
 
+@pytest.fixture(scope="module")
+def waves():
+    """Offsets m, frequencies w in -pi .. pi with their weights, and exp(i w m)."""
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    m = np.arange(-250, 251)
+    return m, np.pi * nodes, np.pi * weights, np.exp(1j * np.pi * np.outer(m, nodes))
+
+
 @pytest.mark.parametrize(
     ("wavelet", "spectrum"),
     [(Morlet(5.0), spectrum_of_morlet), (Haar(), spectrum_of_haar)],
     ids=["Morlet", "Haar"],
 )
-@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0, 4.0, 16.0, 32.0])
-def test_what_lies_above_the_nyquist_frequency_is_cut_from_the_wavelet(wavelet, spectrum, scale):
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.0, 3.0, 4.0, 16.0])
+def test_what_lies_above_the_nyquist_frequency_is_cut_from_the_wavelet(
+    wavelet, spectrum, scale, waves
+):
     # psi, cut: a / 2 pi times the integral of psi_hat(a w) exp(i w m) over -pi < w < pi.
-    nodes, weights = np.polynomial.legendre.leggauss(900)
-    m = np.arange(-700, 701)
-    waves = np.exp(1j * np.pi * np.outer(m, nodes))
-    cut = (waves * spectrum(scale * np.pi * nodes)) @ weights * scale / 2
-    x = np.exp(-(((np.arange(400) - 200) / 30.0) ** 2)) * random_force(400)
-    held = np.pad(x, 700, mode="edge")
-    expected = np.correlate(held, cut, mode="valid") / math.sqrt(scale)
-    assert_equal_to(expected, cwt(x, [scale], wavelet)[0], share=2e-3)
+    _, omega, weights, exponentials = waves
+    cut = np.sum(exponentials * (weights * spectrum(scale * omega)), axis=1) * scale / (2 * np.pi)
+    x = np.zeros(4000)
+    x[1950:2050] = random_force(100)
+    middle = slice(1850, 2150)
+    expected = np.correlate(x, cut, mode="same")[middle] / math.sqrt(scale)
+    # What a cut wavelet rings is heard around the ring again, weakly.
+    assert_equal_to(expected, cwt(x, [scale], wavelet)[0, middle], share=5e-4)
 
 
 def test_a_wide_haar_wavelet_is_the_difference_of_two_sums():
+    def haar(t):
+        """A sample on a jump counts for the middle of the jump: so does the cut wavelet."""
+        return -np.sign(t) * np.heaviside(0.5 - np.abs(t), 0.5)
+
     x = np.cumsum(random_force(600))
-    sums = np.concatenate([[0.0], np.cumsum(np.pad(x, 64, mode="edge"))])
-    at = np.arange(600) + 64
-    expected = (2 * sums[at] - sums[at - 64] - sums[at + 64]) / math.sqrt(128)
-    # Sample b itself stands on the middle jump and counts half in the one that is cut.
-    expected += np.pad(x, 64, mode="edge")[at] / math.sqrt(128)
-    found = cwt(x, [128.0], Haar())[0].real
-    assert np.abs(found - expected).max() < 0.02 * np.abs(expected).max()
+    assert_equal_to(direct_sum(x, 128.0, haar), cwt(x, [128.0], Haar())[0], share=0.01)
 
 
 def test_pywavelets_agrees_within_its_own_error_and_is_the_less_exact():
@@ -171,8 +179,10 @@ def test_pywavelets_agrees_within_its_own_error_and_is_the_less_exact():
         assert np.abs(between - theirs).max() / size <= their_error + 1e-9
 
 
-def test_the_real_morlet_gives_the_real_part():
-    x = random_force(200)
+@pytest.mark.parametrize("n", [200, 201, 203, 206])
+def test_the_real_morlet_gives_the_real_part(n):
+    # At scale 2 and rings of even length this needs the Nyquist bin to stand for both its signs.
+    x = random_force(n)
     both, real = cwt(x, PAPER, Morlet()), cwt(x, PAPER, RealMorlet())
     np.testing.assert_allclose(real.real, both.real, rtol=0, atol=1e-13)
 
@@ -226,10 +236,9 @@ def test_time_run_backwards_gives_the_conjugate_or_the_mirrored_wavelet(x, wavel
 
 
 @settings(max_examples=40, deadline=None)
-@given(signals, wavelets)
+@given(signals, wavelets.filter(lambda wavelet: wavelet.real))
 def test_real_wavelets_give_real_coefficients_exactly(x, wavelet):
-    imaginary = cwt(x, SOME, wavelet).imag
-    assert wavelet.real == (not imaginary.any()) or np.ptp(x) == 0 or not wavelet.real
+    assert not cwt(x, SOME, wavelet).imag.any()
 
 
 @settings(max_examples=40, deadline=None)

@@ -81,7 +81,9 @@ def test_the_spectrum_is_the_fourier_integral_of_the_wavelet(wavelet):
     np.testing.assert_allclose(wavelet.spectrum(omega), expected, rtol=0, atol=tolerance)
 
 
-@pytest.mark.parametrize("omega", [-30.0, -4.6, -0.2, 0.0, 1e-4, 1.0, 4.6, 2 * math.pi, 4 * math.pi])
+@pytest.mark.parametrize(
+    "omega", [-30.0, -4.6, -0.2, 0.0, 1e-4, 1.0, 4.6, 2 * math.pi, 4 * math.pi]
+)
 def test_the_spectrum_of_haar_is_its_fourier_integral(omega):
     def part(function):
         def value(t):

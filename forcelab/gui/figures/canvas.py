@@ -69,6 +69,20 @@ LIGHT = Theme(
 )
 
 
+def check_suffix(path: Path) -> None:
+    """Make sure that a figure can be saved under `path`, before the work of making one.
+
+    Raises
+    ------
+    InputError
+        If the suffix is none of ``.svg``, ``.pdf`` and ``.png``.
+    """
+    if path.suffix.lower() not in (".svg", ".pdf", ".png"):
+        raise InputError(
+            f"A figure is saved as .svg, .pdf or .png, not as '{path.name}'; change the suffix."
+        )
+
+
 class Figure(ABC):
     """Something drawn on paper of a fixed size, with one painting for screen and file."""
 
@@ -130,12 +144,8 @@ class Figure(ABC):
         InputError
             If the suffix is another, the file cannot be written, or the system has no font.
         """
-        formats = {".svg": self._svg, ".pdf": self._pdf, ".png": self._png}
-        encode = formats.get(path.suffix.lower())
-        if encode is None:
-            raise InputError(
-                f"A figure is saved as .svg, .pdf or .png, not as '{path.name}'; change the suffix."
-            )
+        check_suffix(path)
+        encode = {".svg": self._svg, ".pdf": self._pdf, ".png": self._png}[path.suffix.lower()]
         text.ready()
         write_atomically(path, encode())
 

@@ -1,0 +1,71 @@
+"""A small project and a way to call the command line."""
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from make_assets import as_csv
+from synthetic import synthetic_set
+
+from forcelab.cli import main
+
+
+@dataclass
+class Said:
+    status: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        return json.loads(self.out)
+
+    @property
+    def sentence(self):
+        """The one sentence of an error; fails if it is anything more or less."""
+        assert self.status == 1, (self.status, self.out, self.err)
+        assert self.out == ""
+        assert self.err.startswith("forcelab: ")
+        assert self.err.endswith(".\n")
+        assert self.err.count("\n") == 1
+        assert "Traceback" not in self.err
+        return self.err
+
+
+@pytest.fixture
+def forcelab(capsys):
+    def call(*words):
+        capsys.readouterr()
+        status = main([str(word) for word in words])
+        said = capsys.readouterr()
+        return Said(status, said.out, said.err)
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def recordings(tmp_path_factory):
+    """Four recordings of foam, two of sponge, as CSV files with labels."""
+    folder = tmp_path_factory.mktemp("recordings")
+    for task, count, seed in (("foam", 4, 1), ("sponge", 2, 11)):
+        for demonstration, segments in synthetic_set(count, 100.0, task, seed):
+            path = folder / f"{demonstration.name.replace(' ', '-')}.csv"
+            path.write_text(as_csv(demonstration, segments), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory, recordings):
+    project = tmp_path_factory.mktemp("made") / "lab.forcelab"
+    for task in ("foam", "sponge"):
+        files = sorted(str(path) for path in recordings.glob(f"{task}-*.csv"))
+        assert main(["import", str(project), *files, "--task", task]) == 0
+    return project
+
+
+@pytest.fixture
+def project(made, tmp_path):
+    """A copy of the small project that a test may change."""
+    return Path(shutil.copytree(made, tmp_path / "lab.forcelab"))

@@ -1,0 +1,204 @@
+"""The other commands, and what all commands share."""
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from quick import FAST
+
+from forcelab.cli import main
+from forcelab.cli.filenames import file_names
+from forcelab.cli.parser import build_parser
+from forcelab.formats.archive import read_archive
+from forcelab.formats.labelfiles import read_labels
+from forcelab.formats.recording import ReadOptions
+from forcelab.project import Project
+from forcelab.recognition.settings import CLASSIFIERS, PRESETS
+from forcelab.signals.wavelets import WAVELETS
+
+COMMANDS = ["import", "list", "evaluate", "train", "predict", "export", "figures", "doctor"]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_a_manual_and_json(capsys, command):
+    assert main([command, "--help"]) == 0
+    manual = capsys.readouterr().out
+    assert "--json" in manual
+    assert "usage: forcelab" in manual
+
+
+def test_the_manual_names_every_choice_there_is(capsys):
+    main(["evaluate", "--help"])
+    manual = " ".join(capsys.readouterr().out.split())
+    for name in (*CLASSIFIERS, *WAVELETS, *PRESETS):
+        assert name in manual
+
+
+def test_a_wrong_command_line_is_status_2(capsys):
+    assert main([]) == 2
+    assert main(["evaluate"]) == 2
+    assert main(["fly"]) == 2
+    assert main(["train", "p", "--out"]) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_importing_twice_updates(forcelab, project, recordings):
+    files = sorted(recordings.glob("foam-*.csv"))
+    said = forcelab("import", project, *files, "--task", "foam", "--json")
+    assert [one["status"] for one in said.json["demonstrations"]] == ["unchanged"] * 4
+    with Project.open(project) as opened:
+        assert len(opened.demonstrations()) == 6
+
+
+def test_remarks_are_told_for_each_file(forcelab, tmp_path):
+    file = tmp_path / "late.csv"
+    rows = [f"{i / 100},{i}" for i in range(30)] + ["9e9,1"]
+    file.write_text("time,a\n" + "\n".join(rows) + "\n")
+    said = forcelab("import", tmp_path / "p.forcelab", file)
+    assert said.status == 0
+    assert "late.csv: " in said.out
+    assert "1 new" in said.out
+    strict = tmp_path / "strict.forcelab"
+    assert "late.csv" in forcelab("import", strict, file, "--strict").sentence
+    assert not strict.exists()
+
+
+def test_one_bad_file_imports_nothing(forcelab, recordings, tmp_path):
+    bad = tmp_path / "bad.csv"
+    bad.write_bytes(b"\x00\x01\x02" * 100)
+    project = tmp_path / "p.forcelab"
+    said = forcelab("import", project, recordings / "foam-01.csv", bad)
+    assert "bad.csv" in said.sentence
+    assert not project.exists()
+
+
+def test_list_tells_what_there_is(forcelab, project):
+    said = forcelab("list", project)
+    assert "foam-01" in said.out
+    assert "6 demonstrations" in said.out
+    content = forcelab("list", project, "--task", "sponge", "--json").json
+    assert [d["name"] for d in content["demonstrations"]] == ["sponge-11", "sponge-12"]
+    assert content["demonstrations"][0]["labelled_seconds"]["coder"] > 1
+    assert "no project" in forcelab("list", project.parent / "nothing.forcelab").sentence.lower()
+
+
+def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
+    said = forcelab("export", project, "--out", tmp_path / "csv", "--json")
+    assert len(said.json["written"]) == 6
+    (track,) = read_labels(tmp_path / "csv" / "foam - foam-01.csv", ReadOptions())
+    with Project.open(project) as opened:
+        assert track == opened.track(opened.load("foam-01").id, "coder")
+
+
+def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
+    forcelab("evaluate", project, "--task", "foam", *FAST)
+    assert forcelab("export", project, "--out", tmp_path, "--format", "archive").status == 0
+    read_archive(tmp_path / "lab.zip", tmp_path / "again.forcelab").close()
+    first, again = (
+        forcelab("list", path, "--json").json for path in (project, tmp_path / "again.forcelab")
+    )
+    assert len(again["runs"]) == 1
+    assert first["demonstrations"] == again["demonstrations"]
+
+
+def test_an_archive_imports_like_any_recording(forcelab, project, tmp_path):
+    forcelab("export", project, "--out", tmp_path, "--format", "archive")
+    merged = tmp_path / "merged.forcelab"
+    assert forcelab("import", merged, tmp_path / "lab.zip").status == 0
+    with Project.open(merged) as opened:
+        assert opened.tasks() == ("foam", "sponge")
+        assert len(opened.demonstrations()) == 6
+
+
+def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
+    said = forcelab("doctor", "--json")
+    findings = {finding["what"]: finding for finding in said.json}
+    assert said.status == 0, said.out
+    assert findings["Qt platform"]["well"]
+    assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
+    assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
+
+
+def test_names_of_files_are_distinct_and_stay_in_their_folder():
+    names = ["a/b", "../x", "A", "a", "", "..", "a" * 300, "gr/ün: 1", "con\nrol"]
+    made = file_names(names)
+    assert len({name.casefold() for name in made}) == len(names)
+    for name in made:
+        assert name.strip(" .")
+        assert not set("/\\:\n") & set(name)
+        assert len(name.encode()) < 255
+
+
+def run_on_terminal(words, cwd):
+    """Run the program with standard error on a terminal; gives the status and what stood there."""
+    leader, follower = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "forcelab", *words], cwd=cwd, stdout=subprocess.PIPE, stderr=follower
+    )
+    os.close(follower)
+    process.communicate()
+    shown = b""
+    while chunk := read_terminal(leader):
+        shown += chunk
+    os.close(leader)
+    return process.returncode, shown.decode()
+
+
+def read_terminal(leader):
+    try:
+        return os.read(leader, 65536)
+    except OSError:  # Linux says so when the other end is closed
+        return b""
+
+
+def test_progress_is_shown_on_a_terminal_only(project, forcelab):
+    words = ["evaluate", str(project), "--task", "foam", *FAST]
+    status, shown = run_on_terminal(words, project.parent)
+    assert status == 0
+    assert "█" in shown
+    assert shown.endswith("\r\x1b[K")
+    assert forcelab(*words).err == ""
+
+
+def test_a_reader_that_stops_early_is_no_error(project):
+    command = f"{sys.executable} -m forcelab list {project} | head -n 1"
+    done = subprocess.run(
+        ["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.count("\n") == 1
+    assert done.stderr == ""
+
+
+def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "forcelab", "evaluate", str(project), "--jobs", "1"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(2.0)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130, (out, err)
+    assert err == "forcelab: stopped; nothing was left half done.\n"
+    with Project.open(project) as opened:
+        assert len(opened.demonstrations()) == 6
+
+
+def test_json_is_the_same_through_a_pipe(project):
+    done = subprocess.run(
+        [sys.executable, "-m", "forcelab", "list", str(project), "--json"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert len(json.loads(done.stdout)["demonstrations"]) == 6
+
+
+def test_the_parser_names_a_module_for_every_command():
+    for command in COMMANDS:
+        words = {"figures": ["d"], "doctor": [], "import": ["p", "f"], "predict": ["r", "f"]}
+        extra = ["--out", "o"] if command in ("train", "export") else []
+        given = [command, *words.get(command, ["p"]), *extra]
+        assert build_parser().parse_args(given).module

@@ -1,0 +1,187 @@
+"""``forcelab evaluate``."""
+
+import json
+
+import pytest
+from quick import FAST
+
+from forcelab.project import Project
+
+SCORES = {
+    "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1", "boundary_ms",
+    "confusion", "events",
+}  # fmt: skip
+
+
+def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
+    file = tmp_path / "scores.json"
+    said = forcelab("evaluate", project, "--task", "foam", *FAST, "--json", file)
+    assert said.status == 0
+    content = json.loads(file.read_text())
+    assert {"preset", "settings", "seed", "versions", "labels", "seconds"} <= set(content)
+    assert content["preset"] == "paper"
+    assert content["settings"]["max_scale"] == 64
+    assert content["labels"] == ["still", "grab", "hold", "release"]
+    assert set(content["seconds"]) == {"features", "fit", "predict", "filter"}
+    for which in ("raw", "filtered"):
+        assert set(content[which]) == {"pooled", "demonstrations"}
+        single = content[which]["demonstrations"]
+        assert [scores["name"] for scores in single] == [f"foam-0{i}" for i in (1, 2, 3, 4)]
+        for scores in [content[which]["pooled"], *single]:
+            assert set(scores) == SCORES
+            assert 0.5 < scores["accuracy"] <= 1
+            assert set(scores["f1"]) == {"10", "25", "50"}
+            assert set(scores["boundary_ms"]) == {"median", "p90"}
+            assert [len(row) for row in scores["confusion"]] == [5] * 4
+    # The raw prediction labels everything; the filters leave some of it out.
+    assert content["raw"]["pooled"]["coverage"] == 1
+    assert content["filtered"]["pooled"]["coverage"] < 1
+
+
+def test_json_on_standard_output_is_nothing_but_json(forcelab, project):
+    said = forcelab("evaluate", project, "--task", "foam", *FAST, "--json", "-")
+    assert said.json["title"] == "foam"
+    assert said.err == ""
+
+
+def test_every_task_is_evaluated_by_itself(forcelab, project):
+    evaluations = forcelab("evaluate", project, *FAST, "--json", "-").json["evaluations"]
+    assert [e["title"] for e in evaluations] == ["foam", "sponge"]
+    assert [len(e["raw"]["demonstrations"]) for e in evaluations] == [4, 2]
+
+
+def test_joined_tasks_can_keep_their_actions_apart(forcelab, project):
+    both = ["--task", "foam", "--task", "sponge", *FAST, "--json", "-"]
+    joined = forcelab("evaluate", project, *both).json
+    assert len(joined["raw"]["demonstrations"]) == 6
+    assert joined["labels"] == ["still", "grab", "hold", "release"]
+    apart = forcelab("evaluate", project, *both, "--apart").json
+    names = ["still", "grab", "hold", "release"]
+    assert apart["labels"] == [f"{a}_{t}" for t in ("foam", "sponge") for a in names]
+
+
+def test_training_on_one_task_and_testing_on_another(forcelab, project):
+    said = forcelab(
+        "evaluate", project, "--task", "foam", "--test-task", "sponge", *FAST, "--json", "-"
+    )
+    content = said.json
+    assert [s["name"] for s in content["raw"]["demonstrations"]] == ["sponge-11", "sponge-12"]
+    assert len(content["trained_on"]) == 4
+    assert not set(content["trained_on"]) & set(content["tested"])
+
+
+def test_a_merge_map_joins_actions_and_leaves_the_stored_labels(forcelab, project, tmp_path):
+    spelling = tmp_path / "map.json"
+    spelling.write_text('{"grab": "move", "release": "move"}')
+    content = forcelab(
+        "evaluate", project, "--task", "foam", *FAST, "--merge", spelling, "--json", "-"
+    ).json
+    assert content["labels"] == ["still", "move", "hold"]
+    with Project.open(project) as opened:
+        first = opened.demonstrations("foam")[0].id
+        assert opened.track(first, "coder").actions == ("still", "grab", "hold", "release")
+
+
+def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
+    content = forcelab(
+        "evaluate", project, "--task", "foam", *FAST, "--seed", "7", "--json", "-"
+    ).json
+    with Project.open(project) as opened:
+        (run,) = opened.runs()
+        ids = {info.id for info in opened.demonstrations("foam")}
+    assert run.result == content
+    assert run.seed == 7
+    assert set(run.demonstrations) == ids
+    assert run.settings["classifier"] == "naive-bayes"
+
+
+def test_the_same_seed_gives_the_same_scores(forcelab, project):
+    words = ["evaluate", project, "--task", "foam", "--max-scale", "16", "--stride", "4"]
+    first, again = (
+        forcelab(*words, "--jobs", "1", "--seed", "3", "--json", "-").json for _ in range(2)
+    )
+    for content in (first, again):
+        del content["seconds"]
+    assert first == again
+
+
+@pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
+def test_figures_are_drawn_in_the_format_of_their_suffix(forcelab, project, tmp_path, suffix):
+    pairs, confusion = tmp_path / f"pairs.{suffix}", tmp_path / f"confusion.{suffix}"
+    said = forcelab(
+        "evaluate", project, "--task", "foam", *FAST, "--figure", pairs, "--confusion", confusion
+    )
+    assert said.status == 0
+    start = {"svg": b"<?xml", "pdf": b"%PDF", "png": b"\x89PNG"}[suffix]
+    assert pairs.read_bytes().startswith(start)
+    assert confusion.read_bytes().startswith(start)
+
+
+def test_several_tasks_get_a_figure_each(forcelab, project, tmp_path):
+    assert forcelab("evaluate", project, *FAST, "--figure", tmp_path / "p.png").status == 0
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == ["p-foam.png", "p-sponge.png"]
+
+
+def test_filters_can_be_switched_off_one_by_one(forcelab, project):
+    off = {
+        name: forcelab(
+            "evaluate", project, "--task", "foam", *FAST, "--json", "-",
+            *[word for other in ("threshold", "median", "drop") if other != name
+              for word in (f"--{other}", "off")],
+        ).json
+        for name in ("threshold", "median", "drop", "none of them")
+    }  # fmt: skip
+    bare = off.pop("none of them")
+    assert bare["filtered"] == bare["raw"]
+    changed = [content["filtered"]["pooled"]["confusion"] for content in off.values()]
+    assert all(confusion != bare["raw"]["pooled"]["confusion"] for confusion in changed)
+    # Only a median never unlabels anything that no neighbour left unlabelled.
+    assert off["median"]["filtered"]["pooled"]["coverage"] == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--task", "chess"], "'foam', 'sponge'"),
+        (["--classifier", "oracle"], "naive-bayes"),
+        (["--preset", "magic"], "paper"),
+        (["--wavelet", "daubechies"], "haar"),
+        (["--stride", "0"], "stride"),
+        (["--median", "wide"], "'off'"),
+        (["--max-scale", "1"], "2 .. 1 samples"),
+        (["--channels", "torque"], "normal 1"),
+        (["--author", "nobody"], "coder"),
+        (["--jobs", "0"], "--jobs"),
+        (["--merge", "missing.json"], "missing.json"),
+        (["--figure", "pairs.gif"], ".svg"),
+    ],
+)
+def test_a_wrong_setting_is_one_sentence_with_the_cure(forcelab, project, words, says):
+    given = [*FAST, *words]
+    assert says in forcelab("evaluate", project, "--task", "foam", *given).sentence
+
+
+def test_a_single_labelled_demonstration_is_too_few(forcelab, recordings, tmp_path):
+    project = tmp_path / "one.forcelab"
+    forcelab("import", project, recordings / "foam-01.csv")
+    assert "two labelled" in forcelab("evaluate", project, *FAST).sentence
+
+
+def test_two_coders_must_be_told_apart(forcelab, project, recordings):
+    forcelab("import", project, recordings / "foam-01.csv", "--author", "Ada", "--task", "foam")
+    sentence = forcelab("evaluate", project, "--task", "foam", *FAST).sentence
+    assert "coder, Ada" in sentence
+    assert "--author" in sentence
+    assert forcelab("evaluate", project, *FAST, "--author", "coder").status == 0
+
+
+def test_models_are_never_trained_on(forcelab, project):
+    with Project.open(project) as opened:
+        for info in opened.demonstrations():
+            segments = opened.track(info.id, "coder").segments[:2]
+            opened.edit(info.id, "robot", (), segments, "predicted", kind="predict")
+    assert forcelab("evaluate", project, "--task", "foam", *FAST).status == 0
+    assert (
+        "'robot' has labelled nothing"
+        in forcelab("evaluate", project, *FAST, "--author", "robot").sentence
+    )

@@ -1,0 +1,232 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from synthetic import synthetic_demonstration, synthetic_set
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.labels import UNLABELLED, to_codes
+from forcelab.recognition import filters
+from forcelab.recognition import recogniser as recogniser_module
+from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.training import train
+
+OFF = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
+#: Strong enough to change something on these short, well separated recordings.
+ON = {"threshold": 0.999, "median": 12, "drop": 0.7}
+
+
+class Oracle:
+    """A classifier that says what it was told to, sample after sample."""
+
+    def __init__(self, codes, sure=None, actions=3):
+        self.classes_ = np.arange(actions)
+        self.codes = np.asarray(codes)
+        self.sure = np.ones(len(codes)) if sure is None else np.asarray(sure)
+        self.calls = []
+        self.told = 0
+
+    def _next(self, X):
+        first, self.told = self.told, self.told + len(X)
+        return slice(first, self.told)
+
+    def predict(self, X):
+        self.calls.append(("predict", len(X)))
+        return self.codes[self._next(X)]
+
+    def predict_proba(self, X):
+        self.calls.append(("predict_proba", len(X)))
+        block = self._next(X)
+        rest = (1 - self.sure[block]) / (len(self.classes_) - 1)
+        probabilities = np.repeat(rest[:, np.newaxis], len(self.classes_), axis=1)
+        probabilities[np.arange(len(X)), self.codes[block]] = self.sure[block]
+        return probabilities
+
+
+def oracle(codes, sure=None, shortest=None, **settings):
+    """A recogniser that says what it was told to, and a demonstration of as many samples."""
+    n = len(codes)
+    demonstration = synthetic_demonstration(1, rate=100.0)[0]
+    demonstration = Demonstration(
+        "told", "", demonstration.times[:n], demonstration.signals[:n], demonstration.channels
+    )
+    made = Recogniser(
+        settings=OFF.replace(**settings),
+        rate=100.0,
+        channels=("tangential 1", "tangential 2", "normal 1", "normal 2"),
+        actions=("grab", "hold", "still"),
+        shortest=shortest or {},
+        classifier=Oracle(codes, sure),
+    )
+    return made, demonstration
+
+
+@pytest.fixture(scope="module")
+def three():
+    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+
+
+@pytest.fixture(scope="module")
+def bayes(three):
+    return train(three[:2], OFF)
+
+
+# --- raw codes and probabilities ----------------------------------------------------------------
+
+
+def test_a_recogniser_finds_the_actions_of_a_demonstration_it_has_not_seen(bayes, three):
+    unseen, segments = three[2].demonstration, three[2].segments
+    prediction = bayes.predict(unseen)
+    human = to_codes(segments, unseen.times, prediction.actions)
+    assert prediction.raw.shape == (len(unseen.times),)
+    assert (prediction.raw >= 0).all()
+    assert np.mean(prediction.raw[human >= 0] == human[human >= 0]) > 0.6
+    assert set(prediction.seconds) == {"predict", "filter"}
+
+
+def test_without_a_threshold_probabilities_are_never_computed():
+    made, demonstration = oracle([0, 1, 2, 1] * 25, median=3, drop=0.1)
+    prediction = made.predict(demonstration)
+    assert {call for call, _ in made.classifier.calls} == {"predict"}
+    assert prediction.probabilities is None
+    assert prediction.raw.tolist() == [0, 1, 2, 1] * 25
+
+
+def test_with_a_threshold_every_sample_is_classified_once():
+    made, demonstration = oracle([0, 1, 2, 1] * 25, threshold=0.5)
+    prediction = made.predict(demonstration)
+    assert made.classifier.calls == [("predict_proba", 100)]
+    assert prediction.raw.tolist() == [0, 1, 2, 1] * 25
+    np.testing.assert_array_equal(prediction.probabilities, np.eye(3)[prediction.raw])
+
+
+def test_an_action_without_a_training_sample_has_the_probability_zero():
+    made, demonstration = oracle([0, 1] * 30, sure=[0.75] * 60, threshold=0.5)
+    made.classifier.classes_ = np.array([0, 2])
+    prediction = made.predict(demonstration)
+    assert prediction.raw.tolist() == [0, 2] * 30
+    assert prediction.probabilities[:, 1].tolist() == [0.0] * 60
+    np.testing.assert_array_equal(prediction.probabilities.sum(axis=1), 1.0)
+
+
+@pytest.mark.parametrize("threshold", [None, 0.9])
+@pytest.mark.parametrize("block", [1, 7, 64, 99])
+def test_recognition_in_blocks_gives_what_recognition_at_once_gives(
+    bayes, three, monkeypatch, threshold, block
+):
+    made = dataclasses.replace(bayes, settings=OFF.replace(threshold=threshold))
+    whole = made.predict(three[2].demonstration)
+    monkeypatch.setattr(recogniser_module, "BLOCK", block)
+    parts = made.predict(three[2].demonstration)
+    np.testing.assert_array_equal(parts.raw, whole.raw)
+    np.testing.assert_array_equal(parts.filtered, whole.filtered)
+    if threshold is not None:
+        np.testing.assert_allclose(parts.probabilities, whole.probabilities, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "svm"])
+def test_the_raw_codes_do_not_depend_on_whether_probabilities_are_computed(three, name):
+    settings = OFF.replace(classifier=name, stride=5, threshold=0.9)
+    made = train(three[:2], settings)
+    without = dataclasses.replace(made, settings=settings.replace(threshold=None))
+    unseen = three[2].demonstration
+    np.testing.assert_array_equal(made.predict(unseen).raw, without.predict(unseen).raw)
+
+
+# --- filters ------------------------------------------------------------------------------------
+
+
+def test_without_filters_the_filtered_codes_are_the_raw_ones(bayes, three):
+    prediction = bayes.predict(three[2].demonstration)
+    np.testing.assert_array_equal(prediction.filtered, prediction.raw)
+    assert prediction.filtered is not prediction.raw
+
+
+@pytest.mark.parametrize("switched_on", [(), *[(n,) for n in ON], ("threshold", "drop"), tuple(ON)])
+def test_filters_do_what_they_say_in_the_papers_order_alone_or_together(bayes, three, switched_on):
+    settings = OFF.replace(**{name: ON[name] for name in switched_on})
+    prediction = dataclasses.replace(bayes, settings=settings).predict(three[2].demonstration)
+    codes = prediction.raw
+    for name in switched_on:
+        before = codes
+        if name == "threshold":
+            codes = filters.threshold(codes, prediction.probabilities, ON[name])
+        elif name == "median":
+            codes = filters.median(codes, ON[name])
+        else:
+            shortest = {i: bayes.shortest[a] for i, a in enumerate(prediction.actions)}
+            codes = filters.drop_short(codes, prediction.times, shortest, ON[name])
+        assert not np.array_equal(before, codes)
+    np.testing.assert_array_equal(prediction.filtered, codes)
+    np.testing.assert_array_equal(prediction.raw, bayes.predict(three[2].demonstration).raw)
+
+
+def test_the_threshold_leaves_unlabelled_what_is_less_probable():
+    sure = np.where(np.arange(60) % 3 == 0, 0.79, 0.8)
+    made, demonstration = oracle([1] * 60, sure=sure, threshold=0.8)
+    expected = [UNLABELLED, 1, 1] * 20
+    assert made.predict(demonstration).filtered.tolist() == expected
+
+
+def test_dropping_measures_against_the_shortest_training_segment_of_the_same_action():
+    codes = np.repeat([0, 1, 2, 1], [10, 10, 20, 9])
+    made, demonstration = oracle(codes, shortest={"grab": 0.1, "hold": 0.2}, drop=0.475)
+    expected = np.repeat([0, 1, 2, UNLABELLED], [10, 10, 20, 9])
+    assert made.predict(demonstration).filtered.tolist() == expected.tolist()
+
+
+def test_the_segments_are_those_of_the_filtered_codes():
+    made, demonstration = oracle(np.repeat([0, 1, 0], [30, 3, 30]), median=8)
+    segments = made.predict(demonstration).segments
+    assert [(s.start, round(s.end, 9), s.action) for s in segments] == [(0.0, 0.63, "grab")]
+
+
+# --- gaps and channels --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("switched_on", [{}, ON, {"median": 200}])
+def test_nothing_is_recognised_in_a_gap(bayes, three, switched_on):
+    old = three[2].demonstration
+    times = old.times + np.where(np.arange(len(old.times)) >= 150, 1.0, 0.0)
+    gapped = Demonstration("gapped", "", times, old.signals, old.channels)
+    made = dataclasses.replace(bayes, settings=OFF.replace(**switched_on))
+    prediction = made.predict(gapped)
+    inside = (prediction.times > 1.495) & (prediction.times < 2.495)
+    assert inside.sum() == 100
+    assert (prediction.raw[inside] == UNLABELLED).all()
+    assert (prediction.filtered[inside] == UNLABELLED).all()
+    assert (prediction.raw[~inside] >= 0).all()
+    ends = [s.end for s in prediction.segments if s.start < 1.5]
+    assert max(ends) <= 1.51
+
+
+def test_a_recording_of_another_rate_is_recognised_on_the_recognisers_grid(bayes, three):
+    fast, segments = synthetic_demonstration(3, rate=300.0)
+    prediction = bayes.predict(fast)
+    np.testing.assert_allclose(np.diff(prediction.times), 0.01)
+    human = to_codes(segments, prediction.times, prediction.actions)
+    assert np.mean(prediction.raw[human >= 0] == human[human >= 0]) > 0.6
+
+
+def test_channels_may_come_in_another_order(bayes, three):
+    old = three[2].demonstration
+    turned = Demonstration("turned", "", old.times, old.signals[:, ::-1], old.channels[::-1])
+    np.testing.assert_array_equal(bayes.predict(turned).raw, bayes.predict(old).raw)
+
+
+def test_a_missing_channel_is_named(bayes, three):
+    old = three[2].demonstration
+    lame = Demonstration("lame", "", old.times, old.signals[:, :5], old.channels[:5])
+    with pytest.raises(InputError, match=r"no recognition channel '(tangential|normal) 2'"):
+        bayes.predict(lame)
+
+
+def test_examples_of_other_channels_are_refused_by_name(bayes, three):
+    other = prepare(three[2], OFF.replace(channels=("normal 1",)))
+    with pytest.raises(InputError, match="'foam 03' has the channels normal 1; the recogniser"):
+        bayes.predict_examples(other)

@@ -1,0 +1,497 @@
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import io
+import json
+import operator
+import os
+import types
+import zipfile
+
+import numpy as np
+import pytest
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.neighbors import KNeighborsClassifier
+from skops import io as skops_io
+from synthetic import synthetic_set
+
+from forcelab.errors import InputError
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import CLASSIFIERS, Settings
+from forcelab.recognition.storage import TRUSTED, dump, load, save
+from forcelab.recognition.training import train
+
+SMALL = Settings(max_scale=32.0, stride=6)
+
+
+@pytest.fixture(scope="module")
+def three():
+    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+
+
+@pytest.fixture(scope="module")
+def trained(three):
+    """A recogniser of each kind, trained when first asked for."""
+
+    @functools.cache
+    def make(name, threshold=0.8):
+        return train(three[:2], SMALL.replace(classifier=name, threshold=threshold))
+
+    return make
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "foam.recogniser"
+
+
+def content_of(recogniser):
+    return skops_io.loads(dump(recogniser), trusted=list(TRUSTED))
+
+
+def refused(path, match="recogniser"):
+    """Loading says one sentence, which it gives."""
+    with pytest.raises(InputError, match=match) as refusal:
+        load(path)
+    sentence = str(refusal.value)
+    assert sentence.startswith(str(path)) or str(path) in sentence
+    assert "\n" not in sentence
+    assert sentence.endswith(".")
+    return sentence
+
+
+def with_classifier(recogniser, **changes):
+    """The same recogniser with learnt attributes of its classifier overwritten."""
+    classifier = copy.deepcopy(recogniser.classifier)
+    vars(classifier).update(changes)
+    return dataclasses.replace(recogniser, classifier=classifier)
+
+
+# --- the round trip -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("threshold", [None, 0.8])
+@pytest.mark.parametrize("name", CLASSIFIERS)
+def test_a_loaded_recogniser_predicts_to_the_bit_what_the_saved_one_did(
+    trained, three, path, name, threshold
+):
+    made = trained(name, threshold)
+    save(made, path)
+    loaded = load(path)
+    unseen = three[2].demonstration
+    before, after = made.predict(unseen), loaded.predict(unseen)
+    np.testing.assert_array_equal(after.raw, before.raw)
+    np.testing.assert_array_equal(after.filtered, before.filtered)
+    assert (after.probabilities is None) == (threshold is None)
+    if threshold is not None:
+        np.testing.assert_array_equal(after.probabilities, before.probabilities)
+    for field in ("settings", "rate", "channels", "actions", "shortest", "trained_on"):
+        assert getattr(loaded, field) == getattr(made, field)
+
+
+@pytest.mark.parametrize("name", CLASSIFIERS)
+def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained, three, name):
+    made = trained(name)
+    before = made.predict(three[2].demonstration)
+    parts = set(vars(made.classifier))
+    dump(made)
+    assert set(vars(made.classifier)) == parts
+    np.testing.assert_array_equal(made.predict(three[2].demonstration).raw, before.raw)
+    dump(made)
+
+
+def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
+    for name in CLASSIFIERS:
+        save(trained(name), path)
+        save(load(path), path)
+        first, second = (r.predict(three[2].demonstration) for r in (trained(name), load(path)))
+        np.testing.assert_array_equal(first.probabilities, second.probabilities)
+
+
+def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained, path):
+    for name in CLASSIFIERS:
+        save(trained(name), path)
+        with zipfile.ZipFile(path) as archive:
+            assert {part.rsplit(".")[-1] for part in archive.namelist()} <= {"json", "npy"}
+        assert not set(skops_io.get_untrusted_types(file=path)) - set(TRUSTED)
+    assert content_of(trained("mlp"))["versions"]["scikit-learn"]
+
+
+# --- writing whole or not at all ----------------------------------------------------------------
+
+
+def test_a_failed_save_leaves_the_former_file_and_nothing_else(trained, path, monkeypatch):
+    save(trained("naive-bayes"), path)
+    before = path.read_bytes()
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(InputError, match="disk full"):
+        save(trained("decision-tree"), path)
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_recogniser_that_cannot_be_written_out_leaves_the_former_file(trained, path):
+    save(trained("naive-bayes"), path)
+    before = path.read_bytes()
+    with pytest.raises(TypeError):
+        save(with_classifier(trained("naive-bayes"), theta_=io.StringIO()), path)
+    assert path.read_bytes() == before
+
+
+# --- files that are something else --------------------------------------------------------------
+
+
+def test_a_missing_file_and_a_folder_are_no_recogniser(tmp_path):
+    refused(tmp_path / "nowhere", "no recogniser at")
+    refused(tmp_path, "no recogniser at")
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"PK", b"PK\x03\x04", b"%PDF-1.7", b"\x00" * 5000, b"a;b\n1;2\n" * 99]
+)
+def test_a_file_that_is_no_zip_is_refused(path, data):
+    path.write_bytes(data)
+    refused(path, "is not a recogniser; train one")
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        {"word/document.xml": "<w/>"},
+        {"schema.json": ""},
+        {"schema.json": "[]"},
+        {"schema.json": "{}"},
+        {"schema.json": '{"protocol": 2}'},
+        {"schema.json": '{"protocol": 99}'},
+        {"schema.json": b"\xff\xfe\x00"},
+        {"schema.json": "[" * 100_000},
+        {"schema.json": '{"protocol": 2, "__loader__": "NoNode", "__module__": 1, "__class__": 2}'},
+    ],
+)
+def test_a_zip_of_something_else_is_refused(path, parts):
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, text in parts.items():
+            archive.writestr(name, text)
+    refused(path)
+
+
+@pytest.mark.parametrize("value", [3, "text", None, [1, 2], {"weights": np.eye(3)}])
+def test_something_else_that_skops_wrote_is_refused(path, value):
+    path.write_bytes(skops_io.dumps(value))
+    refused(path, "is not a recogniser; train one")
+
+
+def test_a_recogniser_of_a_newer_format_is_refused_with_the_cure(trained, path):
+    content = content_of(trained("naive-bayes"))
+    content["forcelab recogniser"] = 2
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "comes from a newer forcelab; update")
+
+
+def test_a_setting_of_a_newer_version_is_refused_with_the_files_name(trained, path):
+    content = content_of(trained("naive-bayes"))
+    content["settings"]["clairvoyance"] = 1
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "setting 'clairvoyance' is unknown")
+
+
+# --- damage -------------------------------------------------------------------------------------
+
+
+def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
+    data = dump(trained("naive-bayes"))
+    for end in np.linspace(0, len(data) - 1, 30).astype(int):
+        path.write_bytes(data[:end])
+        refused(path)
+
+
+def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
+    made = trained("naive-bayes")
+    data = dump(made)
+    expected = made.predict(three[2].demonstration).probabilities
+    random = np.random.default_rng(0)
+    directory = data.index(b"PK\x01\x02")
+    # The zip's own directory is where a flip can do most.
+    places = [*random.integers(0, len(data), 30), *random.integers(directory, len(data), 50)]
+    for place in places:
+        broken = bytearray(data)
+        broken[place] ^= 1 << random.integers(8)
+        path.write_bytes(broken)
+        try:
+            loaded = load(path)
+        except InputError as refusal:
+            assert "\n" not in str(refusal)
+        else:
+            after = loaded.predict(three[2].demonstration).probabilities
+            np.testing.assert_array_equal(after, expected)
+
+
+def test_a_file_that_would_unpack_to_more_than_its_size_is_refused(trained, path):
+    content = content_of(trained("naive-bayes"))
+    content["classifier"].theta_ = np.zeros(10**6)
+    path.write_bytes(skops_io.dumps(content, compression=zipfile.ZIP_DEFLATED))
+    assert path.stat().st_size < 10**5
+    refused(path, "not a whole recogniser")
+
+
+# --- files that mean harm -----------------------------------------------------------------------
+
+HARM = []
+
+
+class Canary:
+    """Tells when it is built from a file."""
+
+    def __getstate__(self):
+        return {"song": "tweet"}
+
+    def __setstate__(self, state):
+        HARM.append(state)
+
+
+@pytest.mark.parametrize(
+    ("thing", "name"),
+    [
+        (functools.partial(os.system, "true"), "functools.partial|posix.system|nt.system"),
+        (os.system, "posix.system|nt.system"),
+        (eval, "builtins.eval"),
+        (Canary(), "Canary"),
+        (Canary, "Canary"),
+        (operator.methodcaller("clear"), "operator.methodcaller"),
+        (HARM.append, "append"),
+    ],
+)
+@pytest.mark.parametrize("place", ["extra", "classifier", "inside"])
+def test_a_type_that_no_recogniser_needs_is_refused_by_name_and_not_built(
+    trained, path, thing, name, place
+):
+    content = content_of(trained("naive-bayes"))
+    if place == "inside":
+        content["classifier"].theta_ = [thing]
+    else:
+        content[place] = thing
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, rf"holds the type .*({name}).*, which no recogniser needs; it was not loaded")
+    assert HARM == []
+
+
+def node(module, name, loader, content):
+    return {"__module__": module, "__class__": name, "__loader__": loader, "content": content}
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "loader"),
+    [
+        ("subprocess", "Popen", "ConstructorFromReduceNode"),
+        ("os", "system", "ConstructorFromReduceNode"),
+        ("builtins", "eval", "ConstructorFromReduceNode"),
+        ("builtins", "exec", "ObjectNode"),
+        ("subprocess", "call", "TypeNode"),
+        ("os", "system", "FunctionNode"),
+    ],
+)
+def test_a_schema_edited_by_hand_runs_nothing(trained, path, tmp_path, module, name, loader):
+    canary = tmp_path / "ran"
+    command = {"Popen": ["touch", str(canary)]}.get(name, f"touch {canary}")
+    command = {"eval": f"open({str(canary)!r}, 'w')"}.get(name, command)
+    argument = {**node("builtins", "str", "JsonNode", json.dumps(command)), "is_json": True}
+    old = zipfile.ZipFile(io.BytesIO(dump(trained("naive-bayes"))))
+    schema = json.loads(old.read("schema.json"))
+    schema["content"]["classifier"] = node(
+        module, name, loader, node("builtins", "tuple", "TupleNode", [argument])
+    )
+    with zipfile.ZipFile(path, "w") as new:
+        for part in old.namelist():
+            new.writestr(part, json.dumps(schema) if part == "schema.json" else old.read(part))
+    refused(path, rf"holds the type .*{name}|not a whole recogniser")
+    assert not canary.exists()
+
+
+# --- parts that do not fit together -------------------------------------------------------------
+
+
+def test_another_classifier_than_the_settings_name_is_refused(trained, path):
+    X, y = np.zeros((9, trained("svm").classifier.n_features_in_)), np.arange(9) % 4
+    for stranger in (RandomForestClassifier(2), KNeighborsClassifier(1, algorithm="ball_tree")):
+        wrong = dataclasses.replace(trained("naive-bayes"), classifier=stranger.fit(X, y))
+        path.write_bytes(dump(wrong))
+        refused(path)
+    wrong = dataclasses.replace(trained("mlp"), classifier=trained("svm").classifier)
+    save(wrong, path)
+    refused(path, "not a whole recogniser")
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("rate", -100.0),
+        ("rate", float("nan")),
+        ("rate", "fast"),
+        ("channels", "normal 1"),
+        ("channels", ["normal 1"]),
+        ("channels", [1, 2, 3, 4]),
+        ("actions", ["still"]),
+        ("actions", ["still", "grab", "grab", "hold"]),
+        ("actions", ["still", "", "hold", "release"]),
+        ("actions", None),
+        ("shortest", {"still": "long"}),
+        ("shortest", [1.0]),
+        ("trained_on", 7),
+        ("settings", {"max_scale": 64.0}),
+        ("settings", ["paper"]),
+        ("settings", {"stride": "often"}),
+        ("classifier", None),
+        ("classifier", {"classes_": [0, 1]}),
+    ],
+)
+def test_a_field_of_nonsense_is_refused_at_once_and_not_when_predicting(
+    trained, path, field, value
+):
+    content = content_of(trained("naive-bayes"))
+    content[field] = value
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, ".")
+
+
+@pytest.mark.parametrize(
+    "field", ["settings", "rate", "channels", "actions", "shortest", "trained_on", "classifier"]
+)
+def test_a_missing_field_is_refused(trained, path, field):
+    content = content_of(trained("naive-bayes"))
+    del content[field]
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, "not a whole recogniser")
+
+
+@pytest.mark.parametrize(
+    ("node_field", "value"),
+    [
+        ("left_child", 10**9),
+        ("left_child", -7),
+        ("left_child", 0),
+        ("right_child", 10**9),
+        ("right_child", -1),
+        ("right_child", 0),
+        ("feature", 10**6),
+        ("feature", -1),
+    ],
+)
+def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, value):
+    made = trained("decision-tree")
+    state = made.classifier.tree_.__getstate__()
+    state["nodes"] = state["nodes"].copy()
+    state["nodes"][node_field][0] = value
+    tree = types.SimpleNamespace(__getstate__=lambda: state)
+    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
+    path.write_bytes(dump(dataclasses.replace(made, classifier=classifier)))
+    refused(path, "not a whole recogniser")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda s: {**s, "node_count": 10**12},
+        lambda s: {**s, "node_count": 1},
+        lambda s: {**s, "nodes": s["nodes"][:1], "node_count": 1},
+        lambda s: {**s, "nodes": s["nodes"][:0], "values": s["values"][:0], "node_count": 0},
+        lambda s: {**s, "values": s["values"][:-1]},
+        lambda s: {**s, "values": s["values"][:, :, :1]},
+        lambda s: {**s, "values": s["values"].astype("f4")},
+        lambda s: {**s, "nodes": s["values"]},
+        lambda s: {k: v for k, v in s.items() if k != "nodes"},
+    ],
+)
+def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
+    made = trained("decision-tree")
+    state = change(made.classifier.tree_.__getstate__())
+    tree = types.SimpleNamespace(__getstate__=lambda: state)
+    vars(classifier := copy.copy(made.classifier))["tree_"] = tree
+    path.write_bytes(dump(dataclasses.replace(made, classifier=classifier)))
+    refused(path, "not a whole recogniser")
+
+
+def _without_a_row(array):
+    return array[:-1]
+
+
+CRAFTED = [
+    ("mlp", "coefs_", lambda c: [c[0][:-1], c[1]]),
+    ("mlp", "coefs_", lambda c: [c[0], c[1][:, :-1]]),
+    ("mlp", "coefs_", lambda c: c[:1]),
+    ("mlp", "coefs_", lambda c: [c[0].astype(str), c[1]]),
+    ("mlp", "intercepts_", lambda i: [i[0], i[1][:-1]]),
+    ("mlp", "out_activation_", lambda _: "explode"),
+    ("mlp", "activation", lambda _: "explode"),
+    ("mlp", "n_layers_", lambda _: 4),
+    ("mlp", "classes_", _without_a_row),
+    ("mlp", "classes_", lambda c: c + 1),
+    ("mlp", "classes_", lambda c: c - 1),
+    ("mlp", "classes_", lambda c: c[::-1]),
+    ("mlp", "classes_", lambda c: c.astype(float)),
+    ("mlp", "n_features_in_", lambda n: n - 1),
+    ("naive-bayes", "theta_", _without_a_row),
+    ("naive-bayes", "var_", lambda v: v[:, :-1]),
+    ("naive-bayes", "class_prior_", _without_a_row),
+    ("nearest-neighbours", "_fit_X", lambda x: x[:, :-1]),
+    ("nearest-neighbours", "_fit_X", _without_a_row),
+    ("nearest-neighbours", "_y", _without_a_row),
+    ("nearest-neighbours", "_y", lambda y: y + 10**6),
+    ("nearest-neighbours", "_y", lambda y: y - 10**6),
+    ("nearest-neighbours", "n_neighbors", lambda _: 10**6),
+    ("nearest-neighbours", "n_neighbors", lambda _: 0),
+    ("nearest-neighbours", "n_samples_fit_", lambda n: n + 1),
+    ("nearest-neighbours", "metric", lambda _: "precomputed"),
+    ("nearest-neighbours", "_fit_method", lambda _: "kd_tree"),
+    ("nearest-neighbours", "weights", lambda _: "distance"),
+    ("svm", "support_vectors_", _without_a_row),
+    ("svm", "support_vectors_", lambda v: v[:, :-1]),
+    ("svm", "support_", _without_a_row),
+    ("svm", "_n_support", _without_a_row),
+    ("svm", "_n_support", lambda n: n * 1000),
+    ("svm", "_n_support", lambda n: n + np.array([-9999, 9999, 0, 0], dtype=n.dtype)),
+    ("svm", "_dual_coef_", lambda c: c[:, :-1]),
+    ("svm", "_dual_coef_", _without_a_row),
+    ("svm", "_intercept_", _without_a_row),
+    ("svm", "_probA", lambda _: np.zeros(1)),
+    ("svm", "kernel", lambda _: "precomputed"),
+    ("svm", "_sparse", lambda _: True),
+]
+
+
+@pytest.mark.parametrize(("name", "part", "change"), CRAFTED)
+def test_learnt_numbers_that_do_not_fit_are_refused_before_anything_uses_them(
+    trained, path, name, part, change
+):
+    made = trained(name, threshold=None)
+    changed = with_classifier(made, **{part: change(getattr(made.classifier, part))})
+    path.write_bytes(dump(changed))
+    refused(path, "not a whole recogniser")
+
+
+@pytest.mark.parametrize(("name", "part", "change"), [c for c in CRAFTED if c[0] == "svm"])
+def test_the_same_holds_for_the_svm_inside_a_calibration(trained, path, name, part, change):
+    made = trained("svm")
+    changed = copy.deepcopy(made)
+    inner = changed.classifier.calibrated_classifiers_[0].estimator
+    vars(inner)[part] = change(getattr(inner, part))
+    path.write_bytes(dump(changed))
+    refused(path, "not a whole recogniser")
+
+
+def test_a_calibration_of_something_else_is_refused(trained, path):
+    for part, value in (
+        ("estimator", trained("decision-tree").classifier),
+        ("calibrators", []),
+        ("classes", np.array([0, 1])),
+    ):
+        changed = copy.deepcopy(trained("svm"))
+        vars(changed.classifier.calibrated_classifiers_[0])[part] = value
+        if part == "estimator":
+            value = copy.copy(value)
+            value.tree_ = None
+            vars(changed.classifier.calibrated_classifiers_[0])[part] = value
+        path.write_bytes(dump(changed))
+        refused(path, "not a whole recogniser")

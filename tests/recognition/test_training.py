@@ -1,0 +1,234 @@
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+import threading
+
+import numpy as np
+import pytest
+from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import Segment
+from forcelab.merging import MergeMap
+from forcelab.recognition import training as training_module
+from forcelab.recognition.classifiers import Step
+from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import fit_examples, preparing, train, training
+
+SMALL = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
+SMALL_MLP = SMALL.replace(classifier="mlp", stride=4)
+
+
+@pytest.fixture(scope="module")
+def three():
+    return [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+
+
+@pytest.fixture
+def fitted_to(monkeypatch):
+    """Collects what the classifier is fitted to, and fits nothing."""
+    given = {}
+
+    def fitting(name, X, y, seed, probabilities):
+        given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities)
+        yield Step(1, 1, None, None)
+
+    monkeypatch.setattr(training_module, "fitting", fitting)
+    return given
+
+
+def predictions(recogniser, demonstration):
+    prediction = recogniser.predict(demonstration)
+    return np.column_stack([prediction.raw, prediction.filtered])
+
+
+# --- progress -----------------------------------------------------------------------------------
+
+
+def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(three):
+    progress = []
+    finish(training(three[:2], SMALL_MLP, held_out=three[2]), progress.append)
+    stages = [step.text for step in progress]
+    assert stages == ["features"] * 3 + ["fit"] * (len(stages) - 3)
+    assert [(step.done, step.total) for step in progress[:3]] == [(1, 3), (2, 3), (3, 3)]
+    fit = progress[3:]
+    assert [step.done for step in fit] == list(range(1, len(fit) + 1))
+    assert fit[-1].loss < 0.3 * fit[0].loss
+    assert fit[-1].accuracy > max(0.6, fit[0].accuracy)
+
+
+def test_the_accuracy_on_the_way_is_that_of_the_held_out_demonstration(three):
+    progress = []
+    recogniser = finish(training(three[:2], SMALL, held_out=three[2]), progress.append)
+    raw = recogniser.predict(three[2].demonstration).raw
+    human = prepare(three[2], SMALL).codes(recogniser.actions)
+    assert progress[-1].accuracy == np.mean(raw[human >= 0] == human[human >= 0])
+
+
+def test_without_a_held_out_demonstration_there_is_no_accuracy(three):
+    progress = []
+    finish(training(three[:1], SMALL), progress.append)
+    assert [step.accuracy for step in progress] == [None, None]
+
+
+def test_a_held_out_demonstration_of_unknown_actions_has_no_accuracy(three):
+    stranger = Labelled(three[2].demonstration, (Segment(0.0, 2.0, "juggle"),))
+    progress = []
+    recogniser = finish(training(three[:2], SMALL, held_out=stranger), progress.append)
+    assert progress[-1].accuracy is None
+    assert "juggle" not in recogniser.actions
+
+
+def test_a_training_that_is_stopped_leaves_nothing_running(three):
+    threads = set(threading.enumerate())
+    job = training(three, SMALL_MLP, held_out=three[0])
+    while next(job).text != "fit":
+        pass
+    next(job)
+    job.close()
+    assert set(threading.enumerate()) == threads
+    assert not multiprocessing.active_children()
+    with pytest.raises(StopIteration):
+        next(job)
+
+
+# --- what the fit depends on, and what not ------------------------------------------------------
+
+
+@pytest.mark.parametrize("settings", [SMALL, SMALL_MLP], ids=["naive-bayes", "mlp"])
+def test_watching_a_held_out_demonstration_changes_nothing_about_the_fit(three, settings):
+    alone = train(three[:1], settings)
+    watched = finish(training(three[:1], settings, held_out=three[1]))
+    assert watched.trained_on == alone.trained_on == (three[0].demonstration.id,)
+    for classifier_part in ("classes_", "theta_", "coefs_"):
+        ours = getattr(alone.classifier, classifier_part, ())
+        theirs = getattr(watched.classifier, classifier_part, ())
+        assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
+
+
+def test_a_held_out_demonstration_of_another_rate_does_not_move_the_grid(three):
+    other = Labelled(*synthetic_demonstration(9, rate=300.0))
+    alone, watched = train(three[:1], SMALL), finish(training(three[:1], SMALL, held_out=other))
+    assert watched.rate == alone.rate
+    assert watched.settings == alone.settings == SMALL
+    np.testing.assert_array_equal(
+        predictions(alone, three[2].demonstration), predictions(watched, three[2].demonstration)
+    )
+
+
+@pytest.mark.parametrize("settings", [SMALL, SMALL_MLP], ids=["naive-bayes", "mlp"])
+def test_unlabelled_samples_are_never_trained_on(three, settings):
+    clean = finish(preparing(three, settings))
+    poisoned = []
+    for examples in clean:
+        features = examples.features.copy()
+        features[examples.codes(ACTIONS) < 0] = 1e100
+        poisoned.append(dataclasses.replace(examples, features=features))
+    assert any(not np.array_equal(a.features, b.features) for a, b in zip(clean, poisoned))  # noqa: B905
+    first, second = (finish(fit_examples(given, settings)) for given in (clean, poisoned))
+    for examples in clean:
+        np.testing.assert_array_equal(
+            first.predict_examples(examples).raw, second.predict_examples(examples).raw
+        )
+
+
+def test_every_stride_th_sample_counted_from_each_start_is_trained_on(three, fitted_to):
+    train(three, SMALL.replace(stride=7, seed=5))
+    X, y = [], []
+    for item in three:
+        examples = prepare(item, SMALL)
+        codes = examples.codes(ACTIONS)
+        for i in range(0, len(codes), 7):
+            if codes[i] >= 0:
+                X.append(examples.features[i])
+                y.append(codes[i])
+    np.testing.assert_array_equal(fitted_to["X"], X)
+    np.testing.assert_array_equal(fitted_to["y"], y)
+    assert (fitted_to["name"], fitted_to["seed"]) == ("naive-bayes", 5)
+
+
+@pytest.mark.parametrize("threshold", [None, 0.8])
+def test_probabilities_are_prepared_only_if_a_filter_needs_them(three, fitted_to, threshold):
+    train(three[:1], SMALL.replace(threshold=threshold))
+    assert fitted_to["probabilities"] is (threshold is not None)
+
+
+def test_samples_in_a_gap_are_not_trained_on(three, fitted_to):
+    old = three[0].demonstration
+    times = old.times + np.where(np.arange(len(old.times)) >= 100, 2.0, 0.0)
+    gapped = Demonstration(old.name, old.task, times, old.signals, old.channels)
+    everywhere = (Segment(0.0, 1.5, "still"), Segment(1.5, 100.0, "grab"))
+    train([Labelled(gapped, everywhere)], SMALL)
+    assert fitted_to["y"].tolist() == [0] * 100 + [1] * (len(times) - 100)
+
+
+def test_merged_spellings_are_trained_as_one_action_and_the_labels_stay(three):
+    before = [item.segments for item in three]
+    merge = MergeMap({"grab": "grip", "hold": "grip"})
+    recogniser = train(three, SMALL.replace(merge=merge))
+    assert recogniser.actions == ("still", "grip", "release")
+    assert [item.segments for item in three] == before
+
+
+def test_the_shortest_segment_of_each_action_is_remembered(three):
+    recogniser = train(three, SMALL)
+    for action in ACTIONS:
+        lengths = [s.duration for item in three for s in item.segments if s.action == action]
+        assert recogniser.shortest[action] == min(lengths)
+
+
+def test_demonstrations_without_labels_take_no_part(three):
+    bare = Labelled(synthetic_demonstration(8, rate=100.0)[0])
+    with_it, without = train([bare, *three], SMALL), train(three, SMALL)
+    assert with_it.trained_on == without.trained_on == tuple(i.demonstration.id for i in three)
+    np.testing.assert_array_equal(with_it.classifier.theta_, without.classifier.theta_)
+
+
+def test_recordings_of_two_rates_are_trained_on_one_grid(fitted_to):
+    items = [
+        Labelled(*synthetic_demonstration(1, rate=100.0)),
+        Labelled(*synthetic_demonstration(2, rate=100.0)),
+        Labelled(*synthetic_demonstration(3, rate=400.0)),
+    ]
+    recogniser = train(items, SMALL)
+    assert recogniser.rate == pytest.approx(100.0)
+    seconds = sum(segment.duration for item in items for segment in item.segments)
+    assert len(fitted_to["y"]) == pytest.approx(100.0 * seconds, rel=0.02)
+
+
+# --- refusals -----------------------------------------------------------------------------------
+
+
+def test_training_without_a_label_is_refused_in_a_sentence(three):
+    bare = [Labelled(item.demonstration) for item in three]
+    with pytest.raises(InputError, match="Nothing is labelled yet"):
+        train(bare, SMALL)
+    with pytest.raises(InputError, match="Nothing is labelled yet"):
+        train([], SMALL)
+
+
+def test_training_with_one_action_only_is_refused_in_a_sentence(three):
+    still = [
+        Labelled(i.demonstration, tuple(s for s in i.segments if s.action == "still"))
+        for i in three
+    ]
+    with pytest.raises(InputError, match="at least two actions"):
+        train(still, SMALL)
+
+
+def test_segments_that_hold_no_sample_are_no_labels(three):
+    beyond = (Segment(1000.0, 1001.0, "grab"), Segment(1001.0, 1002.0, "hold"))
+    with pytest.raises(InputError, match="at least two actions"):
+        train([Labelled(three[0].demonstration, beyond)], SMALL)
+
+
+def test_training_on_different_channels_is_refused_by_name(three):
+    old = three[1].demonstration
+    renamed = tuple(Channel(f"strain {i}") for i in range(6))
+    other = Demonstration("gauge", "foam", old.times, old.signals, renamed)
+    with pytest.raises(InputError, match="'foam 01' has the channels .*'gauge' has"):
+        train([three[0], Labelled(other, three[1].segments)], SMALL)
