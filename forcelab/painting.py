@@ -251,10 +251,10 @@ def splice(before: Segments, after: Segments) -> tuple[int, Segments, Segments]:
     """
     shorter = min(len(before), len(after))
     head = 0
-    while head < shorter and before[head] == after[head]:
+    while head < shorter and _same(before[head], after[head]):
         head += 1
     tail = 0
-    while tail < shorter - head and before[-1 - tail] == after[-1 - tail]:
+    while tail < shorter - head and _same(before[-1 - tail], after[-1 - tail]):
         tail += 1
     return head, before[head : len(before) - tail], after[head : len(after) - tail]
 
@@ -278,6 +278,11 @@ def spliced(segments: Segments, position: int, removed: Segments, inserted: Segm
             "as it is now and repeat the edit."
         )
     return result
+
+
+def _same(one: Segment, other: Segment) -> bool:
+    """Whether two segments are equal; most segments of an edited track are the very same object."""
+    return one is other or one == other
 
 
 def _check_stretch(start: float, end: float) -> None:

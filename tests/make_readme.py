@@ -1,5 +1,6 @@
-"""Runs the README's commands and puts their real output below them: ``python tests/make_readme.py``.
+"""Runs the README's commands and puts their real output below them.
 
+Start it as ``python tests/make_readme.py``.
 Also renews the picture at its top.
 """
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from joblib import cpu_count
+
+from forcelab.atomic import write_atomically
 from forcelab.cli.output import json_text, percent, progress_bar, table
 from forcelab.cli.settings import chosen_tasks, settings_from
 from forcelab.errors import InputError
-from forcelab.formats.atomic import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.corpus import corpus
@@ -24,7 +25,7 @@ from forcelab.vocabulary import Vocabulary
 def run(arguments: argparse.Namespace) -> None:
     """Evaluate, print the scores, and write what was asked for."""
     settings = settings_from(arguments)
-    jobs = arguments.jobs if arguments.jobs is not None else len(os.sched_getaffinity(0))
+    jobs = cpu_count() if arguments.jobs is None else arguments.jobs
     if jobs < 1:
         raise InputError(f"--jobs is 1 or more, not {jobs}.")
     _check_figures(arguments)

@@ -8,11 +8,11 @@ import io
 import sys
 from pathlib import Path
 
+from forcelab.atomic import write_atomically
 from forcelab.cli.filenames import file_names
 from forcelab.cli.output import json_text
 from forcelab.cli.sources import demonstrations_in
 from forcelab.errors import InputError
-from forcelab.formats.atomic import write_atomically
 from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.labels import Track
 from forcelab.recognition.storage import load

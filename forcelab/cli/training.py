@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 
+from forcelab.atomic import write_atomically
 from forcelab.cli.output import json_text, progress_bar
 from forcelab.cli.settings import settings_from
-from forcelab.formats.atomic import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.corpus import corpus

@@ -26,6 +26,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+from forcelab.atomic import atomic_file
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError, StaleTrackError
@@ -40,7 +41,6 @@ from forcelab.formats.archive_json import (
     segments_to_json,
 )
 from forcelab.formats.archive_members import MANIFEST, VERSION, Members, Writer, open_members
-from forcelab.formats.atomic import atomic_file
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Edit, Project

@@ -30,6 +30,8 @@ _DAY = 86_400
 #: Larger stamps are read as an integer base and a remainder, so that no digit is lost.
 _LARGE = 1e8
 _PLAIN = re.compile(r"(\d{1,30})(?:([.,])(\d{1,30}))?", re.ASCII)
+#: No clock counts further; what does is no stamp, and its sums would overflow.
+_ABSURD = 1e30
 _UNITS = {"s": 1, "ms": 1_000, "us": 1_000_000, "ns": 1_000_000_000}
 
 
@@ -96,7 +98,8 @@ class ClockReader:
             if match and self._dated:
                 self._base = self._day(match) * _DAY
         else:
-            middle = float(np.median(_readable(present, kinds, decimal) or [0.0]))
+            readable = _readable(present, kinds, decimal) or [0.0]
+            middle = float(np.median(np.clip(readable, -_ABSURD, _ABSURD)))
             self._base = int(middle) if abs(middle) >= _LARGE else 0
 
     @property
@@ -124,7 +127,7 @@ class ClockReader:
 
     def _middle(self, values: NDArray[np.float64]) -> float:
         """The median stamp, as it stands in the file."""
-        present = values[~np.isnan(values)]
+        present = values[np.abs(values) < _ABSURD]
         return self._base + float(np.median(present)) if present.size else 0.0
 
     def finish(self, values: NDArray[np.float64], unit: str, where: str) -> RawStamps:
@@ -144,6 +147,7 @@ class ClockReader:
         InputError
             If the stamps cannot be in the unit that the header names.
         """
+        values = np.where(np.abs(values) < _ABSURD, values, np.nan)
         if self._written:
             if self._dated:
                 return RawStamps(values, self._base, 1, absolute=True)

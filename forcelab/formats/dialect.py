@@ -44,11 +44,7 @@ _COMMENT = re.compile(r"\s*(?:$|#|%|//)")
 _QUOTED = re.compile(r'"(?:[^"]|"")*"|\S+')
 #: Control characters that no text file holds; tab, line ends, form feed and Ctrl-Z are no sign.
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x19\x1c-\x1f]")
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
+_WIDE_MARKS = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 #: A line of a file with its 1-based number.
 Line = tuple[int, str]
@@ -146,9 +142,8 @@ def encoding_of(path: Path) -> str:
 
 def _wide(head: bytes) -> str | None:
     """The encoding if it is a 16-bit one."""
-    for mark, name in _BOMS[1:]:
-        if head.startswith(mark):
-            return name
+    if head.startswith(_WIDE_MARKS):
+        return "utf-16"
     pairs = head[: len(head) // 2 * 2]
     if len(pairs) >= 8:
         if not any(pairs[:512:2]) and all(pairs[1:512:2]):

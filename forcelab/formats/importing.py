@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,14 +44,10 @@ class ImportReport:
     remarks : mapping of Path to tuple of str
         For each file that gave cause: a sentence for each thing that was dropped, repaired or is
         worth a look.
-    failures : mapping of Path to str
-        For each file that was left out: why, in one sentence. Empty unless files that fail were
-        to be left out.
     """
 
     demonstrations: tuple[Imported, ...] = ()
     remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
-    failures: Mapping[Path, str] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
@@ -64,19 +58,15 @@ def import_files(
     project_path: str | os.PathLike[str],
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
-    *,
-    leave_out_failures: bool = False,
 ) -> ImportReport:
     """Import files at one go; see :func:`importing`."""
-    return finish(importing(project_path, files, options, leave_out_failures=leave_out_failures))
+    return finish(importing(project_path, files, options))
 
 
 def importing(
     project_path: str | os.PathLike[str],
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
-    *,
-    leave_out_failures: bool = False,
 ) -> Generator[Progress, None, ImportReport]:
     """Read files of any format, then write what they hold into a project.
 
@@ -92,9 +82,6 @@ def importing(
         recording which is also named is read with that recording.
     options : ReadOptions, optional
         How the files are to be understood where they do not say so themselves.
-    leave_out_failures : bool
-        Import the other files where some cannot be read, and tell which in the report. By default
-        one bad file stops the import.
 
     Yields
     ------
@@ -109,8 +96,8 @@ def importing(
     Raises
     ------
     InputError
-        If a file cannot be read (and failures are not to be left out), if none can be, or if the
-        project cannot be written. A project that did not exist does not exist afterwards either.
+        If a file cannot be read or the project cannot be written. A project that did not exist
+        does not exist afterwards either.
     """
     paths = _without_companions(files)
     if not paths:
@@ -124,12 +111,12 @@ def importing(
             read_files[path] = _checked(path, read(path, options))
         except InputError as error:
             failures[path] = str(error)
-    if failures and not (leave_out_failures and read_files):
+    if failures:
         raise InputError(_refusal(failures, len(paths)))
     yield Progress(len(paths), total, f"writing {Path(project_path).name}")
     demonstrations = _write(Path(project_path), read_files)
     yield Progress(total, total, "done")
-    return ImportReport(demonstrations, _remarks(read_files, demonstrations), failures)
+    return ImportReport(demonstrations, _remarks(read_files, demonstrations))
 
 
 def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
@@ -177,23 +164,8 @@ def _write(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[I
     """Add all demonstrations; a new project gets its name once it is complete."""
     if project.exists() and not (project.is_dir() and not any(project.iterdir())):
         return _write_into(project, read_files)
-    part = project.with_name(f".forcelab-{secrets.token_hex(8)}.part")
-    try:
-        with Project.create(part) as made:
-            demonstrations = tuple(_added(made, read_files))
-        if project.exists():
-            project.rmdir()
-        part.rename(project)
-    except InputError as error:
-        raise InputError(str(error).replace(str(part), str(project))) from error
-    except OSError as error:
-        raise InputError(
-            f"The project '{project}' cannot be made ({error.strerror or error}); nothing was "
-            f"imported."
-        ) from error
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-    return demonstrations
+    with Project.creating(project) as made:
+        return tuple(_added(made, read_files))
 
 
 def _write_into(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[Imported, ...]:

@@ -157,7 +157,7 @@ def _steps_like_time(layout: Layout, index: int, column: Column) -> bool:
         return len(set(cells)) > 1
     if kind is not Kind.NUMBER or len(cells) < 2:
         return False
-    values = numbers(cells, decimal)
+    values = np.clip(numbers(cells, decimal), -1e30, 1e30)  # so that no difference overflows
     steps = np.diff(values)
     if (steps < 0).any() or not (steps > 0).any():
         return False

@@ -2,7 +2,7 @@
 
 The rules, in this order. Each speaks one sentence, and refuses the file when asked to be strict.
 
-1. Rows without a stamp are dropped.
+1. Rows without a stamp, or with one beyond 1e30, are dropped.
 2. Rows stamped after the year 2100 on an absolute clock are dropped.
 3. Rows further from the median stamp than 1000 times the length of the rest of the recording are
    dropped, if they are at most 5 % of all, or one row of five or more: a clock that was not set
@@ -119,7 +119,7 @@ def repair(
         act.
     """
     rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values)
-    rows.drop(np.isnan(rows.values), "{rows} without a stamp {were} dropped")
+    rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
     if raw.absolute:
         late = raw.seconds(rows.values) > YEAR_2100
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")

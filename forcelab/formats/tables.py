@@ -28,9 +28,7 @@ from forcelab.formats.roles import UNLABELLED_WORDS, Roles, choose_roles, label_
 from forcelab.formats.stamps import Repaired, counted, repair
 from forcelab.labels import UNLABELLED, Track, from_codes
 
-__all__ = ["NAME", "read", "sniff"]
-
-NAME = "table"
+__all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
-from forcelab.formats.atomic import write_atomically
 from forcelab.labels import Track
 
 __all__ = ["to_audacity", "to_csv", "write_audacity", "write_csv"]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from forcelab.atomic import sync_folder
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Track
@@ -166,7 +167,7 @@ def add(
                 adding.write_track(track)
             if adding.changed:
                 extend_vocabulary(database, demonstration.task, demonstration.id)
-            files.sync_folder(root)
+            sync_folder(root)
     with contextlib.suppress(OSError):  # only not needed any more, and perhaps in use
         if old is None:
             (home / files.UNCOMMITTED).unlink()

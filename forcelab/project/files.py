@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
 
 __all__ = [
@@ -28,7 +29,6 @@ __all__ = [
     "move_into",
     "read_array",
     "staging",
-    "sync_folder",
     "told",
     "write_array",
 ]
@@ -110,17 +110,6 @@ def move_into(home: Path, staged: Path) -> None:
     for file in staged.iterdir():
         file.replace(home / file.name)
     sync_folder(home)
-
-
-def sync_folder(folder: Path) -> None:
-    """Force a folder's entries to the disk, where the system allows opening folders."""
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def leftovers(parent: Path, known: Collection[str]) -> list[Path]:

@@ -18,7 +18,7 @@ from forcelab.project.database import Database
 from forcelab.project.files import read_array
 from forcelab.project.records import DemonstrationInfo
 
-__all__ = ["DEMONSTRATIONS", "find", "infos", "load", "read_signals"]
+__all__ = ["DEMONSTRATIONS", "find", "infos", "load", "natural_order", "read_signals"]
 
 #: Name of the folder that holds one folder per demonstration.
 DEMONSTRATIONS = "demonstrations"
@@ -35,7 +35,8 @@ def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]
         "FROM track JOIN author ON author.id = track.author ORDER BY author.id"
     ):
         labelled[row["id"]][row["author"]] = row["seconds"]
-    rows = database.all("SELECT * FROM demonstration ORDER BY task, name")
+    rows = database.all("SELECT * FROM demonstration")
+    rows.sort(key=lambda row: (natural_order(row["task"]), natural_order(row["name"])))
     return tuple(
         DemonstrationInfo(
             id=row["id"],
@@ -52,6 +53,12 @@ def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]
         for row in rows
         if task is None or row["task"] == task
     )
+
+
+def natural_order(name: str) -> tuple[tuple[int, str], ...]:
+    """What names sort by, so that ``pen-2`` comes before ``pen-10``."""
+    parts = re.findall(r"(\d+)|(\D+)", name)
+    return tuple((int(digits), "") if digits else (-1, word.casefold()) for digits, word in parts)
 
 
 def find(database: Database, key: str) -> sqlite3.Row:

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Literal
 
+from forcelab.atomic import sync_folder
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segments, Track
@@ -18,7 +19,7 @@ from forcelab.project import files
 from forcelab.project.adding import add
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
-from forcelab.project.loading import DEMONSTRATIONS, find, infos, load
+from forcelab.project.loading import DEMONSTRATIONS, find, infos, load, natural_order
 from forcelab.project.records import Added, Author, DemonstrationInfo, Edit
 from forcelab.project.runs import RECOGNISERS, Runs
 from forcelab.project.vocabularies import vocabularies, write_vocabulary
@@ -94,11 +95,11 @@ class Project(Runs):
             with cls.open(part) as project:
                 yield project
             with files.told(refused):
-                files.sync_folder(part)
+                sync_folder(part)
                 if path.exists():
                     path.rmdir()
                 part.rename(path)
-                files.sync_folder(path.parent)
+                sync_folder(path.parent)
         except InputError as error:  # in the name that the user knows
             raise InputError(str(error).replace(str(part), str(path))) from error
         finally:
@@ -196,8 +197,8 @@ class Project(Runs):
 
     def tasks(self) -> tuple[str, ...]:
         """The tasks of all demonstrations, sorted."""
-        rows = self._db.all("SELECT DISTINCT task FROM demonstration ORDER BY task")
-        return tuple(row["task"] for row in rows)
+        rows = self._db.all("SELECT DISTINCT task FROM demonstration")
+        return tuple(sorted((row["task"] for row in rows), key=natural_order))
 
     def load(self, key: str) -> Demonstration:
         """Load a demonstration; its arrays are mapped into memory, read-only.

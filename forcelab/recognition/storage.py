@@ -7,6 +7,7 @@ but the few named here, so that a file from a stranger can do no harm.
 from __future__ import annotations
 
 import copy
+import tokenize
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
-from forcelab.formats.atomic import write_atomically
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.soundness import check_classifier
@@ -42,8 +43,10 @@ DAMAGE = (
     MemoryError,
     OSError,
     RuntimeError,
+    SyntaxError,
     TypeError,
     ValueError,
+    tokenize.TokenError,
     zipfile.BadZipFile,
 )
 

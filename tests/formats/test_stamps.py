@@ -154,7 +154,7 @@ def test_rows_without_a_stamp_are_dropped():
     values[[3, 9]] = np.nan
     result = repaired(values)
     assert result.kept.tolist() == [0, 1, 2, 4, 5, 6, 7, 8]
-    assert result.remarks == ("2 rows without a stamp were dropped.",)
+    assert result.remarks == ("2 rows without a usable stamp were dropped.",)
     assert "line 5" in refusal(values)
 
 

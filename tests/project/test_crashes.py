@@ -57,6 +57,12 @@ for i in range(1000):
 """
 
 
+@pytest.fixture
+def tmp_path(tmp_path_factory):
+    """A folder on a real disk."""
+    return tmp_path_factory.mktemp("disk")
+
+
 def start(code: str, path: Path) -> subprocess.Popen[bytes]:
     """Run code on a project in another process, and wait until it has it open."""
     process = subprocess.Popen(

@@ -44,7 +44,7 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
     project.add(make(2, name="02", task="foam"))
     shutil.rmtree(path / "demonstrations")
-    info, other = project.demonstrations()
+    other, info = project.demonstrations()
     assert (info.id, info.name, info.task, info.source) == (id_, "01", "LEGO", "x.csv")
     assert (info.samples, info.channels) == (500, given.channels)
     assert (info.rate, info.duration) == (given.rate, given.duration)
@@ -53,7 +53,7 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     assert not info.has_video
     assert other.authors == ()
     assert project.demonstrations("foam") == (other,)
-    assert project.tasks() == ("LEGO", "foam")
+    assert project.tasks() == ("foam", "LEGO")
 
 
 def test_the_same_recording_twice_is_one_demonstration(project, make):
@@ -291,3 +291,10 @@ def test_runs_of_what_is_not_there_are_refused(project, make):
     project.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="missing; train"):
         project.recogniser_path(id_)
+
+
+def test_names_with_numbers_are_listed_as_people_count(project, make):
+    for i, name in enumerate(["pen-10", "pen-2", "Pen-1"]):
+        project.add(make(i, name=name, task="stylus"))
+    names = [info.name for info in project.demonstrations("stylus")]
+    assert names == ["Pen-1", "pen-2", "pen-10"]

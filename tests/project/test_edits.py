@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import sqlite3
 import tempfile
 from contextlib import closing
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
 from forcelab.painting import erase, paint
@@ -17,6 +19,9 @@ from forcelab.project import Project
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
+
+#: Where commits need not wait for a disk.
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 
 @pytest.fixture
@@ -120,7 +125,7 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
     undone: list = []
     states: list = [()]
     kept = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
         path = Path(folder) / "p.forcelab"
         project = Project.create(path)
         id_ = _add_one(project)
@@ -168,8 +173,6 @@ def test_undo_and_redo_behave_like_two_stacks_whatever_happens(steps):
 
 
 def _add_one(project: Project) -> str:
-    from forcelab.demonstration import Channel, Demonstration
-
     return project.add(Demonstration("01", "", [0, 1], [[1], [2]], (Channel("fx"),))).id
 
 
@@ -180,7 +183,7 @@ def _add_one(project: Project) -> str:
 @settings(max_examples=15, deadline=None)
 def test_times_and_names_come_back_exactly(times, action):
     segments = (Segment(min(times), max(times), action),)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
         path = Path(folder) / "p.forcelab"
         with Project.create(path) as project:
             id_ = _add_one(project)

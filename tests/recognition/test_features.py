@@ -9,6 +9,7 @@ from synthetic import synthetic_demonstration
 
 from forcelab.recognition.features import feature_names, features
 from forcelab.signals.channels import channel_map
+from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import cwt, geometric_scales
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 
@@ -163,7 +164,7 @@ def test_silence_before_a_contact_has_phase_zero_and_the_contact_has_not():
     assert np.mean(phase[0, :, 3100:3900] != 0) > 0.99
 
 
-def test_the_floor_lies_far_below_white_noise_and_hides_none_of_it():
+def test_the_floor_lies_far_below_white_noise_which_keeps_its_size_at_every_scale():
     x = 0.01 * noise(1, 20_000)
     magnitude, phase = split(features(x, SCALES, MORLET), 1, 10)
     assert np.mean(phase == 0) < 1e-4
@@ -171,8 +172,15 @@ def test_the_floor_lies_far_below_white_noise_and_hides_none_of_it():
     # wavelet is not cut.
     power = np.mean(np.exp(2 * magnitude[0, 1:7]), axis=1)
     np.testing.assert_allclose(np.sqrt(power), 0.01, rtol=0.1)
-    # What is not there beside the noise stops a thousandth below it.
-    assert magnitude.min() >= np.log(0.9 * 0.01e-3)
+
+
+def test_what_is_not_there_beside_the_noise_stops_a_thousandth_below_it():
+    x = 0.01 * (-1.0) ** np.arange(3000)  # nothing but the Nyquist frequency
+    magnitude, phase = split(features(x[np.newaxis], np.array([64.0]), MORLET), 1, 1)
+    inner = slice(1000, 2000)
+    level = float(noise_level(x))
+    np.testing.assert_allclose(magnitude[0, 0, inner], np.log(1e-3 * level), rtol=1e-12)
+    assert not phase[0, 0, inner].any()
 
 
 def test_a_silent_channel_among_loud_ones_stays_silent_and_changes_nothing():

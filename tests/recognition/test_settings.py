@@ -10,9 +10,9 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
+from forcelab.merging import MergeMap
 from forcelab.recognition.settings import CLASSIFIERS, PRESETS, Settings, preset
 from forcelab.signals.wavelets import Morlet
-from forcelab.merging import MergeMap
 
 NAMES = st.text(min_size=1, max_size=8).filter(str.strip)
 POSITIVE = st.floats(0.1, 1e4)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
+from sklearn.svm import NuSVC
 from skops import io as skops_io
 from synthetic import synthetic_set
 
@@ -237,6 +238,18 @@ def test_a_file_that_would_unpack_to_more_than_its_size_is_refused(trained, path
     refused(path, "not a whole recogniser")
 
 
+@pytest.mark.parametrize("header", [b"{'descr': (", b"\x00", b"{", b"{'descr': '|O', ", b'"""'])
+def test_an_array_with_a_broken_header_is_refused(trained, path, header):
+    old = zipfile.ZipFile(io.BytesIO(dump(trained("naive-bayes"))))
+    with zipfile.ZipFile(path, "w") as new:
+        for part in old.namelist():
+            data = old.read(part)
+            if part.endswith(".npy"):
+                data = data[:10] + header + data[10 + len(header) :]
+            new.writestr(part, data)
+    refused(path, "not a whole recogniser")
+
+
 # --- files that mean harm -----------------------------------------------------------------------
 
 HARM = []
@@ -457,6 +470,7 @@ CRAFTED = [
     ("svm", "_intercept_", _without_a_row),
     ("svm", "_probA", lambda _: np.zeros(1)),
     ("svm", "kernel", lambda _: "precomputed"),
+    ("svm", "kernel", lambda _: "linear"),
     ("svm", "_sparse", lambda _: True),
 ]
 
@@ -482,16 +496,19 @@ def test_the_same_holds_for_the_svm_inside_a_calibration(trained, path, name, pa
 
 
 def test_a_calibration_of_something_else_is_refused(trained, path):
-    for part, value in (
-        ("estimator", trained("decision-tree").classifier),
-        ("calibrators", []),
-        ("classes", np.array([0, 1])),
-    ):
+    stranger = NuSVC()
+    vars(stranger).update(vars(trained("svm", None).classifier))
+    codes = np.array([0, 1])
+    for part, value in (("estimator", stranger), ("calibrators", []), ("classes", codes)):
         changed = copy.deepcopy(trained("svm"))
         vars(changed.classifier.calibrated_classifiers_[0])[part] = value
-        if part == "estimator":
-            value = copy.copy(value)
-            value.tree_ = None
-            vars(changed.classifier.calibrated_classifiers_[0])[part] = value
         path.write_bytes(dump(changed))
         refused(path, "not a whole recogniser")
+
+
+def test_an_mlp_that_numbers_its_actions_in_another_way_is_refused(trained, path):
+    made = trained("mlp", None)
+    binarizer = copy.copy(made.classifier._label_binarizer)
+    binarizer.classes_ = binarizer.classes_ + np.array([0, 0, 0, 5])
+    path.write_bytes(dump(with_classifier(made, _label_binarizer=binarizer)))
+    refused(path, "not a whole recogniser")

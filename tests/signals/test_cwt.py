@@ -362,6 +362,9 @@ def test_scales_stop_at_the_last_and_stand_as_close_as_asked():
     assert geometric_scales(5, 5).tolist() == [5]
     for spacing in (0.1, 1 / 3, 0.125):
         assert geometric_scales(2, 1024, spacing)[-1] == pytest.approx(1024)
+    # Rounding puts log2 of the ratio over the spacing a little below 1 and 8 here.
+    assert len(geometric_scales(2, 2 * 2**0.1, 0.1)) == 2
+    assert len(geometric_scales(2, 2 * 2**0.8, 0.1)) == 9
 
 
 def test_a_recording_has_scales_up_to_its_length():

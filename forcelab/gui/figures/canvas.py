@@ -21,8 +21,8 @@ from PySide6.QtGui import (
 )
 from PySide6.QtSvg import QSvgGenerator
 
+from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
-from forcelab.formats.atomic import write_atomically
 from forcelab.gui.figures import text
 
 __all__ = ["LIGHT", "Figure", "Theme"]

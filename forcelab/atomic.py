@@ -16,7 +16,7 @@ from typing import BinaryIO
 
 from forcelab.errors import InputError
 
-__all__ = ["atomic_file", "write_atomically"]
+__all__ = ["atomic_file", "sync_folder", "write_atomically"]
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> None:
@@ -72,7 +72,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         if target.exists():
             temporary.chmod(stat.S_IMODE(target.stat().st_mode))
         temporary.replace(target)
-        _force_folder(target.parent)
+        sync_folder(target.parent)
     except OSError as error:
         if error.filename is not None and Path(error.filename) not in (temporary, target):
             raise  # another file's trouble, met by the caller inside the block
@@ -85,8 +85,8 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             temporary.unlink()
 
 
-def _force_folder(folder: Path) -> None:
-    """Force the folder's new entry to the disk, where the system allows opening folders."""
+def sync_folder(folder: Path) -> None:
+    """Force a folder's entries to the disk, where the system allows opening folders."""
     if os.name != "posix":
         return
     descriptor = os.open(folder, os.O_RDONLY)

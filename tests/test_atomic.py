@@ -6,8 +6,8 @@ import stat
 
 import pytest
 
+from forcelab.atomic import atomic_file, write_atomically
 from forcelab.errors import InputError
-from forcelab.formats.atomic import atomic_file, write_atomically
 
 
 def names(folder):
