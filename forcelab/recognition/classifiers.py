@@ -141,7 +141,12 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
         # Two BLAS threads on matrices this small cost seven times the time of one.
         with pools.limit(limits=1, user_api="blas"), warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
-            mlp.partial_fit(X, y, classes=actions)
+            # scikit-learn swallows Ctrl+C in an epoch and only warns of it.
+            warnings.filterwarnings("error", "Training interrupted by user")
+            try:
+                mlp.partial_fit(X, y, classes=actions)
+            except UserWarning as interrupted:
+                raise KeyboardInterrupt from interrupted
         loss = float(mlp.loss_)
         yield Step(number, mlp.max_iter, loss, mlp)
         stale = stale + 1 if loss > best - mlp.tol else 0

@@ -91,8 +91,8 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
         If a wanted channel is missing.
     """
     demonstration = labelled.demonstration
-    grid = on_grid(demonstration, rate or settings.rate)
     channels = channel_map(demonstration.channels, settings.channels)
+    grid = on_grid(demonstration, rate or settings.rate, channels.recorded)
     return Examples(
         name=demonstration.name,
         times=grid.times,

@@ -81,9 +81,9 @@ def feature_names(
     rate: float,
     phase: bool = True,
 ) -> tuple[str, ...]:
-    """Name the columns of :func:`features`, such as ``log magnitude, normal 1, 12.4 Hz``."""
+    """Name the columns of :func:`features`, such as ``log magnitude, normal 1, 12.43 Hz``."""
     hertz = frequencies(scales, rate, wavelet)
     kinds = ("log magnitude", "phase") if phase else ("log magnitude",)
     return tuple(
-        f"{kind}, {channel}, {hz:.3g} Hz" for kind in kinds for channel in channels for hz in hertz
+        f"{kind}, {channel}, {hz:.4g} Hz" for kind in kinds for channel in channels for hz in hertz
     )

@@ -24,6 +24,9 @@ __all__ = ["CLASSIFIERS", "PRESETS", "Settings", "preset"]
 #: Classifiers by name: the paper's choice and those it was compared with.
 CLASSIFIERS = ("mlp", "naive-bayes", "decision-tree", "svm", "nearest-neighbours")
 
+#: A wavelet of this scale, in samples, already lasts hours at 1 kHz; its padding takes memory.
+LARGEST_SCALE = 2.0**20
+
 
 @dataclass(frozen=True)
 class Settings:

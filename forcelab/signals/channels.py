@@ -30,15 +30,19 @@ class ChannelMap:
     ----------
     names : tuple of str, length q
         Recognition channels, tangential magnitudes first, then signed normals, then the rest.
+    recorded : tuple of int, length u
+        The recorded columns that any of them needs, rising; the others need not be looked at.
     columns : tuple of tuple of int, length q
-        The recorded columns of each: two for a tangential magnitude, one for any other.
+        What each is made of, as places in `recorded`: two for a tangential magnitude, one for
+        any other.
     """
 
     names: tuple[str, ...]
+    recorded: tuple[int, ...]
     columns: tuple[tuple[int, ...], ...]
 
     def apply(self, signals: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Compute recognition channels, shape (q, n), from recorded signals, shape (n, c)."""
+        """Compute recognition channels, shape (q, n), from the needed columns, shape (n, u)."""
         out = np.empty((len(self.names), len(signals)))
         for row, columns in zip(out, self.columns, strict=True):
             if len(columns) == 2:
@@ -75,7 +79,7 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
     Raises
     ------
     InputError
-        If a wanted channel is not there.
+        If a wanted channel is not there, or is wanted twice.
     """
     names = [channel.name for channel in channels]
     sensors = _sensors(names)
@@ -89,9 +93,14 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
         if column not in used:
             found[name if name not in found else f"{name} (column {column + 1})"] = (column,)
     chosen = list(found) if wanted is None else list(wanted)
+    if len(set(chosen)) < len(chosen):
+        raise InputError(f"A recognition channel is named twice in {', '.join(chosen)}.")
     missing = [name for name in chosen if name not in found]
     if missing:
         raise InputError(
             f"There is no recognition channel '{missing[0]}'; there are {', '.join(found)}."
         )
-    return ChannelMap(tuple(chosen), tuple(found[name] for name in chosen))
+    recorded = sorted({column for name in chosen for column in found[name]})
+    places = {column: place for place, column in enumerate(recorded)}
+    made_of = tuple(tuple(places[column] for column in found[name]) for name in chosen)
+    return ChannelMap(tuple(chosen), tuple(recorded), made_of)

@@ -8,6 +8,7 @@ its samples there are marked and take no part in training, scoring or recognitio
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -27,6 +28,8 @@ UNIFORM = 0.02
 SAME_RATE = 0.01
 #: A grid has at most this many samples, a day at 1 kHz; more come from a stray stamp.
 MAX_SAMPLES = 86_400_000
+
+Columns = Sequence[NDArray[np.float64]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,12 +55,13 @@ class Grid:
     rate: float
 
 
-def _missing_runs(demonstration: Demonstration) -> list[tuple[float, float]]:
+def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:
     """Stretches ``[start, end)`` in which a channel misses more samples than a gap may have."""
     ends = np.append(demonstration.times, demonstration.end)
     runs = []
-    for lost in ~np.isfinite(demonstration.signals.T):
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
+    for column in columns:
+        lost = np.concatenate([[False], ~np.isfinite(column), [False]])
+        edges = np.flatnonzero(np.diff(lost))
         runs += [
             (float(ends[first]), float(ends[last]))
             for first, last in edges.reshape(-1, 2)
@@ -66,15 +70,18 @@ def _missing_runs(demonstration: Demonstration) -> list[tuple[float, float]]:
     return runs
 
 
-def _lines(times: NDArray[np.float64], demonstration: Demonstration) -> NDArray[np.float64]:
+def _lines(
+    times: NDArray[np.float64], stamps: NDArray[np.float64], columns: Columns
+) -> NDArray[np.float64]:
     """Read straight lines between the recorded samples at `times`; shape (len(times), c)."""
-    out = np.empty((len(times), demonstration.signals.shape[1]))
-    for c, column in enumerate(demonstration.signals.T):
-        out[:, c] = np.interp(times, demonstration.times, bridge(np.ascontiguousarray(column)))
-    return out
+    return np.stack([np.interp(times, stamps, bridge(column)) for column in columns], axis=1)
 
 
-def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
+def on_grid(
+    demonstration: Demonstration,
+    rate: float | None = None,
+    columns: Sequence[int] | None = None,
+) -> Grid:
     """Bring a demonstration onto a uniform grid.
 
     Parameters
@@ -83,6 +90,8 @@ def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
     rate : float, optional
         Samples a second; the demonstration's own rate by default, and also where the two differ
         by less than 1 %, as measured rates of one device do.
+    columns : sequence of int, length c, optional
+        Recorded columns to take; all by default. What the others miss makes nothing invalid.
 
     Returns
     -------
@@ -94,6 +103,9 @@ def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
     InputError
         If the grid would have more than :data:`MAX_SAMPLES` samples.
     """
+    recorded = demonstration.signals
+    wanted = range(recorded.shape[1]) if columns is None else columns
+    chosen = [recorded[:, column] for column in wanted]
     own = 1.0 / demonstration.period
     asked = rate or demonstration.rate
     if abs(asked / own - 1) < SAME_RATE:
@@ -103,10 +115,10 @@ def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
     uniform = bool(np.max(np.abs(demonstration.times - places)) <= UNIFORM / own)
     if uniform and asked == own:
         times = demonstration.times
-        signals = np.stack([bridge(column) for column in demonstration.signals.T], axis=1)
+        signals = np.stack([bridge(column) for column in chosen], axis=1)
     elif asked >= own:
         times = demonstration.start + np.arange(_count(demonstration, asked)) / asked
-        signals = _lines(times, demonstration)
+        signals = _lines(times, demonstration.times, chosen)
     else:
         fine = demonstration.start + np.arange(_count(demonstration, own)) / own
         # Fine samples a grid sample, as a fraction whose filter stays short for any rate.
@@ -115,11 +127,15 @@ def on_grid(demonstration: Demonstration, rate: float | None = None) -> Grid:
         asked = own * up / down
         # With the usual beta of 5 a constant force would come out with a ripple of 1e-3.
         signals = resample_poly(
-            _lines(fine, demonstration), up, down, padtype="edge", window=("kaiser", 8.0)
+            _lines(fine, demonstration.times, chosen),
+            up,
+            down,
+            padtype="edge",
+            window=("kaiser", 8.0),
         )
         times = demonstration.start + np.arange(len(signals)) / asked
     valid = np.ones(len(times), dtype=bool)
-    for start, end in (*demonstration.gaps, *_missing_runs(demonstration)):
+    for start, end in (*demonstration.gaps, *_missing_runs(demonstration, chosen)):
         # A stamp that lies on the edge but for rounding is on its far side.
         first, last = np.searchsorted(times, (start - 1e-6 / asked, end - 1e-6 / asked))
         valid[first:last] = False

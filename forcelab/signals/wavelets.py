@@ -8,8 +8,8 @@ References
 ----------
 .. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis", Bull. Amer. Meteor.
    Soc. 79 (1998), table 1 and section 3h (Fourier period), 3g (e-folding time).
-.. [2] Subramani, G. et al., "Recognizing geometric constraints / force actions with the continuous
-   wavelet transform", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
+.. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
+   sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
 """
 
 from __future__ import annotations

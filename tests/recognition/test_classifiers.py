@@ -176,5 +176,5 @@ def test_an_action_of_few_samples_still_gets_a_probability(rare):
 
 def test_an_action_of_a_single_sample_is_too_few_for_probabilities():
     X, y = blobs([40, 50, 1])
-    with pytest.raises(InputError, match="single training sample.*threshold off"):
+    with pytest.raises(InputError, match=r"single training sample.*threshold off"):
         list(fitting("svm", X, y, 0, True))

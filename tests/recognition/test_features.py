@@ -75,14 +75,14 @@ def test_the_names_lead_to_the_columns():
 def test_the_names_give_the_frequency_of_each_scale():
     names = feature_names(("a", "b"), np.array([2.0, 1024.0]), MORLET, RATE)
     assert names == (
-        "log magnitude, a, 406 Hz",
-        "log magnitude, a, 0.792 Hz",
-        "log magnitude, b, 406 Hz",
-        "log magnitude, b, 0.792 Hz",
-        "phase, a, 406 Hz",
-        "phase, a, 0.792 Hz",
-        "phase, b, 406 Hz",
-        "phase, b, 0.792 Hz",
+        "log magnitude, a, 405.7 Hz",
+        "log magnitude, a, 0.7924 Hz",
+        "log magnitude, b, 405.7 Hz",
+        "log magnitude, b, 0.7924 Hz",
+        "phase, a, 405.7 Hz",
+        "phase, a, 0.7924 Hz",
+        "phase, b, 405.7 Hz",
+        "phase, b, 0.7924 Hz",
     )
 
 
@@ -259,7 +259,7 @@ def test_a_grab_stands_out_in_the_features_of_the_normal_force():
     four = channel_map(demonstration.channels)
     table = features(four.apply(demonstration.signals), SCALES, MORLET)
     names = feature_names(four.names, SCALES, MORLET, demonstration.rate)
-    times, column = demonstration.times, table[:, names.index("log magnitude, normal 1, 3.17 Hz")]
+    times, column = demonstration.times, table[:, names.index("log magnitude, normal 1, 3.169 Hz")]
     means = {
         segment.action: column[(times >= segment.start) & (times < segment.end)].mean()
         for segment in segments[:2]

@@ -128,12 +128,11 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
 @pytest.mark.parametrize("name", [f.name for f in dataclasses.fields(Settings)])
 @pytest.mark.parametrize("value", [[], {"a": 1}, "?", [[1]]])
 def test_no_value_of_a_wrong_type_gets_further_than_a_sentence(name, value):
-    try:
+    if (name, value) in [("preset", "?"), ("channels", [])]:
         Settings.from_json({name: value})
-    except InputError as refusal:
-        assert str(refusal).endswith(".")
-    else:
-        assert (name, value) in [("preset", "?"), ("channels", [])]
+        return
+    with pytest.raises(InputError, match=r"\.$"):
+        Settings.from_json({name: value})
 
 
 def test_a_setting_that_a_newer_version_invented_is_refused_by_name():

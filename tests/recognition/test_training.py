@@ -230,5 +230,5 @@ def test_training_on_different_channels_is_refused_by_name(three):
     old = three[1].demonstration
     renamed = tuple(Channel(f"strain {i}") for i in range(6))
     other = Demonstration("gauge", "foam", old.times, old.signals, renamed)
-    with pytest.raises(InputError, match="'foam 01' has the channels .*'gauge' has"):
+    with pytest.raises(InputError, match=r"'foam 01' has the channels .*'gauge' has"):
         train([three[0], Labelled(other, three[1].segments)], SMALL)

@@ -109,7 +109,13 @@ def test_a_recorded_channel_never_hides_a_computed_one():
 def test_only_what_is_wanted_is_computed_in_the_order_asked_for():
     found = channel_map([*SIX, Channel("temperature")], ["temperature", "normal 2"])
     assert found.names == ("temperature", "normal 2")
-    assert found.columns == ((6,), (5,))
+    assert found.recorded == (5, 6)
+    np.testing.assert_array_equal(found.apply(np.array([[1.5, 20.0]])), [[20.0], [1.5]])
+
+
+def test_a_channel_wanted_twice_is_refused():
+    with pytest.raises(InputError, match="twice"):
+        channel_map(SIX, ["normal 1", "normal 1"])
 
 
 def test_a_channel_that_is_not_there_is_named_with_those_that_are():

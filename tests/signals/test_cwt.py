@@ -83,7 +83,7 @@ def assert_equal_to(expected, found, share=1e-9):
 
 
 @pytest.mark.parametrize("signal", SIGNALS)
-@pytest.mark.parametrize(("wavelet", "psi"), SUMS, ids=str)
+@pytest.mark.parametrize(("wavelet", "psi"), SUMS, ids=[wavelet.name for wavelet, _ in SUMS])
 def test_the_transform_is_the_direct_sum_over_the_held_signal_edges_included(wavelet, psi, signal):
     x = signal(331)
     scales = [4.0, 4.7, 8.0, 16.0, 61.3, 128.0, 1024.0]

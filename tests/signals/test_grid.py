@@ -252,3 +252,13 @@ def test_a_long_recording_costs_a_few_times_its_own_size():
         peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         assert peak < 4 * own
+
+
+def test_a_column_that_nobody_wants_makes_nothing_invalid():
+    signals = np.ones((400, 2))
+    signals[3:, 1] = np.nan
+    demo = Demonstration("a", "", np.arange(400) / 100, signals, (Channel("fz"), Channel("gps")))
+    assert not on_grid(demo).valid.all()
+    grid = on_grid(demo, columns=[0])
+    assert grid.valid.all()
+    assert grid.signals.shape == (400, 1)
