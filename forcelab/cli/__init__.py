@@ -31,9 +31,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = build_parser().parse_args(argv)
     except SystemExit as stop:  # argparse has printed its sentence, or the help
         return stop.code if isinstance(stop.code, int) else 2
-    # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
-    command = import_module(f"forcelab.cli.{arguments.module}")
     try:
+        # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
+        command = import_module(f"forcelab.cli.{arguments.module}")
         status = command.run(arguments)
         sys.stdout.flush()
     except ForcelabError as error:

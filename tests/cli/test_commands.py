@@ -134,32 +134,37 @@ def test_names_of_files_are_distinct_and_stay_in_their_folder():
         assert len(name.encode()) < 255
 
 
-def run_on_terminal(words, cwd):
-    """Run the program with standard error on a terminal; gives the status and what stood there."""
+def start_on_terminal(words, cwd):
+    """Start the program in a session of its own, with a terminal for standard error."""
     leader, follower = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-m", "forcelab", *words], cwd=cwd, stdout=subprocess.PIPE, stderr=follower
+        [sys.executable, "-m", "forcelab", *words],
+        cwd=cwd,
+        stdout=subprocess.DEVNULL,
+        stderr=follower,
+        start_new_session=True,
     )
     os.close(follower)
-    process.communicate()
+    return process, leader
+
+
+def read_terminal(leader, until=b"\0"):
+    """What stands on the terminal, up to some words or the end of the program."""
     shown = b""
-    while chunk := read_terminal(leader):
-        shown += chunk
-    os.close(leader)
-    return process.returncode, shown.decode()
-
-
-def read_terminal(leader):
-    try:
-        return os.read(leader, 65536)
-    except OSError:  # Linux says so when the other end is closed
-        return b""
+    while until not in shown:
+        try:
+            shown += os.read(leader, 65536)
+        except OSError:  # Linux says so when the other end is closed
+            break
+    return shown
 
 
 def test_progress_is_shown_on_a_terminal_only(project, forcelab):
     words = ["evaluate", str(project), "--task", "foam", *FAST]
-    status, shown = run_on_terminal(words, project.parent)
-    assert status == 0
+    process, leader = start_on_terminal(words, project.parent)
+    shown = read_terminal(leader).decode()
+    os.close(leader)
+    assert process.wait() == 0
     assert "█" in shown
     assert shown.endswith("\r\x1b[K")
     assert forcelab(*words).err == ""
@@ -174,18 +179,20 @@ def test_a_reader_that_stops_early_is_no_error(project):
     assert done.stderr == ""
 
 
-def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project):
-    process = subprocess.Popen(
-        [sys.executable, "-m", "forcelab", "evaluate", str(project), "--jobs", "1"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    time.sleep(2.0)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=30)
-    assert process.returncode == 130, (out, err)
-    assert err == "forcelab: stopped; nothing was left half done.\n"
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project, jobs):
+    process, leader = start_on_terminal(["evaluate", str(project), "--jobs", jobs], project.parent)
+    assert b"features" in read_terminal(leader, b"features")
+    time.sleep(1.0)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to every process of the program
+    shown = read_terminal(leader).decode()
+    os.close(leader)
+    assert process.wait(timeout=30) == 130, shown
+    assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
+    assert "Traceback" not in shown
     with Project.open(project) as opened:
         assert len(opened.demonstrations()) == 6
+        assert opened.runs() == ()
 
 
 def test_json_is_the_same_through_a_pipe(project):
