@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -219,13 +220,20 @@ def across(
     Raises
     ------
     InputError
-        If either side has no labels, or the two have different channels.
+        If either side has no labels, the two share a demonstration or have different channels.
     """
     learnt, train_remarks = _with_labels(train)
     asked, test_remarks = _with_labels(test)
     if not learnt or not asked:
         side = "train on" if not learnt else "test on"
         raise InputError(f"There is no labelled demonstration to {side}; label one first.")
+    ids = tuple(item.demonstration.id for item in learnt)
+    for item in asked:
+        if item.demonstration.id in ids:
+            raise InputError(
+                f"'{item.demonstration.name}' is trained on and so cannot be tested; choose "
+                f"different tasks, or leave one demonstration out."
+            )
     started = perf_counter()
     # What is tested must not move the grid.
     rate = common_rate([item.demonstration for item in learnt], settings)
@@ -247,7 +255,6 @@ def across(
     untrained = [action for action in actions_of(new) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
-    ids = tuple(item.demonstration.id for item in learnt)
     return Evaluation(title, settings, actions, tuple(tested), ids, seconds, remarks)
 
 
@@ -305,4 +312,12 @@ def _folds(
     from joblib import Parallel, delayed
 
     work = (delayed(_fold)(train, held_out, settings) for train, held_out in folds)
-    yield from Parallel(n_jobs=jobs, return_as="generator")(work)
+    results = Parallel(n_jobs=jobs, return_as="generator")(work)
+    try:
+        for result in results:  # noqa: UP028 - "yield from" would close them before "finally"
+            yield result
+    finally:
+        with warnings.catch_warnings():
+            # joblib finds it worth a warning that somebody stops early.
+            warnings.simplefilter("ignore", UserWarning)
+            results.close()

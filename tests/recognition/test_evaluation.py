@@ -1,0 +1,338 @@
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats import pdl
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+from forcelab.labels import Segment, from_codes, to_codes
+from forcelab.merging import MergeMap
+from forcelab.recognition.evaluation import across, kept_apart, leave_one_out
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.metrics import score
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import train
+
+ROOT = Path(__file__).resolve().parents[2]
+TONGS = ROOT / "../shared/data/tongs"
+FAST = Settings(max_scale=64.0, classifier="naive-bayes", stride=2)
+RAW = FAST.replace(threshold=None, median=None, drop=None)
+
+
+@pytest.fixture(scope="module")
+def six():
+    return [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)]
+
+
+@pytest.fixture(scope="module")
+def evaluation(six):
+    return finish(leave_one_out(six, FAST, "foam"))
+
+
+def relabelled(item, actions):
+    """The same segments under other names."""
+    pairs = zip(item.segments, actions, strict=True)
+    return Labelled(item.demonstration, tuple(Segment(s.start, s.end, a) for s, a in pairs))
+
+
+def as_actions(tested, which):
+    """Names instead of codes, which depend on the order in which actions are met."""
+    return np.array([*tested.actions, "unlabelled"])[getattr(tested, which)]
+
+
+def without_seconds(evaluation):
+    result = evaluation.to_json()
+    del result["seconds"]
+    return result
+
+
+# --- leaving one out ----------------------------------------------------------------------------
+
+
+def test_each_demonstration_is_recognised_by_a_recogniser_trained_on_the_others(six, evaluation):
+    assert [item.name for item in evaluation.tested] == [i.demonstration.name for i in six]
+    for i, tested in enumerate(evaluation.tested):
+        recogniser = train(six[:i] + six[i + 1 :], FAST)
+        prediction = recogniser.predict(six[i].demonstration)
+        names = np.array([*prediction.actions, "unlabelled"])
+        np.testing.assert_array_equal(as_actions(tested, "raw"), names[prediction.raw])
+        np.testing.assert_array_equal(as_actions(tested, "filtered"), names[prediction.filtered])
+
+
+def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):
+    for item, tested in zip(six, evaluation.tested, strict=True):
+        expected = to_codes(item.segments, item.demonstration.times, tested.actions)
+        np.testing.assert_array_equal(tested.human, expected)
+        assert tested.segments("filtered") == from_codes(
+            tested.filtered, tested.times, tested.actions
+        )
+        assert tested.id == item.demonstration.id
+
+
+def test_labels_of_the_held_out_demonstration_have_no_bearing_on_its_prediction(six, evaluation):
+    for i, actions in enumerate([["hold"] * 5, ["juggle", "still", "grab", "juggle", "hold"]]):
+        poisoned = [*six[:i], relabelled(six[i], actions), *six[i + 1 :]]
+        again = finish(leave_one_out(poisoned, FAST)).tested[i]
+        for which in ("raw", "filtered"):
+            before = as_actions(evaluation.tested[i], which)
+            np.testing.assert_array_equal(as_actions(again, which), before)
+        assert not np.array_equal(
+            as_actions(again, "human"), as_actions(evaluation.tested[i], "human")
+        )
+
+
+def test_labels_without_a_meaning_are_recognised_no_better_than_by_chance(six, evaluation):
+    random = np.random.default_rng(0)
+    shuffled = [relabelled(item, random.permutation(ACTIONS)[[0, 1, 2, 3, 0]]) for item in six]
+    chance = finish(leave_one_out(shuffled, RAW)).scores("raw")[0]
+    meant = evaluation.scores("raw")[0]
+    assert chance.balanced_accuracy < 0.4
+    assert meant.balanced_accuracy > 0.8
+    assert meant.accuracy > 0.8
+
+
+def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
+    settings = FAST.replace(classifier="decision-tree", seed=3)
+    first, second = (finish(leave_one_out(six[:3], settings)) for _ in range(2))
+    assert without_seconds(first) == without_seconds(second)
+
+
+def test_progress_counts_the_folds(six):
+    progress = []
+    finish(leave_one_out(six[:3], FAST), progress.append)
+    assert [(step.done, step.total) for step in progress] == [(1, 3), (2, 3), (3, 3)] * 2
+
+
+# One process a fold is started for real: warnings, results and the end of the program.
+SCRIPT = """
+import json, sys, threading
+sys.path.insert(0, "tests")
+from synthetic import synthetic_set
+from forcelab.jobs import finish
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import Settings
+items = [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)][:3]
+settings = Settings.from_json(json.loads(sys.argv[1]))
+print(json.dumps(finish(leave_one_out(items, settings, jobs=2)).to_json()))
+stopped = leave_one_out(items, settings, jobs=2)
+while next(stopped).text == "features":
+    pass
+stopped.close()
+"""
+
+
+def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
+    settings = FAST.replace(classifier="mlp", stride=10)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", SCRIPT, json.dumps(settings.to_json())],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    apart = json.loads(done.stdout)
+    del apart["seconds"]
+    assert apart == without_seconds(finish(leave_one_out(six[:3], settings)))
+
+
+# --- refusals and remarks -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_fewer_than_two_labelled_demonstrations_are_refused(six, count):
+    items = [*six[:count], *(Labelled(item.demonstration) for item in six[count:])]
+    with pytest.raises(InputError, match="two labelled ones; there (is 1|are none)"):
+        finish(leave_one_out(items, FAST))
+
+
+@pytest.mark.parametrize(("count", "sentence"), [(1, "1 demonstration "), (2, "2 demonstrations ")])
+def test_demonstrations_without_labels_are_left_out_with_a_remark(six, count, sentence):
+    bare = [Labelled(item.demonstration) for item in six[:count]]
+    with_bare = finish(leave_one_out([*bare, *six[2:5]], FAST))
+    without = finish(leave_one_out(six[2:5], FAST))
+    (remark,) = with_bare.remarks
+    assert remark.startswith(sentence)
+    assert without.remarks == ()
+    assert [t.name for t in with_bare.tested] == [t.name for t in without.tested]
+    assert with_bare.to_json()["raw"] == without.to_json()["raw"]
+
+
+def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
+    still = [relabelled(six[0], ["still"] * 5), six[1]]
+    with pytest.raises(InputError, match="at least two actions"):
+        finish(leave_one_out(still, FAST))
+
+
+def test_demonstrations_of_different_channels_are_refused(six):
+    old = six[0].demonstration
+    channels = tuple(Channel(f"strain {i}") for i in range(6))
+    other = Labelled(Demonstration("gauge", "", old.times, old.signals, channels), six[0].segments)
+    with pytest.raises(InputError, match=r"'gauge' has .*strain 0"):
+        finish(leave_one_out([*six[:2], other], FAST))
+
+
+# --- across tasks -------------------------------------------------------------------------------
+
+
+def test_a_task_is_recognised_by_what_was_trained_on_another(six):
+    result = finish(across(six[:3], six[3:], FAST, "A to B"))
+    recogniser = train(six[:3], FAST)
+    assert [t.name for t in result.tested] == [i.demonstration.name for i in six[3:]]
+    for item, tested in zip(six[3:], result.tested, strict=True):
+        prediction = recogniser.predict(item.demonstration)
+        names = np.array([*prediction.actions, "unlabelled"])
+        np.testing.assert_array_equal(as_actions(tested, "filtered"), names[prediction.filtered])
+    assert result.title == "A to B"
+    assert result.remarks == ()
+
+
+def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
+    fast = [Labelled(*synthetic_demonstration(seed, rate=400.0)) for seed in (11, 12, 13, 14)]
+    result = finish(across(six[:2], fast, RAW))
+    recogniser = train(six[:2], RAW)
+    for item, tested in zip(fast, result.tested, strict=True):
+        np.testing.assert_allclose(np.diff(tested.times), 0.01)
+        raw = recogniser.predict(item.demonstration).raw
+        names = np.array(recogniser.actions)
+        np.testing.assert_array_equal(as_actions(tested, "raw"), names[raw])
+
+
+def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):
+    strange = [relabelled(item, ["still", "juggle", "hold", "pull", "still"]) for item in six[3:]]
+    plain, result = (finish(across(six[:3], test, RAW)) for test in (six[3:], strange))
+    assert result.remarks == ("Tested but never trained: juggle, pull.",)
+    assert set(result.actions) == {*ACTIONS, "juggle", "pull"}
+    pooled = result.scores("raw")[0]
+    rows = dict(zip(result.actions, pooled.confusion, strict=True))
+    for action in ("juggle", "pull"):
+        assert sum(rows[action]) > 0
+        assert rows[action][result.actions.index(action)] == 0
+    assert sum(map(sum, pooled.confusion)) == sum(map(sum, plain.scores("raw")[0].confusion))
+
+
+@pytest.mark.parametrize("side", ["train", "test"])
+def test_a_side_without_labels_is_refused(six, side):
+    bare = [Labelled(item.demonstration) for item in six[:2]]
+    sides = (bare, six[2:]) if side == "train" else (six[2:], bare)
+    with pytest.raises(InputError, match=f"no labelled demonstration to {side} on"):
+        finish(across(*sides, FAST))
+
+
+def test_a_demonstration_that_was_trained_on_is_not_tested(six):
+    with pytest.raises(InputError, match="'foam 03' is trained on and so cannot be tested"):
+        finish(across(six[:3], six[2:], FAST))
+
+
+# --- actions: kept apart, merged ----------------------------------------------------------------
+
+
+def test_actions_of_two_tasks_are_kept_apart_by_a_suffix(six):
+    apart = kept_apart(six[:2], ["soft", "ncart"])
+    assert [s.action for s in apart[0].segments][:2] == ["still_soft", "grab_soft"]
+    assert [s.action for s in apart[1].segments][:2] == ["still_ncart", "grab_ncart"]
+    for before, after in zip(six, apart, strict=False):
+        assert after.demonstration is before.demonstration
+        assert [(s.start, s.end) for s in after.segments] == [
+            (s.start, s.end) for s in before.segments
+        ]
+    together = finish(leave_one_out(kept_apart(six[:4], ["a", "a", "b", "b"]), FAST))
+    assert set(together.actions) == {f"{action}_{task}" for action in ACTIONS for task in "ab"}
+
+
+def test_merged_spellings_are_scored_as_one_action_and_the_labels_stay(six):
+    misspelt = relabelled(six[0], ["still", "grap_pen", "hold", "release", "still"])
+    items = [misspelt, *six[1:]]
+    merged = finish(leave_one_out(items, RAW.replace(merge=MergeMap({"grap_pen": "grab"}))))
+    plain = finish(leave_one_out(six, RAW))
+    assert merged.actions == ACTIONS
+    assert merged.to_json()["raw"] == plain.to_json()["raw"]
+    assert "grap_pen" in finish(leave_one_out(items, RAW)).actions
+    assert [s.action for s in misspelt.segments][1] == "grap_pen"
+
+
+# --- JSON ---------------------------------------------------------------------------------------
+
+
+def test_the_json_has_the_promised_keys_and_plain_values(six, evaluation):
+    result = json.loads(json.dumps(evaluation.to_json(), allow_nan=False))
+    promised = {"preset", "settings", "seed", "versions", "labels", "seconds", "raw", "filtered"}
+    assert promised <= set(result)
+    assert set(result["seconds"]) == {"features", "fit", "predict", "filter"}
+    assert all(spent >= 0 for spent in result["seconds"].values())
+    assert result["labels"] == list(ACTIONS)
+    assert (result["preset"], result["seed"]) == ("paper", 0)
+    assert Settings.from_json(result["settings"]) == FAST
+    scores = {"name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"}
+    scores |= {"boundary_ms", "confusion"}
+    for which in ("raw", "filtered"):
+        assert set(result[which]) == {"pooled", "demonstrations"}
+        singles = result[which]["demonstrations"]
+        assert [single["name"] for single in singles] == [i.demonstration.name for i in six]
+        for one in (result[which]["pooled"], *singles):
+            assert scores <= set(one)
+            assert set(one["f1"]) == {"10", "25", "50"}
+            assert set(one["boundary_ms"]) == {"median", "p90"}
+            assert np.array(one["confusion"]).shape == (4, 5)
+            rates = [one[name] for name in ("accuracy", "balanced_accuracy", "coverage", "edit")]
+            assert all(0 <= rate <= 1 for rate in (*rates, *one["f1"].values()))
+
+
+def test_scores_are_those_of_the_codes_and_pooling_counts_samples(evaluation):
+    result = evaluation.to_json()
+    for which in ("raw", "filtered"):
+        for tested, single in zip(evaluation.tested, result[which]["demonstrations"], strict=True):
+            codes = getattr(tested, which)
+            known = tested.human >= 0
+            assert single["accuracy"] == np.mean(codes[known] == tested.human[known])
+            assert single["coverage"] == np.mean(codes[known] >= 0)
+            again = score(tested.name, tested.human, codes, tested.times, tested.actions)
+            assert single == again.to_json()
+        singles = [np.array(one["confusion"]) for one in result[which]["demonstrations"]]
+        pooled = result[which]["pooled"]
+        np.testing.assert_array_equal(pooled["confusion"], sum(singles))
+        right = sum(np.trace(confusion) for confusion in singles)
+        assert pooled["accuracy"] == right / sum(c.sum() for c in singles)
+    assert result["raw"]["pooled"]["coverage"] == 1.0
+    assert result["filtered"]["pooled"]["coverage"] < 1.0
+
+
+def test_an_evaluation_says_what_is_needed_to_repeat_it(six, evaluation):
+    result = evaluation.to_json()
+    assert {"forcelab", "python", "numpy", "scikit-learn"} <= set(result["versions"])
+    ids = [item.demonstration.id for item in six]
+    assert any(value == ids for value in result.values())
+
+
+# --- real recordings ----------------------------------------------------------------------------
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
+@pytest.mark.parametrize(
+    ("file", "expected", "tolerance"),
+    [("soft_sig.pdl", 0.897, 0.02), ("JPen_sig.pdl", 0.72, 0.025)],
+)
+def test_the_papers_method_scores_on_real_recordings_what_an_independent_program_does(
+    file, expected, tolerance
+):
+    recordings = pdl.read(TONGS / file, ReadOptions())
+    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    paper = Settings(stride=10, threshold=None, median=None, drop=None)
+    result = finish(leave_one_out(items, paper, jobs=2))
+    assert len(result.tested) == 10
+    accuracies = [scores.accuracy for scores in result.scores("raw")[1]]
+    assert np.mean(accuracies) == pytest.approx(expected, abs=tolerance)
