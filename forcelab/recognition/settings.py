@@ -103,9 +103,13 @@ class Settings:
     def _ranges(self) -> dict[str, tuple[bool, str]]:
         """Whether each value is in its range, and what the range is."""
         names = self.channels
+        distinct = names is None or len(set(names)) == len(names)
         return {
             "preset": (isinstance(self.preset, str), "a name"),
-            "channels": (names is None or all(isinstance(n, str) for n in names), "names"),
+            "channels": (
+                distinct and all(isinstance(n, str) for n in names or ()),
+                "distinct names",
+            ),
             "rate": (self.rate is None or 0 < self.rate < np.inf, "a positive number of Hz"),
             "parameter": (self.parameter is None or abs(self.parameter) < np.inf, "a number"),
             "spacing": (self.spacing >= 1e-3, "at least 0.001 octaves"),

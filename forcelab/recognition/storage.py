@@ -139,7 +139,7 @@ def _recogniser(content: object, path: Path) -> Recogniser:
         actions=_names(content["actions"]),
         shortest={str(action): float(least) for action, least in content["shortest"].items()},
         classifier=classifier,
-        trained_on=_names(content["trained_on"]),
+        trained_on=tuple(str(identity) for identity in content["trained_on"]),
     )
     if not 0 < recogniser.rate < np.inf:
         raise ValueError(f"a rate of {recogniser.rate} Hz")

@@ -19,7 +19,7 @@ POSITIVE = st.floats(0.1, 1e4)
 ANY_SETTINGS = st.builds(
     Settings,
     preset=st.text(max_size=8),
-    channels=st.none() | st.lists(NAMES, max_size=4).map(tuple),
+    channels=st.none() | st.lists(NAMES, max_size=4, unique=True).map(tuple),
     rate=st.none() | POSITIVE,
     wavelet=st.sampled_from(["morlet", "real-morlet", "dog"]),
     parameter=st.none() | st.integers(1, 9).map(float),
@@ -101,6 +101,7 @@ OUT_OF_RANGE = [
     ("seed", 0.5),
     ("phase", "yes"),
     ("channels", (1, 2)),
+    ("channels", ("normal 1", "normal 1")),
     ("preset", None),
 ]
 

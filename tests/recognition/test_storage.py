@@ -113,6 +113,11 @@ def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
         np.testing.assert_array_equal(first.probabilities, second.probabilities)
 
 
+def test_a_recogniser_trained_on_one_recording_twice_loads(three, path):
+    save(train([three[0], three[0]], SMALL.replace(classifier="naive-bayes")), path)
+    assert load(path).trained_on == (three[0].demonstration.id,) * 2
+
+
 def test_the_file_holds_nothing_pickled_and_says_which_versions_wrote_it(trained, path):
     for name in CLASSIFIERS:
         save(trained(name), path)
