@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,14 +12,13 @@ from joblib import cpu_count
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.output import json_text, percent, progress_bar, table
-from forcelab.cli.settings import chosen_tasks, settings_from
+from forcelab.cli.settings import choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.corpus import corpus
-from forcelab.recognition.evaluation import Evaluation, across, leave_one_out
+from forcelab.recognition.evaluation import Evaluation
 from forcelab.recognition.metrics import Scores
-from forcelab.versions import versions
+from forcelab.recognition.project_runs import evaluate_tasks
 from forcelab.vocabulary import Vocabulary
 
 
@@ -29,29 +29,17 @@ def run(arguments: argparse.Namespace) -> None:
     if jobs < 1:
         raise InputError(f"--jobs is 1 or more, not {jobs}.")
     _check_figures(arguments)
-    evaluations = []
-    with Project.open(arguments.project) as project:
-        groups = chosen_tasks(project, arguments.task)
-        if not groups:
-            raise InputError(f"'{arguments.project}' is empty; import recordings first.")
-        for tasks in groups:
-            demonstrations = corpus(project, tasks, arguments.author, arguments.apart)
-            title = " + ".join(tasks) or "no task"
-            if arguments.test_task is None:
-                job = leave_one_out(demonstrations, settings, title, jobs)
-            else:
-                test = corpus(project, [arguments.test_task], arguments.author, arguments.apart)
-                job = across(demonstrations, test, settings, f"{title} → {arguments.test_task}")
-            with progress_bar(title) as watch:
-                evaluation = finish(job, watch)
-            evaluations.append(evaluation)
-            _keep(project, evaluation)
+    with Project.open(arguments.project) as project, progress_bar() as watch:
+        job = evaluate_tasks(project, settings, choice_from(arguments), arguments.test_task, jobs)
+        evaluations, left_out = finish(job, watch)
         vocabularies = project.vocabularies()
     if arguments.figure is not None:
         _draw_pairs(evaluations, vocabularies, arguments.figure)
     if arguments.confusion is not None:
         _draw_confusion(evaluations, arguments.confusion)
     _tell(evaluations, arguments.json)
+    for sentence in left_out:
+        print(f"forcelab: {sentence}", file=sys.stderr)
 
 
 def _check_figures(arguments: argparse.Namespace) -> None:
@@ -62,20 +50,6 @@ def _check_figures(arguments: argparse.Namespace) -> None:
 
         for path in wanted:
             check_suffix(path)
-
-
-def _keep(project: Project, evaluation: Evaluation) -> None:
-    """Store the evaluation as a run of the project."""
-    project.add_run(
-        "evaluate",
-        settings=evaluation.settings.to_json(),
-        seed=evaluation.settings.seed,
-        demonstrations=list(
-            dict.fromkeys([*evaluation.trained_on, *(item.id for item in evaluation.tested)])
-        ),
-        versions=versions(),
-        result=evaluation.to_json(),
-    )
 
 
 def _tell(evaluations: list[Evaluation], json_file: Path | None) -> None:

@@ -7,10 +7,10 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.project import Project
+from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings, preset
 
-__all__ = ["chosen_tasks", "settings_from"]
+__all__ = ["choice_from", "settings_from"]
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
@@ -60,6 +60,6 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
         raise InputError(f"--{name} takes {what} or 'off', not '{text}'.") from error
 
 
-def chosen_tasks(project: Project, tasks: list[str] | None) -> list[list[str]]:
-    """Groups of tasks to work on: those asked for together, or every task by itself."""
-    return [tasks] if tasks else [[task] for task in project.tasks()]
+def choice_from(arguments: argparse.Namespace) -> Choice:
+    """Which demonstrations the command line means."""
+    return Choice(tuple(arguments.task or ()), arguments.author, arguments.apart)

@@ -6,36 +6,25 @@ import argparse
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.output import json_text, progress_bar
-from forcelab.cli.settings import settings_from
+from forcelab.cli.settings import choice_from, settings_from
+from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.corpus import corpus
-from forcelab.recognition.storage import dump
-from forcelab.recognition.training import training
-from forcelab.versions import versions
+from forcelab.recognition.project_runs import train_tasks
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Train, write the recogniser, and keep a copy in the project."""
+    """Train and write the recogniser."""
     settings = settings_from(arguments)
-    with Project.open(arguments.project) as project:
-        tasks = arguments.task or list(project.tasks())
-        demonstrations = corpus(project, tasks, arguments.author, arguments.apart)
-        with progress_bar(" + ".join(tasks)) as watch:
-            recogniser = finish(training(demonstrations, settings), watch)
-        data = dump(recogniser)
-        write_atomically(arguments.out, data)
-        kept = project.add_recogniser(
-            arguments.out.stem,
-            data,
-            settings=settings.to_json(),
-            seed=settings.seed,
-            demonstrations=recogniser.trained_on,
-            versions=versions(),
-        )
+    if not arguments.out.resolve().parent.is_dir():
+        # Said before the training, not after it.
+        raise InputError(f"'{arguments.out}' cannot be written; its folder does not exist.")
+    with Project.open(arguments.project) as project, progress_bar() as watch:
+        job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
+        recogniser, content = finish(job, watch)
+    write_atomically(arguments.out, content)
     summary = {
         "recogniser": str(arguments.out),
-        "id": kept,
         "actions": list(recogniser.actions),
         "channels": list(recogniser.channels),
         "rate": recogniser.rate,

@@ -56,7 +56,8 @@ def fitting(
     seed : int
         Of weights, shuffles and ties.
     probabilities : bool
-        Whether ``predict_proba`` will be asked for; the SVM gets none otherwise.
+        Whether ``predict_proba`` will be asked for. The SVM gets none otherwise, and decides by
+        its margins; with them, by what its margins were calibrated to.
 
     Yields
     ------
@@ -123,8 +124,9 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
     """Fit scikit-learn's MLP with its defaults, an epoch at a time.
 
     ``partial_fit`` keeps the state of Adam, which ``warm_start`` with ``max_iter=1`` would lose.
-    The loop stops as ``fit`` does: when the loss has not fallen by `tol` for more than
-    `n_iter_no_change` epochs, or after `max_iter`.
+    It is ``fit`` but for the order of the samples: ``fit`` shuffles what it shuffled in the epoch
+    before, ``partial_fit`` starts from the order given. The loop stops as ``fit`` does: when the
+    loss has not fallen by `tol` for more than `n_iter_no_change` epochs, or after `max_iter`.
     """
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.neural_network import MLPClassifier

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forcelab.errors import InputError
+from forcelab.merging import MergeMap
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.recognition.evaluation import kept_apart
 from forcelab.recognition.examples import Labelled
@@ -37,7 +38,12 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
 
 
 def corpus(
-    project: Project, tasks: Sequence[str], author: str | None = None, apart: bool = False
+    project: Project,
+    tasks: Sequence[str],
+    author: str | None = None,
+    *,
+    merge: MergeMap | None = None,
+    apart: bool = False,
 ) -> list[Labelled]:
     """The demonstrations of one or several tasks with one coder's labels.
 
@@ -48,8 +54,10 @@ def corpus(
         In this order.
     author : str, optional
         The coder; may be left out where there is only one.
+    merge : MergeMap, optional
+        Spellings to take as one action; the stored labels stay as they are.
     apart : bool
-        Whether actions get their task as a suffix, so that ``grab`` of two tasks stays two.
+        Whether actions then get their task as a suffix, so that ``grab`` of two tasks stays two.
 
     Raises
     ------
@@ -68,6 +76,7 @@ def corpus(
         infos.extend(found)
     coder = coder_of(project, infos, author)
     labelled = [
-        Labelled(project.load(info.id), project.track(info.id, coder).segments) for info in infos
+        Labelled(project.load(info.id), project.track(info.id, coder).segments).merged(merge)
+        for info in infos
     ]
     return kept_apart(labelled, [info.task for info in infos]) if apart else labelled

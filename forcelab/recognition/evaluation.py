@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -184,13 +184,16 @@ def leave_one_out(
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
     folds = [(examples[:i] + examples[i + 1 :], examples[i]) for i in range(len(examples))]
-    tested = []
-    for i, (fit_seconds, prediction) in enumerate(_folds(folds, settings, jobs)):
+    jobs = min(jobs, len(folds))
+    results = yield from (_one_by_one if jobs <= 1 else _in_processes)(folds, settings, jobs)
+    for fit_seconds, prediction in results:
         seconds["fit"] += fit_seconds
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
-        tested.append(_tested(used[i], examples[i], prediction, actions))
-        yield Progress(i + 1, len(folds), "recognising")
+    tested = [
+        _tested(item, example, prediction, actions)
+        for item, example, (_, prediction) in zip(used, examples, results, strict=True)
+    ]
     ids = tuple(item.id for item in tested)
     return Evaluation(title, settings, actions, tuple(tested), ids, seconds, remarks)
 
@@ -288,36 +291,54 @@ def _tested(
     )
 
 
+Fold = tuple[Sequence[Examples], Examples]
+FoldResult = tuple[float, Prediction]
+
+
 def _fold(
     train: Sequence[Examples], held_out: Examples, settings: Settings
-) -> tuple[float, Prediction]:
+) -> Generator[Progress, None, FoldResult]:
     """Train on some demonstrations and recognise another; gives the seconds of the fit as well."""
     started = perf_counter()
-    recogniser = finish(fit_examples(train, settings))
+    recogniser = yield from fit_examples(train, settings)
     fitted = perf_counter()
     prediction = recogniser.predict_examples(held_out)
     # Probabilities are not needed any more and would be sent between processes.
     return fitted - started, replace(prediction, probabilities=None)
 
 
-def _folds(
-    folds: Sequence[tuple[Sequence[Examples], Examples]], settings: Settings, jobs: int
-) -> Iterator[tuple[float, Prediction]]:
-    """Work off the folds in order, in as many processes as asked for."""
-    jobs = min(jobs, len(folds))
-    if jobs <= 1:
-        for train, held_out in folds:
-            yield _fold(train, held_out, settings)
-        return
+def _finished_fold(*fold: Any) -> FoldResult:
+    """A fold in a process of its own, where nobody watches."""
+    return finish(_fold(*fold))
+
+
+def _one_by_one(
+    folds: Sequence[Fold], settings: Settings, _jobs: int
+) -> Generator[Progress, None, list[FoldResult]]:
+    """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
+    results = []
+    for train, held_out in folds:
+        results.append((yield from _fold(train, held_out, settings)))
+        yield Progress(len(results), len(folds), "recognising")
+    return results
+
+
+def _in_processes(
+    folds: Sequence[Fold], settings: Settings, jobs: int
+) -> Generator[Progress, None, list[FoldResult]]:
+    """Work off the folds in several processes; the results are in order."""
     from joblib import Parallel, delayed
 
-    work = (delayed(_fold)(train, held_out, settings) for train, held_out in folds)
-    results = Parallel(n_jobs=jobs, return_as="generator")(work)
+    work = (delayed(_finished_fold)(train, held_out, settings) for train, held_out in folds)
+    coming = Parallel(n_jobs=jobs, return_as="generator")(work)
+    results = []
     try:
-        for result in results:  # noqa: UP028 - "yield from" would close them before "finally"
-            yield result
+        for result in coming:
+            results.append(result)
+            yield Progress(len(results), len(folds), "recognising")
     finally:
         with warnings.catch_warnings():
             # joblib finds it worth a warning that somebody stops early.
             warnings.simplefilter("ignore", UserWarning)
-            results.close()
+            coming.close()
+    return results

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from statistics import median_low
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
@@ -33,9 +35,11 @@ class Labelled:
     demonstration: Demonstration
     segments: Segments = ()
 
-    def merged(self, settings: Settings) -> Labelled:
-        """The same with the actions spelled as the settings' merge map says."""
-        return Labelled(self.demonstration, settings.merge.apply_segments(self.segments))
+    def merged(self, merge: MergeMap | None) -> Labelled:
+        """The same with the actions spelled as a merge map says."""
+        return (
+            self if merge is None else replace(self, segments=merge.apply_segments(self.segments))
+        )
 
 
 @dataclass(frozen=True)
@@ -100,17 +104,20 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
             channels.apply(grid.signals), settings.scales, settings.mother, settings.phase
         ),
         valid=grid.valid,
-        segments=labelled.merged(settings).segments,
+        segments=labelled.merged(settings.merge).segments,
         channels=channels.names,
         rate=grid.rate,
     )
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:
-    """The rate on which demonstrations meet: the settings', or the median of their own, in Hz."""
+    """The rate on which demonstrations meet, in Hz: the settings', or the median of their own.
+
+    Of an even number the lower median, which one of them really has.
+    """
     if settings.rate is not None:
         return settings.rate
-    return float(np.median([demonstration.rate for demonstration in demonstrations]))
+    return median_low(demonstration.rate for demonstration in demonstrations)
 
 
 def actions_of(examples: Sequence[Examples]) -> tuple[str, ...]:

@@ -106,9 +106,7 @@ class Recogniser:
         started = perf_counter()
         raw, probabilities = self._classify(examples)
         classified = perf_counter()
-        filtered = self._filter(raw, probabilities, examples.times)
-        # A median may reach into a gap; there is nothing to be seen there.
-        filtered[~examples.valid] = UNLABELLED
+        filtered = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
         return Prediction(examples.times, self.actions, raw, filtered, probabilities, seconds)
 
@@ -139,7 +137,7 @@ class Recogniser:
         self,
         raw: NDArray[np.int64],
         probabilities: NDArray[np.float64] | None,
-        times: NDArray[np.float64],
+        examples: Examples,
     ) -> NDArray[np.int64]:
         """Apply the filters that are switched on, in the paper's order."""
         codes, settings = raw.copy(), self.settings
@@ -147,11 +145,13 @@ class Recogniser:
             codes = filters.threshold(codes, probabilities, settings.threshold)
         if settings.median is not None:
             codes = filters.median(codes, settings.median)
+            # A median reaches into gaps, where there is nothing to be seen.
+            codes[~examples.valid] = UNLABELLED
         if settings.drop is not None:
             shortest = {
                 code: self.shortest[action]
                 for code, action in enumerate(self.actions)
                 if action in self.shortest
             }
-            codes = filters.drop_short(codes, times, shortest, settings.drop)
+            codes = filters.drop_short(codes, examples.times, shortest, settings.drop)
         return codes

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from statistics import median_low
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.labels import UNLABELLED
+from forcelab.labels import UNLABELLED, from_codes
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
     Examples,
@@ -76,11 +77,11 @@ def _training_set(
     return np.concatenate(X), np.concatenate(y)
 
 
-def _shortest(examples: Sequence[Examples]) -> dict[str, float]:
-    """Duration of each action's shortest segment, in seconds."""
+def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
+    """Duration of each action's shortest segment, in seconds, merged and cut as when scored."""
     shortest: dict[str, float] = {}
     for example in examples:
-        for segment in example.segments:
+        for segment in from_codes(example.codes(actions), example.times, actions):
             known = shortest.get(segment.action, np.inf)
             shortest[segment.action] = min(known, segment.duration)
     return shortest
@@ -121,10 +122,10 @@ def fit_examples(
         yield Epoch(step.number, step.total, "fit", step.loss, accuracy)
     return Recogniser(
         settings=settings,
-        rate=examples[0].rate,
+        rate=median_low(example.rate for example in examples),
         channels=examples[0].channels,
         actions=actions,
-        shortest=_shortest(examples),
+        shortest=_shortest(examples, actions),
         classifier=classifier,
         trained_on=tuple(trained_on),
     )

@@ -70,6 +70,31 @@ def test_training_on_one_task_and_testing_on_another(forcelab, project):
     assert not set(content["trained_on"]) & set(content["tested"])
 
 
+def test_every_other_task_is_trained_on_when_only_the_tested_one_is_named(forcelab, project):
+    content = forcelab("evaluate", project, "--test-task", "sponge", *FAST, "--json", "-").json
+    assert content["title"] == "foam → sponge"
+
+
+def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, project, recordings):
+    forcelab("import", project, recordings / "foam-01.csv", "--task", "lonely")
+    said = forcelab("evaluate", project, *FAST)
+    assert said.status == 0
+    assert "foam:" in said.out
+    assert said.err == (
+        "forcelab: A task was left out: Leaving one demonstration out needs two labelled ones; "
+        "there is 1.\n"
+    )
+    assert "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST).sentence
+
+
+def test_spellings_are_merged_before_tasks_are_kept_apart(forcelab, project, tmp_path):
+    spelling = tmp_path / "map.json"
+    spelling.write_text('{"grab": "move", "release": "move"}')
+    both = ["--task", "foam", "--task", "sponge", "--apart", "--merge", spelling, *FAST]
+    labels = forcelab("evaluate", project, *both, "--json", "-").json["labels"]
+    assert labels[:3] == ["still_foam", "move_foam", "hold_foam"]
+
+
 def test_a_merge_map_joins_actions_and_leaves_the_stored_labels(forcelab, project, tmp_path):
     spelling = tmp_path / "map.json"
     spelling.write_text('{"grab": "move", "release": "move"}')

@@ -11,10 +11,9 @@ import zipfile
 import numpy as np
 import pytest
 
+from forcelab.cli import main
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.errors import InputError
 from forcelab.formats.archive import write_archive
-from forcelab.formats.importing import import_files
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
@@ -241,16 +240,19 @@ def snapshot(folder):
     return {path: path.is_file() and path.read_bytes() for path in folder.rglob("*")}
 
 
-def assert_refused(room, name, data):
+def assert_refused(room, capsys, name, data):
     """The file is refused in one short sentence in good time, and nothing else happens."""
     (room / name).write_bytes(data)
     before = snapshot(room)
     started = time.process_time()
-    with pytest.raises(InputError) as refusal:
-        import_files(room / "p.forcelab", [name])
+    status = main(["import", "p.forcelab", name])
     assert time.process_time() - started < 2
     assert snapshot(room) == before
-    sentence = str(refusal.value)
+    said = capsys.readouterr()
+    assert (status, said.out) == (1, "")
+    assert said.err.startswith("forcelab: ")
+    assert said.err.endswith("\n")
+    sentence = said.err.removeprefix("forcelab: ").removesuffix("\n")
     assert name in sentence
     assert sentence.isprintable()
     assert len(sentence) < 400
@@ -259,27 +261,27 @@ def assert_refused(room, name, data):
 
 
 @pytest.mark.parametrize(("name", "data"), GENERATED, ids=[name for name, _ in GENERATED])
-def test_a_broken_file_is_one_sentence_and_nothing_is_written_or_executed(room, name, data):
-    assert_refused(room, name, data)
+def test_a_broken_file_is_one_sentence_and_nothing_is_written_or_executed(room, capsys, name, data):
+    assert_refused(room, capsys, name, data)
 
 
 @pytest.mark.parametrize("part", range(1, 16))
-def test_a_truncated_archive_is_one_sentence(room, archive, part):
-    assert_refused(room, "cut.zip", archive[: len(archive) * part // 16])
+def test_a_truncated_archive_is_one_sentence(room, capsys, archive, part):
+    assert_refused(room, capsys, "cut.zip", archive[: len(archive) * part // 16])
 
 
 @pytest.mark.parametrize(
     "member",
     ["../canary", "../../canary", "/canary", "demonstrations/../../canary", "..\\canary", "C:\\x"],
 )
-def test_an_archive_whose_files_would_escape_is_one_sentence(room, archive, member):
+def test_an_archive_whose_files_would_escape_is_one_sentence(room, capsys, archive, member):
     stream = io.BytesIO(archive)
     with zipfile.ZipFile(stream, "a") as made:
         made.writestr(member, "x")
-    assert_refused(room, "escape.zip", stream.getvalue())
+    assert_refused(room, capsys, "escape.zip", stream.getvalue())
 
 
-def test_an_archive_that_unpacks_to_gigabytes_is_one_sentence(room, archive):
+def test_an_archive_that_unpacks_to_gigabytes_is_one_sentence(room, capsys, archive):
     stream = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(archive)) as old, zipfile.ZipFile(stream, "w") as made:
         for member in old.namelist():
@@ -287,7 +289,7 @@ def test_an_archive_that_unpacks_to_gigabytes_is_one_sentence(room, archive):
             if member.endswith("signals.npy"):
                 content += bytes(200_000_000)
             made.writestr(member, content, zipfile.ZIP_DEFLATED, 1)
-    assert_refused(room, "bomb.zip", stream.getvalue())
+    assert_refused(room, capsys, "bomb.zip", stream.getvalue())
 
 
 def test_there_are_two_hundred_of_them():

@@ -84,14 +84,14 @@ def test_a_held_out_demonstration_of_unknown_actions_has_no_accuracy(three):
 
 
 def test_a_training_that_is_stopped_leaves_nothing_running(three):
-    threads = set(threading.enumerate())
+    threads, children = set(threading.enumerate()), set(multiprocessing.active_children())
     job = training(three, SMALL_MLP, held_out=three[0])
     while next(job).text != "fit":
         pass
     next(job)
     job.close()
     assert set(threading.enumerate()) == threads
-    assert not multiprocessing.active_children()
+    assert set(multiprocessing.active_children()) <= children
     with pytest.raises(StopIteration):
         next(job)
 
@@ -178,7 +178,8 @@ def test_the_shortest_segment_of_each_action_is_remembered(three):
     recogniser = train(three, SMALL)
     for action in ACTIONS:
         lengths = [s.duration for item in three for s in item.segments if s.action == action]
-        assert recogniser.shortest[action] == min(lengths)
+        # To the sample: segments are measured on the grid, as they are scored.
+        assert recogniser.shortest[action] == pytest.approx(min(lengths), abs=1 / recogniser.rate)
 
 
 def test_demonstrations_without_labels_take_no_part(three):
