@@ -1,3 +1,89 @@
-"""forcelab: label and recognise force actions."""
+"""forcelab: label and recognise force actions.
+
+The names below are what scripts need; everything else is found in the module that is named for it.
+They are loaded when they are first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from forcelab.demonstration import Channel as Channel
+    from forcelab.demonstration import Demonstration as Demonstration
+    from forcelab.errors import ForcelabError as ForcelabError
+    from forcelab.errors import InputError as InputError
+    from forcelab.formats import read as read
+    from forcelab.formats.importing import import_files as import_files
+    from forcelab.formats.recording import ReadOptions as ReadOptions
+    from forcelab.jobs import finish as finish
+    from forcelab.labels import Segment as Segment
+    from forcelab.labels import Track as Track
+    from forcelab.merging import MergeMap as MergeMap
+    from forcelab.project import Project as Project
+    from forcelab.recognition.evaluation import across as across
+    from forcelab.recognition.evaluation import leave_one_out as leave_one_out
+    from forcelab.recognition.examples import Labelled as Labelled
+    from forcelab.recognition.features import features as features
+    from forcelab.recognition.recogniser import Recogniser as Recogniser
+    from forcelab.recognition.settings import Settings as Settings
+    from forcelab.recognition.settings import preset as preset
+    from forcelab.recognition.storage import load as load_recogniser
+    from forcelab.recognition.storage import save as save_recogniser
+    from forcelab.recognition.training import train as train
+    from forcelab.signals.cwt import cwt as cwt
+    from forcelab.signals.wavelets import DOG as DOG
+    from forcelab.signals.wavelets import Haar as Haar
+    from forcelab.signals.wavelets import Morlet as Morlet
+    from forcelab.signals.wavelets import RealMorlet as RealMorlet
+    from forcelab.vocabulary import Vocabulary as Vocabulary
+
+#: Where each public name lives: the module, and what it is called there.
+_HOMES = {
+    "Channel": ("demonstration", "Channel"),
+    "DOG": ("signals.wavelets", "DOG"),
+    "Demonstration": ("demonstration", "Demonstration"),
+    "ForcelabError": ("errors", "ForcelabError"),
+    "Haar": ("signals.wavelets", "Haar"),
+    "InputError": ("errors", "InputError"),
+    "Labelled": ("recognition.examples", "Labelled"),
+    "MergeMap": ("merging", "MergeMap"),
+    "Morlet": ("signals.wavelets", "Morlet"),
+    "Project": ("project", "Project"),
+    "ReadOptions": ("formats.recording", "ReadOptions"),
+    "RealMorlet": ("signals.wavelets", "RealMorlet"),
+    "Recogniser": ("recognition.recogniser", "Recogniser"),
+    "Segment": ("labels", "Segment"),
+    "Settings": ("recognition.settings", "Settings"),
+    "Track": ("labels", "Track"),
+    "Vocabulary": ("vocabulary", "Vocabulary"),
+    "across": ("recognition.evaluation", "across"),
+    "cwt": ("signals.cwt", "cwt"),
+    "features": ("recognition.features", "features"),
+    "finish": ("jobs", "finish"),
+    "import_files": ("formats.importing", "import_files"),
+    "leave_one_out": ("recognition.evaluation", "leave_one_out"),
+    "load_recogniser": ("recognition.storage", "load"),
+    "preset": ("recognition.settings", "preset"),
+    "read": ("formats", "read"),
+    "save_recogniser": ("recognition.storage", "save"),
+    "train": ("recognition.training", "train"),
+}
+
+__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - all of them are strings
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name, so that importing forcelab itself loads nothing."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'forcelab' has no attribute '{name}'")
+    module, there = _HOMES[name]
+    return getattr(import_module(f"forcelab.{module}"), there)
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

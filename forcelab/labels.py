@@ -16,12 +16,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.runs import runs, sample_ends
+from forcelab.stretches import sample_ends, stretches
 
-__all__ = ["UNLABELLED", "Segment", "Segments", "Track", "from_codes", "ordered", "to_codes"]
+__all__ = [
+    "MODEL_PREFIX",
+    "UNLABELLED",
+    "Segment",
+    "Segments",
+    "Track",
+    "from_codes",
+    "is_model",
+    "model_author",
+    "ordered",
+    "to_codes",
+]
 
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
+
+#: What the names of models among the authors begin with, in every file and project, so that a
+#: prediction never turns into a coder's label on its way.
+MODEL_PREFIX = "model "
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -61,9 +76,15 @@ class Segment:
         """Length in seconds."""
         return self.end - self.start
 
-    def covers(self, time: float) -> bool:
-        """Whether `time` (s) lies in ``[start, end)``."""
-        return self.start <= time < self.end
+
+def model_author(name: str) -> str:
+    """The author of what a recogniser called `name` predicts."""
+    return f"{MODEL_PREFIX}{name}"
+
+
+def is_model(author: str) -> bool:
+    """Whether an author is a model, not a coder."""
+    return author.startswith(MODEL_PREFIX)
 
 
 #: What a track holds and the painting verbs take and give: in order, never overlapping.
@@ -165,10 +186,10 @@ def to_codes(
 def from_codes(
     codes: NDArray[np.integer], times: NDArray[np.float64], actions: Sequence[str]
 ) -> Segments:
-    """Gather runs of equal codes into segments; the inverse of :func:`to_codes`.
+    """Gather neighbouring samples of equal code into segments; the inverse of :func:`to_codes`.
 
-    Runs end by the rule of :mod:`forcelab.runs`: a gap in the stamps splits a segment that goes
-    across it.
+    Segments end by the rule of :mod:`forcelab.stretches`: a gap in the stamps splits a segment
+    that goes across it.
 
     Parameters
     ----------
@@ -186,7 +207,7 @@ def from_codes(
         exact for segments whose edges lie on samples, that cross no gap, and whose touching
         neighbours differ.
     """
-    found = runs(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
+    found = stretches(np.asarray(codes, dtype=np.int64), times, sample_ends(times))
     return tuple(
         Segment(start, end, actions[code])
         for code, start, end in zip(

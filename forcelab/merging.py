@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -53,6 +53,11 @@ class MergeMap:
     def apply(self, action: str) -> str:
         """The action meant by `action`."""
         return dict(self._pairs).get(action, action)
+
+    def unused(self, actions: Iterable[str]) -> tuple[str, ...]:
+        """The spellings of the map that are none of these actions, sorted; perhaps mistyped."""
+        found = set(actions)
+        return tuple(source for source, _ in self._pairs if source not in found)
 
     def apply_segments(self, segments: Sequence[Segment]) -> Segments:
         """Relabel segments.

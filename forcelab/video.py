@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from forcelab.errors import InputError
+
 __all__ = ["CODECS", "Codec", "try_codec"]
 
 
@@ -41,6 +43,13 @@ def try_codec(codec: Codec) -> bool:
     """Write a few frames, read them back, and say whether they all came back.
 
     A codec that opens may still give no frame, so that nothing short of trying tells.
+
+    Raises
+    ------
+    ImportError
+        If OpenCV is not installed, or lacks a library of the system.
+    InputError
+        If no temporary folder can be made.
     """
     import cv2
 
@@ -48,7 +57,7 @@ def try_codec(codec: Codec) -> bool:
     level = log.getLogLevel()
     log.setLogLevel(log.LOG_LEVEL_SILENT)  # a missing codec is an answer here, not an error
     try:
-        with tempfile.TemporaryDirectory() as folder:
+        with _temporary_folder() as folder:
             path = str(Path(folder) / f"test{codec.suffix}")
             writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*codec.fourcc), 30, (64, 64))
             if not writer.isOpened():
@@ -64,3 +73,13 @@ def try_codec(codec: Codec) -> bool:
             return read == FRAMES
     finally:
         log.setLogLevel(level)
+
+
+def _temporary_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder that is gone after use."""
+    try:
+        return tempfile.TemporaryDirectory()
+    except OSError as error:
+        raise InputError(
+            f"No temporary folder can be made ({error}); set TMPDIR to a folder with room."
+        ) from error

@@ -1,5 +1,6 @@
 """The rules that machines can keep: imports, style, types."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -14,6 +15,51 @@ CHECKS = {
     "format": ["ruff", "format", "--check", "."],
     "types": ["mypy"],
 }
+#: Outside packages, and the only files and folders below forcelab/ that may import them.
+HOMES = {
+    "PySide6": {"gui"},
+    "pyqtgraph": {"gui"},
+    "serial": {"capture"},
+    "cv2": {"video.py", "capture/camera.py", "simulation/rendering.py"},
+    "sklearn": {"recognition"},
+    "skops": {"recognition"},
+}
+
+
+def imported(source):
+    """The packages a file imports anywhere, also inside functions."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.split(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module.split(".")[0]
+
+
+def test_outside_packages_are_imported_in_their_own_rooms_only():
+    strays = [
+        f"{path.relative_to(ROOT)} imports {package}"
+        for path in (ROOT / "forcelab").rglob("*.py")
+        for package in HOMES.keys() & set(imported(path.read_text("utf-8")))
+        if not any(path.is_relative_to(ROOT / "forcelab" / home) for home in HOMES[package])
+    ]
+    assert not strays
+
+
+def test_the_names_for_scripts_are_not_used_inside():
+    # Through them any room could reach any other, unseen by the layers.
+    for path in (ROOT / "forcelab").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module == "forcelab":
+                assert [alias.name for alias in node.names] == ["__version__"], path
+            elif isinstance(node, ast.Import):
+                assert "forcelab" not in [alias.name for alias in node.names], path
+
+
+def test_an_import_is_found_wherever_it_hides():
+    source = (
+        "def f():\n    import cv2.aruco\n    if f:\n        from serial.tools import list_ports"
+    )
+    assert set(imported(source)) == {"cv2", "serial"}
 
 
 @pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)

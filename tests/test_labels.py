@@ -59,7 +59,8 @@ def test_every_sample_gets_the_action_of_the_segment_that_covers_it(triples, tim
         segments.append(Segment(now + hole, now + hole + length, action))
         now = segments[-1].end
     expected = [
-        next((ACTIONS.index(s.action) for s in segments if s.covers(t)), UNLABELLED) for t in times
+        next((ACTIONS.index(s.action) for s in segments if s.start <= t < s.end), UNLABELLED)
+        for t in times
     ]
     assert to_codes(segments, times, ACTIONS).tolist() == expected
 
@@ -94,8 +95,7 @@ def test_an_action_without_a_code_is_refused():
 
 def test_a_segment_covers_its_start_but_not_its_end():
     segment = Segment(1.0, 2.5, "grab")
-    assert segment.covers(1.0)
-    assert not segment.covers(2.5)
+    assert to_codes((segment,), np.array([0.9, 1.0, 2.4, 2.5]), ACTIONS).tolist() == [-1, 0, 0, -1]
     assert segment.duration == 1.5
 
 

@@ -48,7 +48,13 @@ class Camera:
 
 
 def serial_ports() -> tuple[SerialPort, ...]:
-    """All serial ports, sorted by device."""
+    """All serial ports, sorted by device.
+
+    Raises
+    ------
+    ImportError
+        If pyserial is not installed, or does not know this system.
+    """
     from serial.tools import list_ports
 
     found = sorted(list_ports.comports(), key=lambda port: str(port.device))
@@ -59,21 +65,30 @@ def serial_ports() -> tuple[SerialPort, ...]:
 
 
 def cameras(folder: Path = VIDEO_CLASS) -> tuple[Camera, ...]:
-    """The video capture devices of a Linux system; empty elsewhere.
+    """The video capture devices of a Linux system, sorted by device.
+
+    Empty elsewhere, and where the system shows them to nobody, as in some containers.
 
     Parameters
     ----------
     folder : Path
         Where the kernel lists them.
     """
-    if not folder.is_dir():
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError:
         return ()
+    named = ((entry.name, _driver_name(entry)) for entry in entries)
     return tuple(
-        Camera(
-            f"/dev/{entry.name}",
-            (entry / "name").read_text(errors="replace").strip(),
-            os.access(f"/dev/{entry.name}", os.R_OK),
-        )
-        for entry in sorted(folder.iterdir())
-        if (entry / "name").is_file()
+        Camera(f"/dev/{device}", name, os.access(f"/dev/{device}", os.R_OK))
+        for device, name in named
+        if name is not None
     )
+
+
+def _driver_name(entry: Path) -> str | None:
+    """What the driver calls a device; None where it is none, or was unplugged a moment ago."""
+    try:
+        return (entry / "name").read_text("utf-8", errors="replace").strip()
+    except OSError:
+        return None

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from forcelab.cli.files import make_folder
 from forcelab.cli.output import json_text
-from forcelab.errors import InputError
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -14,9 +14,7 @@ def run(arguments: argparse.Namespace) -> None:
     from forcelab.gui.figures import cluster_figure, wavelet_figure
 
     folder: Path = arguments.folder
-    if folder.exists() and not folder.is_dir():
-        raise InputError(f"'{folder}' is a file; name a folder to draw into.")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     written = []
     for name, figure in (("wavelets", wavelet_figure()), ("clusters", cluster_figure())):
         path = folder / f"{name}.{arguments.format}"

@@ -11,57 +11,62 @@ from typing import Any
 from joblib import cpu_count
 
 from forcelab.atomic import write_atomically
-from forcelab.cli.output import json_text, percent, progress_bar, table
+from forcelab.cli.files import check_outputs, file_names
+from forcelab.cli.output import counted, json_text, percent, progress_bar, table
 from forcelab.cli.settings import choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.recognition.evaluation import Evaluation
 from forcelab.recognition.metrics import Scores
-from forcelab.recognition.project_runs import evaluate_tasks
+from forcelab.recognition.project_runs import Evaluated, evaluate_tasks
+from forcelab.recognition.results import Evaluation
 from forcelab.vocabulary import Vocabulary
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Evaluate, print the scores, and write what was asked for."""
     settings = settings_from(arguments)
-    jobs = cpu_count() if arguments.jobs is None else arguments.jobs
-    if jobs < 1:
-        raise InputError(f"--jobs is 1 or more, not {jobs}.")
-    _check_figures(arguments)
+    if arguments.jobs is not None and arguments.jobs < 1:
+        raise InputError(f"--jobs is 1 or more, not {arguments.jobs}.")
+    # More processes than cores only cost their start.
+    jobs = min(arguments.jobs or cpu_count(), cpu_count())
+    _check_outputs(arguments)
     with Project.open(arguments.project) as project, progress_bar() as watch:
-        job = evaluate_tasks(project, settings, choice_from(arguments), arguments.test_task, jobs)
-        evaluations, left_out = finish(job, watch)
+        job = evaluate_tasks(project, settings, choice_from(arguments), jobs)
+        evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
     if arguments.figure is not None:
-        _draw_pairs(evaluations, vocabularies, arguments.figure)
+        _draw_pairs(evaluated, vocabularies, arguments.figure)
     if arguments.confusion is not None:
-        _draw_confusion(evaluations, arguments.confusion)
-    _tell(evaluations, arguments.json)
-    for sentence in left_out:
-        print(f"forcelab: {sentence}", file=sys.stderr)
+        _draw_confusion(evaluated, arguments.confusion)
+    _tell(evaluated, arguments.json)
 
 
-def _check_figures(arguments: argparse.Namespace) -> None:
-    """Refuse a figure that cannot be saved before the evaluation, not after it."""
-    wanted = [path for path in (arguments.figure, arguments.confusion) if path is not None]
-    if wanted:
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    """Refuse what cannot be written before the evaluation, not after it."""
+    json_file = None if arguments.json == Path("-") else arguments.json
+    check_outputs([arguments.figure, arguments.confusion, json_file], [arguments.project])
+    figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    if figures:
         from forcelab.gui.figures.canvas import check_suffix
 
-        for path in wanted:
+        for path in figures:
             check_suffix(path)
 
 
-def _tell(evaluations: list[Evaluation], json_file: Path | None) -> None:
+def _tell(evaluated: Evaluated, json_file: Path | None) -> None:
     """Print the scores, or JSON where that was asked for on standard output."""
-    results = [evaluation.to_json() for evaluation in evaluations]
-    content: Any = results[0] if len(results) == 1 else {"evaluations": results}
+    results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
+    several = {"evaluations": results, "remarks": list(evaluated.remarks)}
+    content: Any = results[0] if evaluated.joined else several
+    if json_file is not None and json_file != Path("-"):
+        write_atomically(json_file, (json_text(content) + "\n").encode())
     if json_file == Path("-"):
         print(json_text(content))
-        return
-    if json_file is not None:
-        write_atomically(json_file, (json_text(content) + "\n").encode())
-    print("\n\n".join(_report(evaluation) for evaluation in evaluations))
+    else:
+        print("\n\n".join(_report(evaluation) for _, evaluation in evaluated.evaluations))
+    for sentence in evaluated.remarks:
+        print(f"forcelab: {sentence}", file=sys.stderr)
 
 
 def _report(evaluation: Evaluation) -> str:
@@ -79,7 +84,8 @@ def _report(evaluation: Evaluation) -> str:
     parts = [
         f"{evaluation.title}: preset {settings.preset}, {settings.classifier}, "
         f"stride {settings.stride}, seed {settings.seed}; "
-        f"{len(evaluation.tested)} demonstrations, {len(evaluation.actions)} actions",
+        f"{counted(len(evaluation.tested), 'demonstration')} at {evaluation.rate:.6g} Hz, "
+        f"{counted(len(evaluation.actions), 'action')}",
         table(rows, right=range(1, 8)),
         _actions(evaluation, raw),
         f"Rates in percent. Run time: {seconds}.",
@@ -116,23 +122,22 @@ def _actions(evaluation: Evaluation, raw: Scores) -> str:
     return table(rows, right=[1])
 
 
-def _for_task(path: Path, evaluation: Evaluation, several: bool) -> Path:
-    """The file of one evaluation: with several, the task stands in its name."""
-    if not several:
-        return path
-    safe = "".join(c if c.isalnum() or c in "-_ " else "_" for c in evaluation.title)
-    return path.with_name(f"{path.stem}-{safe}{path.suffix}")
+def _file_for_each(evaluated: Evaluated, path: Path) -> list[Path]:
+    """A file for each evaluation: unless one was asked for, its task stands in the name."""
+    if evaluated.joined:
+        return [path]
+    names = file_names([f"{path.stem}-{made.title}" for _, made in evaluated.evaluations])
+    return [path.with_name(name + path.suffix) for name in names]
 
 
-def _draw_pairs(
-    evaluations: list[Evaluation], vocabularies: Mapping[str, Vocabulary], path: Path
-) -> None:
-    """Draw the timeline pairs in the colours of the project's vocabularies."""
+def _draw_pairs(evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], path: Path) -> None:
+    """Draw the timeline pairs in the colours of the tasks' vocabularies."""
     from forcelab.gui.figures import Pair, TimelinePairs
 
-    for evaluation in evaluations:
+    files = _file_for_each(evaluated, path)
+    for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")
-        vocabulary = vocabularies.get(evaluation.title, Vocabulary())
+        known = [vocabularies[task] for task in tasks if task in vocabularies]
         pairs = tuple(
             Pair(
                 item.name,
@@ -144,22 +149,22 @@ def _draw_pairs(
             )
             for item, scores in zip(evaluation.tested, each, strict=True)
         )
-        figure = TimelinePairs(
-            evaluation.title or "no task",
+        TimelinePairs(
+            evaluation.title,
             pairs,
-            vocabulary.with_actions(*evaluation.actions),
+            (known[0] if known else Vocabulary()).with_actions(*evaluation.actions),
             evaluation.actions,
-        )
-        figure.save(_for_task(path, evaluation, len(evaluations) > 1))
+        ).save(file)
 
 
-def _draw_confusion(evaluations: list[Evaluation], path: Path) -> None:
+def _draw_confusion(evaluated: Evaluated, path: Path) -> None:
     """Draw the confusion matrix of the filtered predictions."""
     import numpy as np
 
     from forcelab.gui.figures import ConfusionMatrix
 
-    for evaluation in evaluations:
+    files = _file_for_each(evaluated, path)
+    for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")
-        figure = ConfusionMatrix(evaluation.title, evaluation.actions, np.array(pooled.confusion))
-        figure.save(_for_task(path, evaluation, len(evaluations) > 1))
+        title = f"{evaluation.title}, after the filters"
+        ConfusionMatrix(title, evaluation.actions, np.array(pooled.confusion)).save(file)

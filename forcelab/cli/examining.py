@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import platform
 import sqlite3
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 
+from forcelab import __version__
 from forcelab.cli.output import json_text
-from forcelab.versions import versions
 
-#: Packages of the extras, and how to get them.
-EXTRAS = {"rosbags": "rosbag", "dask": "cluster", "distributed": "cluster"}
 #: Packages without which a part of the program does not run.
-NEEDED = ("PySide6-Essentials", "pyqtgraph", "opencv-contrib-python-headless", "pyserial")
+NEEDED = (
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "skops",
+    "joblib",
+    "threadpoolctl",
+    "psutil",
+    "PySide6-Essentials",
+    "pyqtgraph",
+    "opencv-contrib-python-headless",
+    "pyserial",
+)
+#: Packages of the extras.
+EXTRAS = {"rosbags": "rosbag", "dask": "cluster", "distributed": "cluster"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,24 +66,42 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _findings() -> Iterator[Finding]:
-    """Look at one thing after the other."""
-    for package, found in versions().items():
-        yield Finding(package, found)
+    """Look at one thing after the other; a package that is missing stops none of them."""
+    yield Finding("forcelab", __version__)
+    yield Finding("python", platform.python_version())
     yield Finding("sqlite", sqlite3.sqlite_version)
-    yield from (_package(name, f"pip install {name}", needed=True) for name in NEEDED)
+    for name in NEEDED:
+        found = _version(name)
+        yield Finding(name, found or "missing", found is not None, "" if found else _cure(name))
     for name, extra in EXTRAS.items():
-        yield _package(name, f"pip install 'forcelab[{extra}]'", needed=False)
-    yield from _qt()
-    yield from _codecs()
-    yield from _devices()
+        found = _version(name)
+        yield Finding(name, found or f"not installed (only the extra {extra} needs it)")
+    yield from _tried("Qt", _qt)
+    yield from _tried("video", _codecs)
+    yield from _tried("devices", _devices)
 
 
-def _package(name: str, cure: str, *, needed: bool) -> Finding:
-    """Whether a package is installed, and in which version."""
+def _tried(what: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
+    """The findings of one look, or why it cannot be taken."""
     try:
-        return Finding(name, version(name))
+        yield from look()
+    except ImportError as error:
+        yield Finding(what, f"cannot be tried: {error}", well=False, cure=_cure("."))
+
+
+def _version(name: str) -> str | None:
+    """The version of an installed package."""
+    try:
+        return version(name)
     except PackageNotFoundError:
-        return Finding(name, "missing" if needed else "not installed", not needed, cure)
+        return None
+
+
+def _cure(name: str) -> str:
+    """How to install a package into the environment that runs this."""
+    return (
+        f"{sys.executable} -m pip install {'--force-reinstall .' if name == 'forcelab' else name}"
+    )
 
 
 def _qt() -> Iterator[Finding]:
@@ -95,7 +127,7 @@ def _codecs() -> Iterator[Finding]:
             f"video {codec.name} ({codec.fourcc})",
             "writes and reads" if works else "not available",
             works or not needed,
-            "" if works or not needed else "pip install -U opencv-contrib-python-headless",
+            "" if works or not needed else _cure("--upgrade opencv-contrib-python-headless"),
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from forcelab.cli.filenames import file_names
+from forcelab.cli.files import file_names, make_folder
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 from forcelab.formats.tracks import write_audacity, write_csv
@@ -17,8 +17,6 @@ def run(arguments: argparse.Namespace) -> None:
     """Write every track, or the whole project, into a folder."""
     out: Path = arguments.out
     with Project.open(arguments.project) as project:
-        if out.exists() and not out.is_dir():
-            raise InputError(f"'{out}' is a file; name a folder to export into.")
         written = (
             _archive(project, out)
             if arguments.format == "archive"
@@ -35,7 +33,7 @@ def _archive(project: Project, out: Path) -> list[Path]:
     """Write the whole project as one zip named after it."""
     from forcelab.formats.archive import write_archive
 
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     path = out / f"{project.path.resolve().stem}.zip"
     write_archive(project, path)
     return [path]
@@ -54,7 +52,7 @@ def _tracks(project: Project, out: Path, kind: str) -> list[Path]:
             wanted.append((title, tracks))
         else:
             wanted += [(f"{title} - {track.author}", (track,)) for track in tracks]
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     written = []
     names = file_names([title for title, _ in wanted])
     for name, (_, tracks) in zip(names, wanted, strict=True):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.output import json_text, progress_bar
+from forcelab.cli.output import counted, json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
@@ -27,11 +27,12 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _told(report: ImportReport) -> str:
     """The report for people."""
-    lines = [f"{one.added.status:<9}  {one.added.name}" for one in report.demonstrations]
+    lines = [f"{one.added.status:<9}  {printable(one.added.name)}" for one in report.demonstrations]
     for path, remarks in report.remarks.items():
         lines += [f"{path.name}: {remark}" for remark in remarks]
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
-    return "\n".join([*lines, f"{len(report.demonstrations)} demonstrations: {', '.join(counts)}."])
+    total = counted(len(report.demonstrations), "recording")
+    return "\n".join([*lines, f"{total}: {', '.join(counts)}."])
 
 
 def _plain(report: ImportReport) -> dict[str, object]:

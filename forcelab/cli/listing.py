@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.output import json_text, table
+from forcelab.cli.output import counted, json_text, table
+from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project
 
 
@@ -12,6 +13,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Print the demonstrations, recognisers and runs of a project."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations(arguments.task)
+        if arguments.task is not None and not infos:
+            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none at all"
+            raise InputError(f"There is no task '{arguments.task}'; there are {known}.")
         recognisers = project.recognisers()
         runs = project.runs()
     if arguments.json:
@@ -28,7 +32,8 @@ def run(arguments: argparse.Namespace) -> None:
     rows = [["task", "demonstration", "seconds", "Hz", "channels", "labelled", "id"]]
     rows += [_row(info) for info in infos]
     print(table(rows, right=[2, 3, 4]))
-    print(f"\n{len(infos)} demonstrations, {len(recognisers)} recognisers, {len(runs)} runs.")
+    counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
+    print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
 
 
 def _row(info: DemonstrationInfo) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from forcelab.jobs import Progress
 
-__all__ = ["json_text", "percent", "progress_bar", "table"]
+__all__ = ["counted", "json_text", "percent", "printable", "progress_bar", "table"]
 
 WIDTH = 24
 
@@ -25,15 +25,26 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
     right : sequence of int
         Columns aligned right, for numbers.
     """
-    widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
+    shown = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(len(row[c]) for row in shown) for c in range(len(rows[0]))]
     lines = []
-    for row in rows:
+    for row in shown:
         cells = [
             cell.rjust(width) if c in right else cell.ljust(width)
             for c, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)
+
+
+def printable(name: str) -> str:
+    """A name in one line, without characters that would steer a terminal."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in name)
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: ``1 run``, ``2 runs``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def percent(share: float | None) -> str:

@@ -91,7 +91,7 @@ def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
-    parser.add_argument("--task", default="", help="task of the demonstrations")
+    parser.add_argument("--task", help="task of the demonstrations")
     parser.add_argument(
         "--author", default="coder", help="author of the labels in the files (default: coder)"
     )
@@ -105,7 +105,7 @@ def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
     parser.add_argument(
-        "--strict", action="store_true", help="refuse what would be repaired and reported"
+        "--strict", action="store_true", help="refuse gaps and what would be repaired"
     )
     _json_flag(parser)
 
@@ -130,7 +130,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
         "--task",
         action="append",
         metavar="T",
-        help="task to use; given several times, the tasks are joined (default: every task)",
+        help="task to use; given several times, the tasks are joined",
     )
     which.add_argument("--author", help="whose labels, where there are several coders")
     which.add_argument(
@@ -144,30 +144,47 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
     )
-    how = parser.add_argument_group("settings (the preset's where not given)")
+    how = parser.add_argument_group(
+        "settings", "Where not given, the preset's; in brackets that of preset paper."
+    )
     how.add_argument("--preset", default="paper", help="paper: the published method (default)")
     how.add_argument(
         "--classifier",
         metavar="NAME",
-        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours",
+        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours (mlp)",
     )
-    how.add_argument("--channels", metavar="A,B,...", help="recognition channels (default: all)")
-    how.add_argument("--rate", metavar="HZ", type=float, help="rate of the features' grid")
-    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar")
-    how.add_argument("--parameter", metavar="P", type=float, help="p of a Morlet, order of a dog")
-    how.add_argument("--min-scale", metavar="SAMPLES", type=float, help="smallest scale")
-    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale")
-    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales")
+    how.add_argument(
+        "--channels",
+        metavar="A,B,...",
+        help="recognition channels, such as 'tangential 1,normal 1' (all)",
+    )
+    how.add_argument(
+        "--rate", metavar="HZ", type=float, help="rate of the features' grid (the recordings')"
+    )
+    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar (morlet)")
+    how.add_argument(
+        "--parameter", metavar="P", type=float, help="p of a Morlet, order of a dog (5)"
+    )
+    how.add_argument(
+        "--min-scale",
+        metavar="SAMPLES",
+        type=float,
+        help="smallest scale, in samples of the grid (2)",
+    )
+    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale (1024)")
+    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales (1)")
     how.add_argument("--no-phase", action="store_true", help="log magnitudes only")
-    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample")
-    how.add_argument("--threshold", metavar="P", help="less probable than this: unlabelled; or off")
-    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off")
+    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample (1)")
+    how.add_argument(
+        "--threshold", metavar="P", help="less probable than this: unlabelled; or off (0.8)"
+    )
+    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off (10)")
     how.add_argument(
         "--drop",
         metavar="SHARE",
-        help="unlabel segments shorter than this share of the shortest trained one; or off",
+        help="unlabel segments shorter than this share of the shortest trained one; or off (0.125)",
     )
-    how.add_argument("--seed", metavar="S", type=int, help="of everything random (default: 0)")
+    how.add_argument("--seed", metavar="S", type=int, help="of everything random (0)")
 
 
 def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -225,6 +242,8 @@ def _add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
         "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
     )
     parser.add_argument("--out", metavar="FILE", type=Path, help="file, or folder for several")
+    parser.add_argument("--rate", metavar="HZ", type=float, help="of recordings without stamps")
+    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
     parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
     _json_flag(parser)
 

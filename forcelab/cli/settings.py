@@ -62,4 +62,5 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:
     """Which demonstrations the command line means."""
-    return Choice(tuple(arguments.task or ()), arguments.author, arguments.apart)
+    test_task = getattr(arguments, "test_task", None)
+    return Choice(tuple(arguments.task or ()), test_task, arguments.author, arguments.apart)

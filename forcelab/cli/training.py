@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 
 from forcelab.atomic import write_atomically
-from forcelab.cli.output import json_text, progress_bar
+from forcelab.cli.files import check_outputs
+from forcelab.cli.output import counted, json_text, progress_bar
 from forcelab.cli.settings import choice_from, settings_from
-from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import train_tasks
@@ -16,13 +16,12 @@ from forcelab.recognition.project_runs import train_tasks
 def run(arguments: argparse.Namespace) -> None:
     """Train and write the recogniser."""
     settings = settings_from(arguments)
-    if not arguments.out.resolve().parent.is_dir():
-        # Said before the training, not after it.
-        raise InputError(f"'{arguments.out}' cannot be written; its folder does not exist.")
+    check_outputs([arguments.out], [arguments.project])
     with Project.open(arguments.project) as project, progress_bar() as watch:
         job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
-        recogniser, content = finish(job, watch)
-    write_atomically(arguments.out, content)
+        trained = finish(job, watch)
+    write_atomically(arguments.out, trained.content)
+    recogniser = trained.recogniser
     summary = {
         "recogniser": str(arguments.out),
         "actions": list(recogniser.actions),
@@ -30,11 +29,15 @@ def run(arguments: argparse.Namespace) -> None:
         "rate": recogniser.rate,
         "demonstrations": len(recogniser.trained_on),
         "settings": settings.to_json(),
+        "remarks": list(trained.remarks),
     }
     if arguments.json:
         print(json_text(summary))
         return
     print(
-        f"{arguments.out}: {len(recogniser.actions)} actions ({', '.join(recogniser.actions)}) "
-        f"learnt from {len(recogniser.trained_on)} demonstrations at {recogniser.rate:g} Hz."
+        f"{arguments.out}: {counted(len(recogniser.actions), 'action')} "
+        f"({', '.join(recogniser.actions)}) learnt from "
+        f"{counted(len(recogniser.trained_on), 'demonstration')} at {recogniser.rate:.6g} Hz."
     )
+    for remark in trained.remarks:
+        print(remark)

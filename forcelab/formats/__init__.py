@@ -1,4 +1,4 @@
-"""Foreign formats: one file each, told apart by content."""
+"""Foreign formats: one package each, told apart by content."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.signatures import announced_kind, seems_to_be
 
-__all__ = ["HEAD_BYTES", "Format", "formats", "identify", "read"]
+__all__ = ["HEAD_BYTES", "Format", "identify", "read"]
 
 #: Bytes of a file that are looked at to tell its format.
 HEAD_BYTES: Final = 64 * 1024
@@ -31,8 +31,6 @@ class Format:
         Its short name, unique.
     description : str
         What such files are, in a few words that may follow "can read".
-    suffixes : tuple of str
-        How such files are usually called, such as ``".csv"``; for file dialogs only.
     module : str
         The module that reads it, imported when it is needed.
     starts : tuple of bytes
@@ -42,7 +40,6 @@ class Format:
 
     name: str
     description: str
-    suffixes: tuple[str, ...]
     module: str
     starts: tuple[bytes, ...] = ()
 
@@ -62,29 +59,21 @@ _FORMATS: Final = (
     Format(
         name="archive",
         description="archives of forcelab projects",
-        suffixes=(".zip",),
         module="forcelab.formats.archive",
         starts=(b"PK",),
     ),
     Format(
         name="pdl",
         description="the paper's databases (*.pdl)",
-        suffixes=(".pdl",),
         module="forcelab.formats.pdl",
         starts=(b"\x80", b"]", b"}", b"(", b"c"),
     ),
     Format(
         name="table",
         description="tables as text (CSV, TSV, columns)",
-        suffixes=(".csv", ".tsv", ".txt", ".dat"),
-        module="forcelab.formats.tables",
+        module="forcelab.formats.table",
     ),
 )
-
-
-def formats() -> tuple[Format, ...]:
-    """The formats that can be read, without importing any of their modules."""
-    return _FORMATS
 
 
 def identify(path: str | os.PathLike[str]) -> Format:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+import tempfile
+from collections.abc import Generator, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
-from forcelab.formats.labelfiles import lies_beside
 from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.table.labels import lies_beside
 from forcelab.jobs import Progress, finish
-from forcelab.project import Added, Project
+from forcelab.project import Added, Incoming, Project
+from forcelab.project.records import Keepable
 
 __all__ = ["ImportReport", "Imported", "import_files", "importing"]
 
@@ -71,7 +74,9 @@ def importing(
     """Read files of any format, then write what they hold into a project.
 
     Nothing is written before every file has been read and validated. To stop iterating until then
-    cancels the import; the writing itself is one step.
+    cancels the import; the writing itself is one step, which succeeds as a whole or changes
+    nothing. An archive that is imported by itself into a new project is unpacked with everything
+    in it; into a project that is there, archives bring recordings and the coders' labels.
 
     Parameters
     ----------
@@ -81,7 +86,8 @@ def importing(
         The files. One that is named twice is read once, and a labels file that lies beside a
         recording which is also named is read with that recording.
     options : ReadOptions, optional
-        How the files are to be understood where they do not say so themselves.
+        How the files are to be understood where they do not say so themselves. Neither the task
+        nor the rate of a demonstration that is there already changes where nobody says anything.
 
     Yields
     ------
@@ -96,27 +102,60 @@ def importing(
     Raises
     ------
     InputError
-        If a file cannot be read or the project cannot be written. A project that did not exist
-        does not exist afterwards either.
+        If a file cannot be read or the project cannot be written. The project is as it was then,
+        and one that did not exist does not exist afterwards either.
     """
     paths = _without_companions(files)
     if not paths:
         raise InputError("There is no file to import; name at least one.")
+    project, options = Path(project_path), options or ReadOptions()
+    if len(paths) == 1 and Project.vacant(project) and _is_archive(paths[0]):
+        return (yield from _unpacking(project, paths[0], options))
     total = len(paths) + 1
-    read_files: dict[Path, list[Recording]] = {}
-    failures: dict[Path, str] = {}
-    for done, path in enumerate(paths):
-        yield Progress(done, total, f"reading {path.name}")
-        try:
-            read_files[path] = _checked(path, read(path, options))
-        except InputError as error:
-            failures[path] = str(error)
-    if failures:
-        raise InputError(_refusal(failures, len(paths)))
-    yield Progress(len(paths), total, f"writing {Path(project_path).name}")
-    demonstrations = _write(Path(project_path), read_files)
+    with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
+        options = replace(options, unpack=Path(scratch))
+        read_files: dict[Path, list[Recording]] = {}
+        failures: dict[Path, str] = {}
+        for done, path in enumerate(paths):
+            yield Progress(done, total, f"reading {path.name}")
+            try:
+                read_files[path] = _checked(path, read(path, options))
+            except InputError as error:
+                failures[path] = str(error)
+        if failures:
+            raise InputError(_refusal(failures, len(paths)))
+        yield Progress(len(paths), total, f"writing {project.name}")
+        demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
     return ImportReport(demonstrations, _remarks(read_files, demonstrations))
+
+
+def _is_archive(path: Path) -> bool:
+    """Whether a file is an archive of a project."""
+    try:
+        return identify(path).name == "archive"
+    except InputError:
+        return False  # what is wrong is told when the file is read
+
+
+def _unpacking(
+    project: Path, path: Path, options: ReadOptions
+) -> Generator[Progress, None, ImportReport]:
+    """Make a project of a whole archive, with everything that is in it."""
+    from forcelab.formats.archive import read_archive
+
+    yield Progress(0, 1, f"unpacking {path.name}")
+    with read_archive(path, project) as made:
+        infos = made.demonstrations()
+    yield Progress(1, 1, "done")
+    demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
+    if not options.task or all(info.task for info in infos):
+        return ImportReport(demonstrations)
+    remark = (
+        f"The task '{options.task}' was not used, because the archive was unpacked as it is; "
+        f"import it into a project that is there to use it."
+    )
+    return ImportReport(demonstrations, {path: (remark,)})
 
 
 def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
@@ -160,37 +199,34 @@ def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
     return recordings
 
 
-def _write(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[Imported, ...]:
-    """Add all demonstrations; a new project gets its name once it is complete."""
-    if project.exists() and not (project.is_dir() and not any(project.iterdir())):
-        return _write_into(project, read_files)
-    with Project.creating(project) as made:
-        return tuple(_added(made, read_files))
+def _write(
+    project: Path, read_files: Mapping[Path, list[Recording]], options: ReadOptions
+) -> tuple[Imported, ...]:
+    """Add all demonstrations or none; a new project gets its name once it is complete."""
+    files = [file for file, recordings in read_files.items() for _ in recordings]
+    given = [
+        Incoming(
+            recording.demonstration,
+            recording.tracks,
+            file.name,
+            keep=_unsaid(recording.demonstration, options),
+        )
+        for file, recordings in read_files.items()
+        for recording in recordings
+    ]
+    with Project.creating(project) if Project.vacant(project) else Project.open(project) as opened:
+        added = opened.add_all(given)
+    return tuple(map(Imported, files, added))
 
 
-def _write_into(project: Path, read_files: Mapping[Path, list[Recording]]) -> tuple[Imported, ...]:
-    """Add all demonstrations to a project that is there."""
-    demonstrations: list[Imported] = []
-    try:
-        with Project.open(project) as opened:
-            demonstrations.extend(_added(opened, read_files))
-    except InputError as error:
-        if not demonstrations:
-            raise
-        total = sum(map(len, read_files.values()))
-        raise InputError(
-            f"{str(error).removesuffix('.')}; {len(demonstrations)} of {total} demonstrations were "
-            f"imported before, and importing the same files again brings the others."
-        ) from error
-    return tuple(demonstrations)
-
-
-def _added(project: Project, read_files: Mapping[Path, list[Recording]]) -> Iterator[Imported]:
-    """Add the demonstrations one after another."""
-    for file, recordings in read_files.items():
-        for recording in recordings:
-            added = project.add(recording.demonstration, recording.tracks, file.name)
-            yield Imported(file, added)
+def _unsaid(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:
+    """What neither the file nor the options say about a demonstration."""
+    unsaid: list[Keepable] = []
+    if options.task is None and not demonstration.task:
+        unsaid.append("task")
+    if options.rate is None and demonstration.grid_rate is None:
+        unsaid.append("grid_rate")
+    return unsaid
 
 
 def _remarks(

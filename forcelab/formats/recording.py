@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Track
@@ -16,8 +17,9 @@ class ReadOptions:
 
     Parameters
     ----------
-    task : str
-        Task of the demonstrations read.
+    task : str, optional
+        Task of the demonstrations read; by default they have none, and importing them once more
+        changes no task.
     author : str
         Author of the labels found in the file, where the file names none.
     rate : float, optional
@@ -29,14 +31,18 @@ class ReadOptions:
         Name or 1-based number of the column that holds the labels; found by itself by default.
     strict : bool
         Refuse what would otherwise be repaired and reported.
+    unpack : Path, optional
+        Folder for videos that are packed inside a file, there as long as they are needed; without
+        one they are left out.
     """
 
-    task: str = ""
+    task: str | None = None
     author: str = "coder"
     rate: float | None = None
     time: str | None = None
     label: str | None = None
     strict: bool = False
+    unpack: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,8 +30,9 @@ PACKAGES = {
 _CHILD = """
 import json
 from PySide6.QtCore import qVersion
-from PySide6.QtGui import QFontDatabase, QGuiApplication
-app = QGuiApplication([])
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
 print(json.dumps([qVersion(), app.platformName(), len(QFontDatabase.families())]))
 """
 
@@ -87,6 +88,10 @@ def probe(timeout: float = 60.0) -> QtPlatform:
 
 def _failure(stderr: str) -> QtPlatform:
     """What Qt's last words mean."""
+    if "No module named 'PySide6" in stderr:
+        return QtPlatform(
+            trouble="PySide6 is not installed", cure='pip install "PySide6-Essentials<6.12"'
+        )
     missing = re.search(r"(lib[\w.+-]+?)\.so[\w.]*: cannot open shared object", stderr)
     if missing:
         library = missing[1]

@@ -5,9 +5,21 @@ from forcelab.project.records import (
     Author,
     DemonstrationInfo,
     Edit,
-    Recogniser,
-    Run,
+    Incoming,
+    LabelsUsed,
+    StoredRecogniser,
+    StoredRun,
 )
 from forcelab.project.store import Project
 
-__all__ = ["Added", "Author", "DemonstrationInfo", "Edit", "Project", "Recogniser", "Run"]
+__all__ = [
+    "Added",
+    "Author",
+    "DemonstrationInfo",
+    "Edit",
+    "Incoming",
+    "LabelsUsed",
+    "Project",
+    "StoredRecogniser",
+    "StoredRun",
+]

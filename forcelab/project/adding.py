@@ -1,10 +1,11 @@
-"""Adding a demonstration: new, or the same recording once more."""
+"""Adding demonstrations: new ones, or the same recordings once more."""
 
 from __future__ import annotations
 
 import contextlib
 import json
 import re
+import shutil
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,63 +13,117 @@ from pathlib import Path
 from typing import Literal
 
 from forcelab.atomic import sync_folder
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.labels import Track
+from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.database import Database, Value
 from forcelab.project.edits import Tracks
-from forcelab.project.loading import DEMONSTRATIONS, read_signals
-from forcelab.project.records import Added
+from forcelab.project.loading import DEMONSTRATIONS, known_ids, read_signals
+from forcelab.project.records import Added, Incoming
+from forcelab.project.runs import RECOGNISERS
 from forcelab.project.vocabularies import extend_vocabulary
 
-__all__ = ["add"]
+__all__ = ["add_all", "clear_away"]
 
 
 @dataclass
 class _Adding:
-    """One call of :func:`add`: what is added, and what came of it so far."""
+    """One demonstration of a call of :func:`add_all`, and what came of it so far."""
 
     database: Database
     tracks: Tracks
-    demonstration: Demonstration
-    source: str
-    remarks: list[str] = field(default_factory=list)
+    given: Incoming
+    staged: Path
+    video: str | None = None
+    name: str = ""
+    damaged: bool = False
+    made_home: bool = False
     changed: bool = False
+    old: sqlite3.Row | None = None
+    remarks: list[str] = field(default_factory=list)
 
     @property
     def id(self) -> str:
-        return self.demonstration.id
+        return self.given.demonstration.id
+
+    @property
+    def home(self) -> Path:
+        """The demonstration's folder in the project."""
+        return self.database.folder / DEMONSTRATIONS / self.id
+
+    @property
+    def failed(self) -> str:
+        """How the sentence begins when it cannot be added."""
+        return f"'{self.given.demonstration.name}' was not added to '{self.database.folder}'"
 
     def row(self) -> sqlite3.Row | None:
         """The demonstration as stored."""
         return self.database.one("SELECT * FROM demonstration WHERE id = ?", self.id)
 
-    def stage(self, folder: Path, home: Path) -> str | None:
-        """Write what the project lacks into a staging folder; gives the video's new name."""
-        d = self.demonstration
+    def stage(self) -> None:
+        """Write what the project lacks into the staging folder."""
+        d = self.given.demonstration
         row = self.row()
-        if row is None or not _intact(home, row):
-            files.write_array(folder / "times.npy", d.times)
-            files.write_array(folder / "signals.npy", d.signals)
-        return None if d.video is None else files.copy_named(d.video.path, folder, "video-").name
+        self.damaged = row is not None and not _intact(self.home, row)
+        self.staged.mkdir()
+        if row is None or self.damaged:
+            files.write_array(self.staged / "times.npy", d.times)
+            files.write_array(self.staged / "signals.npy", d.signals)
+        if d.video is not None:
+            self.video = files.copy_named(d.video.path, self.staged, "video-").name
 
-    def write_row(self, home: Path, staged: Path, video: str | None) -> str:
-        """Move the files to their place and write the row; gives the name."""
-        d = self.demonstration
-        old = self.row()
-        home.mkdir(exist_ok=True)
-        if old is None:
-            (home / files.UNCOMMITTED).touch()
-        # Arrays are staged for a demonstration that is there only when they were damaged.
-        self.changed = (staged / "times.npy").exists()
-        files.move_into(home, staged)
-        name = self._free_name(old)
-        values: dict[str, Value] = {"name": name, "task": d.task, "grid_rate": d.grid_rate}
+    def write(self) -> None:
+        """Move the files to their place and write the rows, inside a transaction."""
+        self.old = self.row()
+        self.changed = self.old is None or self.damaged
+        if self.old is None and not self.home.exists():
+            self.home.mkdir()
+            self.made_home = True
+            (self.home / files.UNCOMMITTED).touch()
+        self.home.mkdir(exist_ok=True)
+        files.move_into(self.home, self.staged)
+        self._write_row()
+        for track in self.given.tracks:
+            self._write_track(track)
+        if self.changed:
+            extend_vocabulary(self.database, self._task(), self.id)
+
+    def take_back(self) -> None:
+        """Remove the files of a demonstration that will not be in the project after all."""
+        if self.made_home:
+            shutil.rmtree(self.home, ignore_errors=True)
+
+    def tidy(self) -> None:
+        """Remove what is not needed any more, after the transaction."""
+        row = self.row()
+        with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
+            (self.home / files.UNCOMMITTED).unlink(missing_ok=True)
+            if self.old and row and self.old["video"] not in (None, row["video"]):
+                (self.home / self.old["video"]).unlink(missing_ok=True)
+
+    def added(self) -> Added:
+        """What became of it."""
+        status: Literal["new", "updated", "unchanged"]
+        status = "new" if self.old is None else "updated" if self.changed else "unchanged"
+        return Added(self.id, self.name, status, tuple(self.remarks))
+
+    def _task(self) -> str:
+        """The task that the demonstration gets or keeps."""
+        if self.old is not None and "task" in self.given.keep:
+            return str(self.old["task"])
+        return self.given.demonstration.task
+
+    def _write_row(self) -> None:
+        """Write the demonstration's row."""
+        d, old, task = self.given.demonstration, self.old, self._task()
+        self.name = self._free_name(task)
+        values: dict[str, Value] = {"name": self.name, "task": task}
+        if old is None or "grid_rate" not in self.given.keep:
+            values["grid_rate"] = d.grid_rate
         if d.video is not None:
             clock = d.video.clock
             values |= {
-                "video": video,
+                "video": self.video,
                 "video_offset": float(clock.offset),
                 "video_rate": float(clock.rate),
             }
@@ -80,7 +135,8 @@ class _Adding:
                 "samples": len(d.times),
                 "period": d.period,
                 "duration": d.duration,
-                "source": self.source,
+                # File names may hold bytes that are no text.
+                "source": self.given.source.encode("utf-8", "backslashreplace").decode(),
             }
             marks = ", ".join("?" * len(values))
             self.database.execute(
@@ -94,17 +150,16 @@ class _Adding:
                 *values.values(),
                 d.id,
             )
-            if (old["name"], old["task"]) != (name, d.task):
+            if (old["name"], old["task"]) != (self.name, task):
                 self.remarks.append(
                     f"The same recording was already in the project as '{old['name']}' of task "
-                    f"'{old['task']}'; it is now '{name}' of task '{d.task}'."
+                    f"'{old['task']}'; it is now '{self.name}' of task '{task}'."
                 )
-        return name
 
-    def write_track(self, track: Track) -> None:
+    def _write_track(self, track: Track) -> None:
         """Import one author's labels, unless the project has something better."""
         id_, author = self.id, track.author
-        if self.tracks.kind(author) == "model":
+        if self.tracks.kind(author) == "model" and not is_model(author):
             self.remarks.append(
                 f"The labels of '{author}' were left out: in this project that is a model, and "
                 f"its predictions are never mixed with labels from a file."
@@ -119,63 +174,74 @@ class _Adding:
                 f"left out."
             )
             return
-        origin = f" from {self.source}" if self.source else ""
+        source = self.given.source.encode("utf-8", "backslashreplace").decode()
+        origin = f" from {source}" if source else ""
         what = f"{len(track.segments)} segments imported{origin}"
         self.tracks.edit(id_, author, current, track.segments, what, kind="import")
         self.changed = True
 
-    def _free_name(self, old: sqlite3.Row | None) -> str:
+    def _free_name(self, task: str) -> str:
         """The demonstration's name, numbered where another one of the task has it."""
-        d = self.demonstration
+        wanted, old = self.given.demonstration.name, self.old
         rows = self.database.all(
-            "SELECT name FROM demonstration WHERE task = ? AND id <> ?", d.task, d.id
+            "SELECT name FROM demonstration WHERE task = ? AND id <> ?", task, self.id
         )
         taken = {row["name"] for row in rows}
-        if d.name not in taken:
-            return d.name
-        numbered = re.escape(d.name) + r" \(\d+\)"
-        if old is not None and old["task"] == d.task and re.fullmatch(numbered, old["name"]):
+        if wanted not in taken:
+            return wanted
+        numbered = re.escape(wanted) + r" \(\d+\)"
+        if old is not None and old["task"] == task and re.fullmatch(numbered, old["name"]):
             return str(old["name"])
-        name = next(n for i in range(2, len(taken) + 3) if (n := f"{d.name} ({i})") not in taken)
+        name = next(n for i in range(2, len(taken) + 3) if (n := f"{wanted} ({i})") not in taken)
         self.remarks.append(
-            f"Another recording of task '{d.task}' is called '{d.name}'; this one is now '{name}'."
+            f"Another recording of task '{task}' is called '{wanted}'; this one is now '{name}'."
         )
         return name
 
 
-def add(
-    database: Database,
-    tracks: Tracks,
-    demonstration: Demonstration,
-    given: Sequence[Track],
-    source: str,
-) -> Added:
-    """Add a demonstration and the tracks that came with it, all or nothing."""
-    authors = [track.author for track in given]
-    if len(set(authors)) < len(authors):
-        raise InputError(f"'{demonstration.name}' has two tracks of one author; rename one.")
-    adding = _Adding(database, tracks, demonstration, source)
+def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tuple[Added, ...]:
+    """Add demonstrations and the tracks that came with them, all or nothing."""
+    for incoming in given:
+        authors = [track.author for track in incoming.tracks]
+        if len(set(authors)) < len(authors):
+            name = incoming.demonstration.name
+            raise InputError(f"'{name}' has two tracks of one author; rename one.")
+    if not given:
+        return ()
     root = database.folder / DEMONSTRATIONS
-    home = root / demonstration.id
-    failed = f"'{demonstration.name}' was not added to '{database.folder}'"
-    with files.told(failed), files.staging(root) as staged:
-        video = adding.stage(staged, home)
+    others = ", and neither were the others" if len(given) > 1 else ""
+    with files.told(f"Nothing was added to '{database.folder}'"), files.staging(root) as staging:
+        adding = [
+            _Adding(database, tracks, incoming, staging / str(number))
+            for number, incoming in enumerate(given)
+        ]
+        # The slow part, while others may still write.
+        for one in adding:
+            with files.told(one.failed + others):
+                one.stage()
         with database.writing():
-            old = adding.row()
-            name = adding.write_row(home, staged, video)
-            for track in given:
-                adding.write_track(track)
-            if adding.changed:
-                extend_vocabulary(database, demonstration.task, demonstration.id)
-            sync_folder(root)
-    with contextlib.suppress(OSError):  # only not needed any more, and perhaps in use
-        if old is None:
-            (home / files.UNCOMMITTED).unlink()
-        elif video and old["video"] and old["video"] != video:
-            (home / old["video"]).unlink()
-    status: Literal["new", "updated", "unchanged"]
-    status = "new" if old is None else "updated" if adding.changed else "unchanged"
-    return Added(demonstration.id, name, status, tuple(adding.remarks))
+            try:
+                for one in adding:
+                    with files.told(one.failed + others):
+                        one.write()
+                sync_folder(root)
+            except BaseException:
+                for one in adding:
+                    one.take_back()
+                raise
+    for one in adding:
+        one.tidy()
+    return tuple(one.added() for one in adding)
+
+
+def clear_away(database: Database) -> None:
+    """Delete what killed processes left behind."""
+    for parent in (database.folder / DEMONSTRATIONS, database.folder / RECOGNISERS):
+        parent.mkdir(exist_ok=True)
+        if files.leftovers(parent, known_ids(database)):
+            with database.writing():
+                for path in files.leftovers(parent, known_ids(database)):
+                    shutil.rmtree(path, ignore_errors=True)
 
 
 def _intact(home: Path, row: sqlite3.Row) -> bool:

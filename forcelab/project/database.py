@@ -6,6 +6,7 @@ import contextlib
 import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Final
 
 from forcelab.errors import InputError
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
@@ -24,6 +25,15 @@ _SETTINGS = (
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
 )
+
+
+#: Kinds of trouble: SQLite's numbers of them, and words of its texts.
+_TROUBLES: Final = {
+    "busy": ((5, 6), ("is locked", "busy")),
+    "disk": ((10, 13), ("is full", "disk I/O")),
+    "rights": ((3, 8, 14), ("readonly", "unable to open", "permission denied")),
+    "damaged": ((11, 26), ("malformed", "not a database", "corrupt")),
+}
 
 
 class Database:
@@ -104,16 +114,22 @@ class Database:
     @contextlib.contextmanager
     def _transaction(self, begin: str) -> Iterator[None]:
         """Begin, then commit or roll back."""
+        if self._under_way():
+            raise RuntimeError("A project cannot be changed or held still inside a snapshot().")
         self.execute(begin)
         try:
             yield
             self.execute("COMMIT")
         except BaseException:
             # Where it could not write, SQLite has rolled back by itself.
-            if self._connection.in_transaction:
+            if self._under_way():
                 self._connection.execute("ROLLBACK")
             self.on_rollback()
             raise
+
+    def _under_way(self) -> bool:
+        """Whether there is a transaction now."""
+        return self._connection.in_transaction
 
     def _connect(self, mode: str) -> sqlite3.Connection:
         """Connect to the file without ever making one."""
@@ -150,20 +166,32 @@ def _told(folder: Path, timeout: float) -> Iterator[None]:
 
 def _sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
     """What happened to the file of a project, and the cure."""
-    text = str(error)
-    if "locked" in text or "busy" in text:
+    text, kind = str(error), _kind(error)
+    if kind == "busy":
         return (
             f"'{folder}' has been kept busy by another program for more than {timeout:g} s; "
             f"try again when that is done."
         )
-    if "full" in text or "I/O" in text:
+    if kind == "disk":
         return (
             f"'{folder}' cannot be written or read ({text}), so nothing was changed; "
             f"make room on the disk or check it."
         )
-    if "readonly" in text or "unable to open" in text:
+    if kind == "rights":
         return f"'{folder}' cannot be opened for writing ({text}); check who may write there."
-    return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
+    if kind == "damaged":
+        return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
+    return f"The store of '{folder}' could not be used; SQLite says '{text}'."
+
+
+def _kind(error: sqlite3.DatabaseError) -> str:
+    """Which kind of trouble SQLite is in; empty for one that users seldom meet."""
+    # SQLite's number tells best; Python 3.10 has only the text.
+    code = getattr(error, "sqlite_errorcode", None)
+    for kind, (codes, words) in _TROUBLES.items():
+        if code & 0xFF in codes if code is not None else any(word in str(error) for word in words):
+            return kind
+    return ""
 
 
 def _probe(folder: Path) -> None:
@@ -192,7 +220,7 @@ def _probe(folder: Path) -> None:
             )
         check_version(application_id, version, len(MIGRATIONS), str(folder))
         if file.stat().st_size < pages * page_size:
-            raise sqlite3.DatabaseError("its end is missing")
+            raise sqlite3.DatabaseError("the file is malformed: its end is missing")
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
         if not (journal.is_file() and journal.stat().st_size):

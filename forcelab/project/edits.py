@@ -6,12 +6,13 @@ costs the same on a long track as on a short one, and swapping the two runs undo
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
 from forcelab.errors import InputError, StaleTrackError
-from forcelab.labels import Segment, Segments, Track, ordered
+from forcelab.labels import Segment, Segments, Track, is_model, ordered
 from forcelab.painting import splice, spliced
 from forcelab.project.database import Database
 from forcelab.project.history import Line, edit_of, edits_of, line_of
@@ -76,6 +77,11 @@ class Tracks:
         )
         return tuple(Track(row["name"], self._segments(row["id"])) for row in rows)
 
+    def head(self, demonstration: str, author: str) -> int:
+        """The number of a track's latest edit, 0 where there is none."""
+        row = self._row(demonstration, author)
+        return 0 if row is None else line_of(self._db, row).head
+
     def history(self, demonstration: str, author: str) -> tuple[Edit, ...]:
         """Every edit of a track, the first one first."""
         row = self._row(demonstration, author)
@@ -93,7 +99,9 @@ class Tracks:
     ) -> Edit:
         """Turn `before`, which the track must be, into `after`."""
         before, after = tuple(before), tuple(after)
-        track = self._row_for(demonstration, author, "model" if kind == "predict" else "coder")
+        if kind == "paint" and is_model(author):
+            raise InputError(f"'{author}' is a model's name; paint under a coder's.")
+        track = self._row_for(demonstration, author, _made_by(kind, author))
         line = line_of(self._db, track)
         if self._segments(track, line.head) != before:
             raise StaleTrackError(
@@ -127,15 +135,13 @@ class Tracks:
         )
         return row is not None and line_of(self._db, row["track"]).undo == row["id"]
 
-    def replay(self, edits: Iterable[Edit]) -> None:
-        """Make edits again as they were made, with their own times; undos must fit."""
+    def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
+        """Make edits again as they were made, with their own times; gives their new numbers."""
         numbers: dict[int, int] = {}
         for edit in edits:
-            kind: AuthorKind = "coder"
-            if edit.kind == "predict":
-                kind = "model"
-            elif edit.reverts is not None:
-                kind = self.kind(edit.author) or "coder"
+            kind = _made_by(edit.kind, edit.author)
+            if edit.reverts is not None:
+                kind = self.kind(edit.author) or kind
             track = self._row_for(edit.demonstration, edit.author, kind)
             line = line_of(self._db, track)
             change = _Change(
@@ -150,6 +156,7 @@ class Tracks:
             if edit.kind in ("undo", "redo"):
                 change = self._fitting(edit, line, numbers.get(edit.reverts or 0))
             numbers[edit.id] = self._carry_out(track, line, change).id
+        return numbers
 
     def _fitting(self, edit: Edit, line: Line, reverts: int | None) -> _Change:
         """The undo or redo that stands to be made, if it is the one that is told."""
@@ -214,8 +221,8 @@ class Tracks:
             (change.time or utc_now()).isoformat(),
             change.what,
             change.position,
-            segments_to_json(change.removed),
-            segments_to_json(change.inserted),
+            json.dumps(segments_to_json(change.removed), ensure_ascii=False),
+            json.dumps(segments_to_json(change.inserted), ensure_ascii=False),
             change.reverts,
             change.parent,
         ).lastrowid
@@ -266,3 +273,8 @@ class Tracks:
         row = self._row(demonstration, author)
         assert row is not None
         return row
+
+
+def _made_by(kind: EditKind, author: str) -> AuthorKind:
+    """Whether an edit is a model's: its prediction, or the import of one under a model's name."""
+    return "model" if kind == "predict" or is_model(author) else "coder"

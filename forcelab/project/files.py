@@ -24,12 +24,14 @@ from forcelab.errors import InputError
 
 __all__ = [
     "UNCOMMITTED",
+    "appearing",
     "copy_named",
     "leftovers",
     "move_into",
     "read_array",
     "staging",
     "told",
+    "vacant",
     "write_array",
 ]
 
@@ -37,6 +39,7 @@ __all__ = [
 UNCOMMITTED = "uncommitted"
 
 _STAGING = ".incoming-"
+_PART = re.compile(r"\.forcelab-[0-9a-f]{16}\.part")
 _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
 
 
@@ -128,7 +131,37 @@ def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
                 found.append(entry)
             continue
         with contextlib.suppress(FileNotFoundError):  # its process is alive and has just ended it
-            latest = max(path.stat().st_mtime for path in (entry, *entry.iterdir()))
-            if time.time() - latest > _ABANDONED:
+            if _abandoned(entry):
                 found.append(entry)
     return found
+
+
+def vacant(folder: Path) -> bool:
+    """Whether nothing is there, or an empty folder."""
+    return not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
+
+
+@contextlib.contextmanager
+def appearing(path: Path) -> Iterator[Path]:
+    """A folder to fill, which takes the name `path` at the end; nothing is left if that fails."""
+    for old in path.parent.glob(".forcelab-*.part"):
+        with contextlib.suppress(OSError):  # another's, who may be just ending it
+            if _PART.fullmatch(old.name) and old.is_dir() and _abandoned(old):
+                shutil.rmtree(old, ignore_errors=True)
+    part = path.with_name(f".forcelab-{secrets.token_hex(8)}.part")
+    part.mkdir()
+    try:
+        yield part
+        sync_folder(part)
+        if path.exists():
+            path.rmdir()
+        part.rename(path)
+        sync_folder(path.parent)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _abandoned(folder: Path) -> bool:
+    """Whether nobody has written into a half-filled folder for an hour."""
+    latest = max(path.stat().st_mtime for path in (folder, *folder.rglob("*")))
+    return time.time() - latest > _ABANDONED

@@ -9,6 +9,7 @@ leaves the redo stack behind; nothing is ever deleted.
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from dataclasses import dataclass
 from datetime import datetime
@@ -72,7 +73,7 @@ def _edit(row: sqlite3.Row) -> Edit:
         time=datetime.fromisoformat(row["time"]),
         what=row["what"],
         position=row["position"],
-        removed=segments_from_json(row["removed"]),
-        inserted=segments_from_json(row["inserted"]),
+        removed=segments_from_json(json.loads(row["removed"])),
+        inserted=segments_from_json(json.loads(row["inserted"])),
         reverts=row["reverts"],
     )

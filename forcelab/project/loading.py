@@ -18,7 +18,15 @@ from forcelab.project.database import Database
 from forcelab.project.files import read_array
 from forcelab.project.records import DemonstrationInfo
 
-__all__ = ["DEMONSTRATIONS", "find", "infos", "load", "natural_order", "read_signals"]
+__all__ = [
+    "DEMONSTRATIONS",
+    "infos",
+    "known_id",
+    "known_ids",
+    "load",
+    "natural_order",
+    "read_signals",
+]
 
 #: Name of the folder that holds one folder per demonstration.
 DEMONSTRATIONS = "demonstrations"
@@ -61,26 +69,21 @@ def natural_order(name: str) -> tuple[tuple[int, str], ...]:
     return tuple((int(digits), "") if digits else (-1, word.casefold()) for digits, word in parts)
 
 
-def find(database: Database, key: str) -> sqlite3.Row:
-    """The demonstration with this id, name or beginning of an id."""
-    rows = database.all("SELECT * FROM demonstration WHERE id = ? OR name = ?", key, key)
-    rows = [row for row in rows if row["id"] == key] or rows
-    if not rows and len(key) >= _SHORTEST_PREFIX and re.fullmatch("[0-9a-f]+", key):
-        rows = database.all("SELECT * FROM demonstration WHERE id GLOB ?", f"{key}*")
-    if not rows:
-        raise InputError(
-            f"There is no demonstration '{key}' in '{database.folder}'; use a name, an id or its "
-            f"first {_SHORTEST_PREFIX} or more digits."
-        )
-    if len(rows) > 1:
-        which = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
-        raise InputError(f"'{key}' may be any of {which}; use the id.")
-    return rows[0]
+def known_ids(database: Database) -> set[str]:
+    """The ids of all demonstrations."""
+    return {row["id"] for row in database.all("SELECT id FROM demonstration")}
+
+
+def known_id(database: Database, id_: str) -> str:
+    """The id, if there is such a demonstration."""
+    if not database.one("SELECT 1 FROM demonstration WHERE id = ?", id_):
+        raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
+    return id_
 
 
 def load(database: Database, key: str) -> Demonstration:
     """A demonstration with its arrays mapped into memory."""
-    row = find(database, key)
+    row = _find(database, key)
     home = database.folder / DEMONSTRATIONS / row["id"]
     times, signals = read_signals(home, row)
     video = None
@@ -102,6 +105,23 @@ def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDA
     """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
     n, c = row["samples"], len(_channels(row))
     return read_array(home / "times.npy", (n,)), read_array(home / "signals.npy", (n, c))
+
+
+def _find(database: Database, key: str) -> sqlite3.Row:
+    """The demonstration with this id, name or beginning of an id."""
+    rows = database.all("SELECT * FROM demonstration WHERE id = ? OR name = ?", key, key)
+    rows = [row for row in rows if row["id"] == key] or rows
+    if not rows and len(key) >= _SHORTEST_PREFIX and re.fullmatch("[0-9a-f]+", key):
+        rows = database.all("SELECT * FROM demonstration WHERE id GLOB ?", f"{key}*")
+    if not rows:
+        raise InputError(
+            f"There is no demonstration '{key}' in '{database.folder}'; use a name, an id or its "
+            f"first {_SHORTEST_PREFIX} or more digits."
+        )
+    if len(rows) > 1:
+        which = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
+        raise InputError(f"'{key}' may be any of {which}; use the id.")
+    return rows[0]
 
 
 def _channels(row: sqlite3.Row) -> tuple[Channel, ...]:

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from typing import Any, Literal
+from typing import Any, Final, Literal, get_args
 
-from forcelab.demonstration import Channel
-from forcelab.labels import Segment, Segments
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.labels import Segment, Segments, Track
 
 __all__ = [
+    "EDIT_KINDS",
     "Added",
     "Author",
     "AuthorKind",
     "DemonstrationInfo",
     "Edit",
     "EditKind",
-    "Recogniser",
-    "Run",
+    "Incoming",
+    "Keepable",
+    "LabelsUsed",
+    "StoredRecogniser",
+    "StoredRun",
     "segments_from_json",
     "segments_to_json",
     "utc_now",
@@ -27,6 +30,10 @@ __all__ = [
 
 AuthorKind = Literal["coder", "model"]
 EditKind = Literal["paint", "import", "predict", "undo", "redo"]
+Keepable = Literal["task", "grid_rate"]
+
+#: Every kind of edit.
+EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +50,29 @@ class Author:
 
     name: str
     kind: AuthorKind
+
+
+@dataclass(frozen=True, slots=True)
+class Incoming:
+    """A demonstration to add to a project.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+        Its arrays and its video are copied into the project.
+    tracks : tuple of Track
+        Coders' labels that came with it, at most one track an author.
+    source : str
+        Where it was read from, for people.
+    keep : collection of "task" or "grid_rate"
+        What stays as it is where the demonstration is in the project already, because nobody said
+        anything about it.
+    """
+
+    demonstration: Demonstration
+    tracks: tuple[Track, ...] = ()
+    source: str = ""
+    keep: Collection[Keepable] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +175,26 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True)
-class Recogniser:
+class LabelsUsed:
+    """Which labels of a demonstration something was computed from.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    author : str
+        Whose labels were used.
+    edit : int
+        The latest edit of that track at the time; 0 where there was none.
+    """
+
+    demonstration: str
+    author: str
+    edit: int
+
+
+@dataclass(frozen=True, slots=True)
+class StoredRecogniser:
     """A trained recogniser's record; its file is opaque to the store.
 
     Parameters
@@ -160,8 +209,8 @@ class Recogniser:
         Everything that training was told, as JSON has it.
     seed : int or None
         The random seed, if there was one.
-    demonstrations : tuple of str
-        Ids of what it was trained on.
+    labels : tuple of LabelsUsed
+        What it was trained on.
     versions : dict of str to str
         Of the program and the libraries.
     """
@@ -171,12 +220,17 @@ class Recogniser:
     time: datetime
     settings: dict[str, Any]
     seed: int | None
-    demonstrations: tuple[str, ...]
+    labels: tuple[LabelsUsed, ...]
     versions: dict[str, str]
+
+    @property
+    def demonstrations(self) -> tuple[str, ...]:
+        """Ids of the demonstrations used, each once."""
+        return _demonstrations(self.labels)
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class StoredRun:
     """An evaluation or another computation, with everything needed to repeat it.
 
     Parameters
@@ -187,8 +241,8 @@ class Run:
         Such as ``"evaluate"``.
     time : datetime
         When it was added, in UTC.
-    settings, seed, demonstrations, versions
-        As of :class:`Recogniser`.
+    settings, seed, labels, versions
+        As of :class:`StoredRecogniser`.
     result : dict
         What came out, as JSON has it.
     """
@@ -198,9 +252,14 @@ class Run:
     time: datetime
     settings: dict[str, Any]
     seed: int | None
-    demonstrations: tuple[str, ...]
+    labels: tuple[LabelsUsed, ...]
     versions: dict[str, str]
     result: dict[str, Any]
+
+    @property
+    def demonstrations(self) -> tuple[str, ...]:
+        """Ids of the demonstrations used, each once."""
+        return _demonstrations(self.labels)
 
 
 def utc_now() -> datetime:
@@ -208,12 +267,16 @@ def utc_now() -> datetime:
     return datetime.now(timezone.utc)
 
 
-def segments_to_json(segments: Segments) -> str:
-    """Segments as JSON ``[[start, end, action], ...]``; floats keep their exact value."""
-    rows = [[float(s.start), float(s.end), s.action] for s in segments]
-    return json.dumps(rows, ensure_ascii=False)
+def segments_to_json(segments: Segments) -> list[list[float | str]]:
+    """Segments as a JSON list of ``[start, end, action]``; floats keep their exact value."""
+    return [[float(s.start), float(s.end), s.action] for s in segments]
 
 
-def segments_from_json(text: str) -> Segments:
+def segments_from_json(rows: Iterable[tuple[float, float, str]]) -> Segments:
     """The inverse of :func:`segments_to_json`."""
-    return tuple(Segment(start, end, action) for start, end, action in json.loads(text))
+    return tuple(Segment(start, end, action) for start, end, action in rows)
+
+
+def _demonstrations(labels: Iterable[LabelsUsed]) -> tuple[str, ...]:
+    """The demonstrations in order, each once."""
+    return tuple(dict.fromkeys(used.demonstration for used in labels))

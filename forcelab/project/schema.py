@@ -98,25 +98,25 @@ _VERSION_1: Step = (
     """,
     """
     CREATE TABLE recogniser (
-        id             TEXT PRIMARY KEY CHECK (length(id) = 32 AND id NOT GLOB '*[^0-9a-f]*'),
-        name           TEXT NOT NULL CHECK (trim(name) <> ''),
-        time           TEXT NOT NULL,
-        settings       TEXT NOT NULL CHECK (settings LIKE '{%}'),
-        seed           INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
-        demonstrations TEXT NOT NULL CHECK (demonstrations LIKE '[%]'),
-        versions       TEXT NOT NULL CHECK (versions LIKE '{%}')
+        id       TEXT PRIMARY KEY CHECK (length(id) = 32 AND id NOT GLOB '*[^0-9a-f]*'),
+        name     TEXT NOT NULL CHECK (trim(name) <> ''),
+        time     TEXT NOT NULL,
+        settings TEXT NOT NULL CHECK (settings LIKE '{%}'),
+        seed     INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
+        labels   TEXT NOT NULL CHECK (labels LIKE '[%]'),
+        versions TEXT NOT NULL CHECK (versions LIKE '{%}')
     )
     """,
     """
     CREATE TABLE run (
-        id             INTEGER PRIMARY KEY AUTOINCREMENT,
-        kind           TEXT NOT NULL CHECK (trim(kind) <> ''),
-        time           TEXT NOT NULL,
-        settings       TEXT NOT NULL CHECK (settings LIKE '{%}'),
-        seed           INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
-        demonstrations TEXT NOT NULL CHECK (demonstrations LIKE '[%]'),
-        versions       TEXT NOT NULL CHECK (versions LIKE '{%}'),
-        result         TEXT NOT NULL CHECK (result LIKE '{%}')
+        id       INTEGER PRIMARY KEY AUTOINCREMENT,
+        kind     TEXT NOT NULL CHECK (trim(kind) <> ''),
+        time     TEXT NOT NULL,
+        settings TEXT NOT NULL CHECK (settings LIKE '{%}'),
+        seed     INTEGER CHECK (typeof(seed) IN ('integer', 'null')),
+        labels   TEXT NOT NULL CHECK (labels LIKE '[%]'),
+        versions TEXT NOT NULL CHECK (versions LIKE '{%}'),
+        result   TEXT NOT NULL CHECK (result LIKE '{%}')
     )
     """,
 )

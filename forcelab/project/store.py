@@ -2,36 +2,37 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import secrets
-import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
-from types import TracebackType
-from typing import Literal
+from typing import Any, Literal
 
-from forcelab.atomic import sync_folder
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segments, Track
-from forcelab.project import files
-from forcelab.project.adding import add
+from forcelab.project.adding import add_all
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
-from forcelab.project.loading import DEMONSTRATIONS, find, infos, load, natural_order
-from forcelab.project.records import Added, Author, DemonstrationInfo, Edit
-from forcelab.project.runs import RECOGNISERS, Runs
+from forcelab.project.folder import ProjectFolder
+from forcelab.project.loading import infos, known_id, known_ids, load, natural_order
+from forcelab.project.records import (
+    Added,
+    Author,
+    DemonstrationInfo,
+    Edit,
+    Incoming,
+    LabelsUsed,
+    StoredRecogniser,
+    StoredRun,
+)
+from forcelab.project.runs import Made, Runs
 from forcelab.project.vocabularies import vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["Project"]
 
-#: Seconds to wait while another process writes.
-BUSY_TIMEOUT = 5.0
 
-
-class Project(Runs):
+class Project(ProjectFolder):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create`, :meth:`open` or :meth:`open_or_create`; a context manager. Everything is
@@ -48,148 +49,49 @@ class Project(Runs):
     """
 
     def __init__(self, path: Path, database: Database) -> None:
-        super().__init__(database)
-        self.path = path
+        super().__init__(path, database)
         self._tracks = Tracks(database)
-
-    @classmethod
-    def create(cls, path: str | os.PathLike[str]) -> Project:
-        """Make a new project and open it.
-
-        Parameters
-        ----------
-        path : path-like
-            The folder to make, by custom ``NAME.forcelab``; may exist if it is empty.
-
-        Raises
-        ------
-        InputError
-            If there is something already, or the folder cannot be made.
-        """
-        with cls.creating(path):
-            pass
-        return cls.open(path)
-
-    @classmethod
-    @contextlib.contextmanager
-    def creating(cls, path: str | os.PathLike[str]) -> Iterator[Project]:
-        """Make a new project that appears under its name once the block has filled it.
-
-        Nothing is left of it if the block raises. Parameters and errors are those of
-        :meth:`create`.
-        """
-        path = Path(path).absolute()
-        refused = f"'{path}' cannot become a new project"
-        with files.told(refused):
-            if path.exists() and not path.is_dir():
-                raise InputError(f"{refused}: it is a file; choose another name.")
-            if path.exists() and any(path.iterdir()):
-                raise InputError(f"{refused}: the folder is not empty; choose another name.")
-            part = path.with_name(f".{secrets.token_hex(8)}.part")
-            part.mkdir()
-        try:
-            with files.told(refused):
-                (part / DEMONSTRATIONS).mkdir()
-                (part / RECOGNISERS).mkdir()
-                Database.create(part)
-            with cls.open(part) as project:
-                yield project
-            with files.told(refused):
-                sync_folder(part)
-                if path.exists():
-                    path.rmdir()
-                part.rename(path)
-                sync_folder(path.parent)
-        except InputError as error:  # in the name that the user knows
-            raise InputError(str(error).replace(str(part), str(path))) from error
-        finally:
-            shutil.rmtree(part, ignore_errors=True)
-
-    @classmethod
-    def open(cls, path: str | os.PathLike[str], timeout: float = BUSY_TIMEOUT) -> Project:
-        """Open a project.
-
-        An older version's is brought up to date; what killed imports left behind is cleared away.
-
-        Parameters
-        ----------
-        path : path-like
-            The project's folder.
-        timeout : float
-            Seconds to wait while another process writes.
-
-        Raises
-        ------
-        InputError
-            If that is no project, a damaged one or one of a newer version; it stays untouched.
-        """
-        folder = Path(path).absolute()
-        project = cls(folder, Database(folder, timeout))
-        try:
-            with files.told(f"'{folder}' cannot be opened"):
-                project._clear_away()
-        except BaseException:
-            project.close()
-            raise
-        return project
-
-    @classmethod
-    def open_or_create(cls, path: str | os.PathLike[str]) -> Project:
-        """Open what is there; make a project where there is nothing or an empty folder."""
-        folder = Path(path)
-        with files.told(f"'{folder}' cannot be opened"):
-            new = not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
-        return cls.create(folder) if new else cls.open(folder)
-
-    def close(self) -> None:
-        """Let go of the store; nothing more can be asked."""
-        self._db.close()
-
-    def __enter__(self) -> Project:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    @contextlib.contextmanager
-    def snapshot(self) -> Iterator[None]:
-        """Reading inside this block shows one moment, whatever other processes commit."""
-        with self._db.reading():
-            yield
+        self._runs = Runs(database)
 
     # Demonstrations
 
     def add(
         self, demonstration: Demonstration, tracks: Iterable[Track] = (), source: str = ""
     ) -> Added:
-        """Add a demonstration, or update the one with the same content.
-
-        Name, task, rate and video become those given; without a video, the one there stays. Where
-        another demonstration of the task has the name, a number is put after it. An author's track
-        is imported if there is none or it is as last imported; if it was edited since, it stays.
-        Actions that the task's vocabulary lacks are added to it.
+        """Add one demonstration; see :meth:`add_all`.
 
         Parameters
         ----------
-        demonstration : Demonstration
-            Its arrays and its video are copied into the project.
-        tracks : iterable of Track
-            Coders' labels that came with it, at most one track an author.
-        source : str
-            Where it was read from, for people.
+        demonstration, tracks, source
+            As of :class:`Incoming`.
+        """
+        return self.add_all([Incoming(demonstration, tuple(tracks), source)])[0]
+
+    def add_all(self, given: Iterable[Incoming]) -> tuple[Added, ...]:
+        """Add demonstrations, or update those with the same content, all or none of them.
+
+        Name, task, rate and video become those given, but for what is to be kept; without a video,
+        the one there stays. Where another demonstration of the task has the name, a number is put
+        after it. An author's track is imported if there is none or it is as last imported; if it
+        was edited since, it stays. Actions that the task's vocabulary lacks are added to it.
+
+        Parameters
+        ----------
+        given : iterable of Incoming
+            What is to be added, in this order.
+
+        Returns
+        -------
+        tuple of Added
+            What became of each.
 
         Raises
         ------
         InputError
-            If the video cannot be read or two tracks have one author; nothing was added.
+            If a video cannot be read or two tracks of a demonstration have one author; nothing was
+            added.
         """
-        plain = source.encode("utf-8", "backslashreplace").decode()
-        return add(self._db, self._tracks, demonstration, tuple(tracks), plain)
+        return add_all(self._db, self._tracks, tuple(given))
 
     def demonstrations(self, task: str | None = None) -> tuple[DemonstrationInfo, ...]:
         """What there is, or what there is of one task, sorted by task and name."""
@@ -293,17 +195,29 @@ class Project(Runs):
         with self._db.writing():
             return self._tracks.redo(self._id(demonstration), author)
 
+    def head(self, demonstration: str, author: str) -> int:
+        """The number of the latest edit of a track, undoing and redoing included; 0 if none.
+
+        As long as it is the same the track is the same.
+        """
+        return self._tracks.head(self._id(demonstration), author)
+
     def history(self, demonstration: str, author: str) -> tuple[Edit, ...]:
         """Every edit ever made of a track, the first one first."""
         return self._tracks.history(self._id(demonstration), author)
 
-    def replay(self, edits: Iterable[Edit]) -> None:
+    def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
         """Make edits again as they were made, with their times, all or nothing.
 
         Parameters
         ----------
         edits : iterable of Edit
-            In the order in which they were made, as from :meth:`history`; they get new numbers.
+            In the order in which they were made, as from :meth:`history`.
+
+        Returns
+        -------
+        dict of int to int
+            The new number of each edit by its old one.
 
         Raises
         ------
@@ -312,9 +226,9 @@ class Project(Runs):
         """
         edits = tuple(edits)
         with self._db.writing():
-            if missing := {edit.demonstration for edit in edits} - self._ids():
+            if missing := {edit.demonstration for edit in edits} - known_ids(self._db):
                 raise InputError(f"There is no demonstration '{min(missing)}' in '{self.path}'.")
-            self._tracks.replay(edits)
+            return self._tracks.replay(edits)
 
     # Vocabularies
 
@@ -331,19 +245,103 @@ class Project(Runs):
         with self._db.writing():
             write_vocabulary(self._db, task, vocabulary)
 
-    def _id(self, key: str) -> str:
-        """The demonstration's id, if there is such a demonstration."""
-        return str(find(self._db, key)["id"])
+    # Recognisers and runs
 
-    def _clear_away(self) -> None:
-        """Delete what killed imports left behind."""
-        for parent in (self.path / DEMONSTRATIONS, self.path / RECOGNISERS):
-            parent.mkdir(exist_ok=True)
-            if files.leftovers(parent, self._ids()):
-                with self._db.writing():
-                    for path in files.leftovers(parent, self._ids()):
-                        shutil.rmtree(path, ignore_errors=True)
+    def add_recogniser(
+        self,
+        name: str,
+        data: bytes | Path,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        time: datetime | None = None,
+    ) -> str:
+        """Keep a recogniser's file, which stays opaque here, and how it was made; gives its id.
 
-    def _ids(self) -> set[str]:
-        """The ids of all demonstrations."""
-        return {row["id"] for row in self._db.all("SELECT id FROM demonstration")}
+        Parameters
+        ----------
+        name : str
+            For people; not blank.
+        data : bytes or Path
+            Its content, or the file. The same content is kept once, as it was added first.
+        settings : mapping
+            Everything that training was told; anything that JSON can hold.
+        seed : int or None
+            The random seed.
+        labels : sequence of LabelsUsed
+            What it was trained on, one for each demonstration; see :meth:`head`.
+        versions : mapping of str to str
+            Of the program and the libraries.
+        time : datetime, optional
+            When it was made, in UTC; by default now.
+
+        Raises
+        ------
+        InputError
+            If it has no name, labels are not in the project or the file cannot be read.
+        """
+        made = Made(settings, seed, labels, versions, time)
+        return self._runs.add_recogniser(name, data, made)
+
+    def recognisers(self) -> tuple[StoredRecogniser, ...]:
+        """Every recogniser, the first one first."""
+        return self._runs.recognisers()
+
+    def recogniser_path(self, id_: str) -> Path:
+        """The file of a recogniser.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser or its file is missing.
+        """
+        return self._runs.recogniser_path(id_)
+
+    def add_run(
+        self,
+        kind: str,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        result: Mapping[str, Any],
+        time: datetime | None = None,
+    ) -> int:
+        """Keep what was computed, and how; gives its number.
+
+        Parameters
+        ----------
+        kind : str
+            Such as ``"evaluate"``; not blank.
+        settings, seed, labels, versions, time
+            As of :meth:`add_recogniser`.
+        result : mapping
+            What came out; anything that JSON can hold.
+
+        Raises
+        ------
+        InputError
+            If it has no kind or labels are not in the project.
+        """
+        return self._runs.add_run(kind, Made(settings, seed, labels, versions, time), result)
+
+    def runs(self) -> tuple[StoredRun, ...]:
+        """Every run, the first one first."""
+        return self._runs.runs()
+
+    def run(self, number: int) -> StoredRun:
+        """One run.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        return self._runs.run(number)
+
+    def _id(self, id_: str) -> str:
+        """The id, if there is such a demonstration."""
+        return known_id(self._db, id_)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -128,7 +130,6 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
     before, ``partial_fit`` starts from the order given. The loop stops as ``fit`` does: when the
     loss has not fallen by `tol` for more than `n_iter_no_change` epochs, or after `max_iter`.
     """
-    from sklearn.exceptions import ConvergenceWarning
     from sklearn.neural_network import MLPClassifier
     from threadpoolctl import ThreadpoolController
 
@@ -141,17 +142,25 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
     pools = ThreadpoolController()
     for number in range(1, mlp.max_iter + 1):
         # Two BLAS threads on matrices this small cost seven times the time of one.
-        with pools.limit(limits=1, user_api="blas"), warnings.catch_warnings():
-            warnings.simplefilter("ignore", ConvergenceWarning)
-            # scikit-learn swallows Ctrl+C in an epoch and only warns of it.
-            warnings.filterwarnings("error", "Training interrupted by user")
-            try:
-                mlp.partial_fit(X, y, classes=actions)
-            except UserWarning as interrupted:
-                raise KeyboardInterrupt from interrupted
+        with pools.limit(limits=1, user_api="blas"), _hearing_interrupts():
+            mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
         yield Step(number, mlp.max_iter, loss, mlp)
         stale = stale + 1 if loss > best - mlp.tol else 0
         best = min(best, loss)
         if stale > mlp.n_iter_no_change:
             break
+
+
+@contextmanager
+def _hearing_interrupts() -> Iterator[None]:
+    """Let Ctrl+C through, which scikit-learn swallows in the middle of an epoch and warns of."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # no other thread is ever interrupted, and filters of warnings belong to all threads
+        return
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Training interrupted by user")
+        try:
+            yield
+        except UserWarning as interrupted:
+            raise KeyboardInterrupt from interrupted

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.project import DemonstrationInfo, Project
+from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.evaluation import kept_apart
 from forcelab.recognition.examples import Labelled
 
-__all__ = ["coder_of", "corpus"]
+__all__ = ["Corpus", "coder_of", "corpus"]
 
 
 def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str | None) -> str:
@@ -33,8 +35,26 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
     if not coders:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
     if len(coders) > 1:
-        raise InputError(f"There are labels of {', '.join(coders)}; choose one with --author.")
+        raise InputError(f"There are labels of {', '.join(coders)}; say whose to use.")
     return coders[0]
+
+
+@dataclass(frozen=True)
+class Corpus:
+    """Labelled demonstrations, and which labels they were given.
+
+    Parameters
+    ----------
+    labelled : list of Labelled
+    labels : tuple of LabelsUsed
+        For each: whose labels, and the latest edit of them when they were read.
+    spelt : frozenset of str
+        All actions as the coder spelt them.
+    """
+
+    labelled: list[Labelled]
+    labels: tuple[LabelsUsed, ...]
+    spelt: frozenset[str]
 
 
 def corpus(
@@ -44,7 +64,7 @@ def corpus(
     *,
     merge: MergeMap | None = None,
     apart: bool = False,
-) -> list[Labelled]:
+) -> Corpus:
     """The demonstrations of one or several tasks with one coder's labels.
 
     Parameters
@@ -62,21 +82,41 @@ def corpus(
     Raises
     ------
     InputError
-        If a task has no demonstration, or the coder is not clear.
+        If a task has no demonstration, an array is damaged, or the coder is not clear.
     """
-    infos: list[DemonstrationInfo] = []
-    for task in tasks:
-        found = project.demonstrations(task)
-        if not found:
-            known = ", ".join(f"'{name}'" for name in project.tasks())
-            raise InputError(
-                f"'{project.path}' has no demonstration of the task '{task}'; it has "
-                f"{known or 'none at all'}."
-            )
-        infos.extend(found)
-    coder = coder_of(project, infos, author)
-    labelled = [
-        Labelled(project.load(info.id), project.track(info.id, coder).segments).merged(merge)
-        for info in infos
-    ]
-    return kept_apart(labelled, [info.task for info in infos]) if apart else labelled
+    with project.snapshot():
+        infos = [info for task in tasks for info in _of_task(project, task)]
+        coder = coder_of(project, infos, author)
+        items = [
+            Labelled(_intact(project, info), project.track(info.id, coder).segments)
+            for info in infos
+        ]
+        labels = tuple(LabelsUsed(i.id, coder, project.head(i.id, coder)) for i in infos)
+    spelt = frozenset(s.action for item in items for s in item.segments)
+    labelled = [item.merged(merge) for item in items]
+    if apart:
+        labelled = kept_apart(labelled, [info.task for info in infos])
+    return Corpus(labelled, labels, spelt)
+
+
+def _of_task(project: Project, task: str) -> tuple[DemonstrationInfo, ...]:
+    """The demonstrations of a task; there is at least one."""
+    found = project.demonstrations(task)
+    if not found:
+        known = ", ".join(f"'{name}'" for name in project.tasks())
+        raise InputError(
+            f"'{project.path}' has no demonstration of the task '{task}'; it has "
+            f"{known or 'none at all'}."
+        )
+    return found
+
+
+def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
+    """Load a demonstration and make sure that it is what was imported."""
+    demonstration = project.load(info.id)
+    if demonstration.id != info.id:
+        raise InputError(
+            f"The arrays of '{info.name}' in '{project.path}' are damaged; import the recording "
+            f"again."
+        )
+    return demonstration

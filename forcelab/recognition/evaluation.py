@@ -2,127 +2,22 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import Progress, finish
-from forcelab.labels import UNLABELLED, Segment, Segments, from_codes
+from forcelab.jobs import Progress
+from forcelab.labels import UNLABELLED, Segment, to_codes
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate
-from forcelab.recognition.metrics import Counts, Scores, count, pool
+from forcelab.recognition.folds import Fold, in_processes, one_by_one
 from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
-from forcelab.versions import versions
 
 __all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out"]
-
-
-@dataclass(frozen=True)
-class Tested:
-    """One demonstration, recognised by a recogniser that has not seen it.
-
-    Parameters
-    ----------
-    name, id : str
-        Of the demonstration.
-    times : ndarray of float64, shape (n,)
-        Seconds.
-    actions : tuple of str
-        The evaluation's; codes index it.
-    human, raw, filtered : ndarray of int64, shape (n,)
-        Codes by the human, by the classifier, and by the classifier after the filters.
-    """
-
-    name: str
-    id: str
-    times: NDArray[np.float64]
-    actions: tuple[str, ...]
-    human: NDArray[np.int64]
-    raw: NDArray[np.int64]
-    filtered: NDArray[np.int64]
-
-    @property
-    def start(self) -> float:
-        """Time of the first sample, in seconds."""
-        return float(self.times[0])
-
-    @property
-    def end(self) -> float:
-        """Time at which the last sample ends, in seconds."""
-        return float(self.times[-1] + np.median(np.diff(self.times)))
-
-    def segments(self, which: str) -> Segments:
-        """Segments of ``"human"``, ``"raw"`` or ``"filtered"``."""
-        return from_codes(getattr(self, which), self.times, self.actions)
-
-    def counts(self, which: str) -> Counts:
-        """Compare ``"raw"`` or ``"filtered"`` with the human."""
-        return count(self.human, getattr(self, which), self.times, self.actions)
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """An evaluation and everything needed to repeat it.
-
-    Parameters
-    ----------
-    title : str
-        What was evaluated, such as ``"stylus"`` or ``"trained on LEGO, tested on cartridge"``.
-    settings : Settings
-    actions : tuple of str
-        All actions in the order of their first occurrence.
-    tested : tuple of Tested
-        In the order of the demonstrations.
-    trained_on : tuple of str
-        Ids of the demonstrations that were trained on; leaving one out, all but the tested one.
-    seconds : dict of str to float
-        Run time of ``features``, ``fit``, ``predict`` and ``filter``, each summed over folds.
-    remarks : tuple of str
-        What was left out, a sentence each.
-    """
-
-    title: str
-    settings: Settings
-    actions: tuple[str, ...]
-    tested: tuple[Tested, ...]
-    trained_on: tuple[str, ...]
-    seconds: dict[str, float]
-    remarks: tuple[str, ...] = ()
-
-    def scores(self, which: str) -> tuple[Scores, list[Scores]]:
-        """Pooled scores, and each demonstration's, of ``"raw"`` or ``"filtered"``."""
-        counts = [item.counts(which) for item in self.tested]
-        single = [pool(item.name, [part]) for item, part in zip(self.tested, counts, strict=True)]
-        return pool("pooled", counts), single
-
-    def to_json(self) -> dict[str, Any]:
-        """Settings, seed, versions, labels, run times and all scores, as plain values."""
-        result: dict[str, Any] = {
-            "title": self.title,
-            "preset": self.settings.preset,
-            "settings": self.settings.to_json(),
-            "seed": self.settings.seed,
-            "versions": versions(),
-            "labels": list(self.actions),
-            "seconds": dict(self.seconds),
-            "tested": [item.id for item in self.tested],
-            "trained_on": list(self.trained_on),
-            "remarks": list(self.remarks),
-        }
-        for which in ("raw", "filtered"):
-            pooled, single = self.scores(which)
-            result[which] = {
-                "pooled": pooled.to_json(),
-                "demonstrations": [scores.to_json() for scores in single],
-            }
-        return result
 
 
 Job = Generator[Progress, None, Evaluation]
@@ -179,23 +74,42 @@ def leave_one_out(
             f"Leaving one demonstration out needs two labelled ones; there "
             f"{'is' if len(used) == 1 else 'are'} {len(used) or 'none'}."
         )
+    ids = [item.demonstration.id for item in used]
+    for item in used:
+        if ids.count(item.demonstration.id) > 1:
+            raise InputError(
+                f"'{item.demonstration.name}' is there twice, so that its twin would be trained on "
+                f"while it is left out; name each demonstration once."
+            )
     started = perf_counter()
     examples = yield from preparing(used, settings)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
-    folds = [(examples[:i] + examples[i + 1 :], examples[i]) for i in range(len(examples))]
+    folds = [Fold(examples[:i] + examples[i + 1 :], examples[i]) for i in range(len(examples))]
     jobs = min(jobs, len(folds))
-    results = yield from (_one_by_one if jobs <= 1 else _in_processes)(folds, settings, jobs)
-    for fit_seconds, prediction in results:
-        seconds["fit"] += fit_seconds
-        for stage, spent in prediction.seconds.items():
+    if jobs <= 1:
+        results = yield from one_by_one(folds, settings)
+    else:
+        results = yield from in_processes(folds, settings, jobs)
+    for result in results:
+        seconds["fit"] += result.fit_seconds
+        for stage, spent in result.prediction.seconds.items():
             seconds[stage] += spent
     tested = [
-        _tested(item, example, prediction, actions)
-        for item, example, (_, prediction) in zip(used, examples, results, strict=True)
+        _tested(item, example, result.prediction, actions)
+        for item, example, result in zip(used, examples, results, strict=True)
     ]
-    ids = tuple(item.id for item in tested)
-    return Evaluation(title, settings, actions, tuple(tested), ids, seconds, remarks)
+    return Evaluation(
+        title=title,
+        settings=settings,
+        actions=actions,
+        tested=tuple(tested),
+        rate=examples[0].rate,
+        channels=examples[0].channels,
+        trained_on=tuple(ids),
+        seconds=seconds,
+        remarks=(*remarks, *_lonely(examples), *_fitting(used, examples, settings)),
+    )
 
 
 def across(
@@ -258,7 +172,17 @@ def across(
     untrained = [action for action in actions_of(new) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
-    return Evaluation(title, settings, actions, tuple(tested), ids, seconds, remarks)
+    return Evaluation(
+        title=title,
+        settings=settings,
+        actions=actions,
+        tested=tuple(tested),
+        rate=recogniser.rate,
+        channels=recogniser.channels,
+        trained_on=ids,
+        seconds=seconds,
+        remarks=remarks + _fitting([*learnt, *asked], examples, settings),
+    )
 
 
 def _with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[str, ...]]:
@@ -273,72 +197,56 @@ def _with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[st
     return used, (f"{without} {what} left out.",)
 
 
+def _lonely(examples: Sequence[Examples]) -> tuple[str, ...]:
+    """A remark on actions of a single demonstration, which no other can teach."""
+    homes: dict[str, list[str]] = {}
+    for example in examples:
+        for action in actions_of([example]):
+            homes.setdefault(action, []).append(example.name)
+    lonely = [f"{action} (only in {names[0]})" for action, names in homes.items() if len(names) < 2]
+    if not lonely:
+        return ()
+    return (f"Cannot be recognised when its only demonstration is left out: {', '.join(lonely)}.",)
+
+
+def _fitting(
+    labelled: Sequence[Labelled], examples: Sequence[Examples], settings: Settings
+) -> tuple[str, ...]:
+    """Remarks on how settings and demonstrations fit together."""
+    remarks = []
+    rates = sorted(item.demonstration.rate for item in labelled)
+    if rates[-1] > 1.01 * rates[0]:
+        remarks.append(
+            f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at "
+            f"{examples[0].rate:.6g} Hz."
+        )
+    short = [example.name for example in examples if len(example.times) < settings.max_scale]
+    if short:
+        remarks.append(
+            f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
+            + (f" and {len(short) - 1} more" if len(short) > 1 else "")
+            + ": there it sees held end values more than forces."
+        )
+    return tuple(remarks)
+
+
 def _tested(
     item: Labelled, examples: Examples, prediction: Prediction, actions: tuple[str, ...]
 ) -> Tested:
-    """Bring a prediction's codes to the evaluation's actions."""
+    """Bring a prediction's codes to the evaluation's actions and the demonstration's stamps."""
     number = [actions.index(action) for action in prediction.actions]
     # One place more for UNLABELLED, which is -1 and so indexes the last one.
     table = np.array([*number, UNLABELLED], dtype=np.int64)
+    stamps = item.demonstration.times
+    nearest = examples.nearest(stamps)
+    human = to_codes(examples.segments, stamps, actions)
+    human[~examples.valid[nearest]] = UNLABELLED
     return Tested(
         name=item.demonstration.name,
         id=item.demonstration.id,
-        times=examples.times,
+        times=stamps,
         actions=actions,
-        human=examples.codes(actions),
-        raw=table[prediction.raw],
-        filtered=table[prediction.filtered],
+        human=human,
+        raw=table[prediction.raw][nearest],
+        filtered=table[prediction.filtered][nearest],
     )
-
-
-Fold = tuple[Sequence[Examples], Examples]
-FoldResult = tuple[float, Prediction]
-
-
-def _fold(
-    train: Sequence[Examples], held_out: Examples, settings: Settings
-) -> Generator[Progress, None, FoldResult]:
-    """Train on some demonstrations and recognise another; gives the seconds of the fit as well."""
-    started = perf_counter()
-    recogniser = yield from fit_examples(train, settings)
-    fitted = perf_counter()
-    prediction = recogniser.predict_examples(held_out)
-    # Probabilities are not needed any more and would be sent between processes.
-    return fitted - started, replace(prediction, probabilities=None)
-
-
-def _finished_fold(*fold: Any) -> FoldResult:
-    """A fold in a process of its own, where nobody watches."""
-    return finish(_fold(*fold))
-
-
-def _one_by_one(
-    folds: Sequence[Fold], settings: Settings, _jobs: int
-) -> Generator[Progress, None, list[FoldResult]]:
-    """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
-    results = []
-    for train, held_out in folds:
-        results.append((yield from _fold(train, held_out, settings)))
-        yield Progress(len(results), len(folds), "recognising")
-    return results
-
-
-def _in_processes(
-    folds: Sequence[Fold], settings: Settings, jobs: int
-) -> Generator[Progress, None, list[FoldResult]]:
-    """Work off the folds in several processes; the results are in order."""
-    from joblib import Parallel, delayed
-
-    work = (delayed(_finished_fold)(train, held_out, settings) for train, held_out in folds)
-    coming = Parallel(n_jobs=jobs, return_as="generator")(work)
-    results = []
-    try:
-        for result in coming:
-            results.append(result)
-            yield Progress(len(results), len(folds), "recognising")
-    finally:
-        with warnings.catch_warnings():
-            # joblib finds it worth a warning that somebody stops early.
-            warnings.simplefilter("ignore", UserWarning)
-            coming.close()
-    return results

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.overlay import Overlay
-from forcelab.runs import Runs
+from forcelab.stretches import Stretches
 
 __all__ = ["Events", "Tally", "event_errors"]
 
@@ -151,7 +151,7 @@ def event_errors(over: Overlay) -> Events:
         return Events()
     cut = _stretches(over)
 
-    def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
+    def tally(kind: int, neighbours: int, events: Stretches | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
         chosen = (cut.kinds == kind) & (cut.neighbours == neighbours)
         held = np.flatnonzero(chosen)

@@ -71,6 +71,13 @@ class Examples:
     channels: tuple[str, ...]
     rate: float
 
+    def nearest(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
+        """The time step nearest to each of `times` (s), shape (m,)."""
+        if times is self.times:
+            return np.arange(len(times))
+        middles = 0.5 * (self.times[:-1] + self.times[1:])
+        return np.searchsorted(middles, times)
+
     def codes(self, actions: Sequence[str]) -> NDArray[np.int64]:
         """Human codes, shape (n,); unlabelled in gaps and for actions not among `actions`."""
         known = [segment for segment in self.segments if segment.action in actions]
@@ -95,7 +102,10 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
         If a wanted channel is missing.
     """
     demonstration = labelled.demonstration
-    channels = channel_map(demonstration.channels, settings.channels)
+    try:
+        channels = channel_map(demonstration.channels, settings.channels)
+    except InputError as error:
+        raise InputError(f"Demonstration '{demonstration.name}': {error}") from error
     grid = on_grid(demonstration, rate or settings.rate, channels.recorded)
     return Examples(
         name=demonstration.name,

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import frequencies, transform_channels
 from forcelab.signals.wavelets import Wavelet
@@ -20,6 +21,8 @@ __all__ = ["feature_names", "features"]
 NOISE_SHARE = 1e-3
 #: The smallest floor, as a share of the channel's amplitude: above the rounding of the transform.
 ROUNDING = 1e-13
+#: Time steps that are turned from rows of scales into rows of steps at once: they fit the cache.
+BLOCK = 1024
 
 
 def features(
@@ -27,6 +30,7 @@ def features(
     scales: NDArray[np.float64],
     wavelet: Wavelet,
     phase: bool = True,
+    noise: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Compute the features of every time step.
 
@@ -39,6 +43,10 @@ def features(
     wavelet : Wavelet
     phase : bool
         Whether to append the phases.
+    noise : ndarray, shape (q,), optional
+        Standard deviation of each channel's noise in its own unit, not negative. By default it is
+        estimated from `channels` by :func:`~forcelab.signals.conditioning.noise_level`; give it
+        where features of several recordings, or of parts of one, must have the same floor.
 
     Returns
     -------
@@ -46,32 +54,44 @@ def features(
         Always finite. Natural logarithms of magnitudes in the unit of the channel, phases in
         radians in [-pi, pi].
 
+    Raises
+    ------
+    InputError
+        If `noise` is not one number for each channel, finite and not negative.
+
     Notes
     -----
     The transform of white noise of standard deviation s has magnitudes of about s at every scale
-    (the wavelets have unit energy), so that the floor stands in relation to the channel's noise.
-    Where a magnitude is at its floor the phase means nothing and is 0. A channel without any
-    variation has the floor of one of amplitude 1.
+    (the wavelets have unit energy), so that the floor stands in relation to the channel's noise:
+    a thousandth of it, and never less than 1e-13 of the channel's amplitude. Where a magnitude is
+    at its floor the phase means nothing and is 0. A channel without any variation has the floor
+    of one of amplitude 1.
     """
     q, n = channels.shape
     k = len(scales)
-    out = np.empty(((2 if phase else 1) * q * k, n))
+    if noise is not None and not (noise.shape == (q,) and np.all((noise >= 0) & (noise < np.inf))):
+        raise InputError(f"The noise of {q} channels is {q} finite numbers from 0, not {noise}.")
+    out = np.empty((n, (2 if phase else 1) * q * k))
     for i, channel in enumerate(channels):
         # A channel at a time: the coefficients of one stay small beside the features of all.
         ready = condition(channel)
         coefficients = transform_channels(ready.values, scales, wavelet)[0]
-        floor = np.maximum(NOISE_SHARE * ready.noise[0], ROUNDING * np.sqrt(scales))[:, np.newaxis]
-        power = coefficients.real**2 + coefficients.imag**2
-        quiet = power <= floor**2
-        magnitude = out[i * k : (i + 1) * k]
-        np.log(np.maximum(power, floor**2), out=magnitude)
-        magnitude *= 0.5
-        magnitude += ready.exponent[0] * np.log(2.0)
-        if phase:
-            angle = out[(q + i) * k : (q + i + 1) * k]
-            np.arctan2(coefficients.imag, coefficients.real, out=angle)
-            angle[quiet] = 0.0
-    return np.ascontiguousarray(out.T)
+        shift = ready.exponent[0] * np.log(2.0)
+        with np.errstate(divide="ignore"):  # no noise has the logarithm -inf
+            level = np.log(ready.noise[0]) if noise is None else np.log(noise[i]) - shift
+        floor = np.maximum(np.log(NOISE_SHARE) + level, np.log(ROUNDING * np.sqrt(scales)))[:, None]
+        for start in range(0, n, BLOCK):
+            rows = slice(start, start + BLOCK)
+            real, imaginary = coefficients.real[:, rows], coefficients.imag[:, rows]
+            power = np.maximum(real**2 + imaginary**2, np.finfo(np.float64).tiny)
+            magnitude = 0.5 * np.log(power)
+            out[rows, i * k : (i + 1) * k] = (np.maximum(magnitude, floor) + shift).T
+            if phase:
+                angle = np.arctan2(imaginary, real)
+                angle[magnitude <= floor] = 0.0
+                out[rows, (q + i) * k : (q + i + 1) * k] = angle.T
+        del coefficients, real, imaginary  # before the next channel's are made
+    return out
 
 
 def feature_names(

@@ -14,7 +14,7 @@ from scipy.ndimage import rank_filter
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.runs import runs, sample_ends
+from forcelab.stretches import sample_ends, stretches
 
 __all__ = ["drop_short", "median", "threshold"]
 
@@ -83,6 +83,9 @@ def median(codes: NDArray[np.int64], width: int = 10) -> NDArray[np.int64]:
         raise InputError(f"The median filter must be at least 1 sample wide, not {width}.")
     if len(codes) == 0:
         return codes.copy()
+    # So wide a window is mostly end values, the first and the last: one more of each moves the
+    # median, which lies between them, no more.
+    width = min(width, 2 * len(codes) + 2 + width % 2)
     before, after = width // 2, (width - 1) // 2
     # Extended here, so that scipy never sees a window wider than what it filters.
     extended = np.pad(codes, (before, after), mode="edge")
@@ -127,7 +130,7 @@ def drop_short(
     """
     if not share >= 0:
         raise InputError(f"The share of the shortest segment must not be negative, as {share} is.")
-    found = runs(codes, times, sample_ends(times))
+    found = stretches(codes, times, sample_ends(times))
     limits = np.zeros(int(found.codes.max(initial=UNLABELLED)) + 1)
     for code, seconds in shortest.items():
         if 0 <= code < len(limits):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED
-from forcelab.runs import Runs, runs, sample_ends
+from forcelab.stretches import Stretches, sample_ends, stretches
 
 __all__ = ["Overlay", "overlay"]
 
@@ -20,9 +20,9 @@ class Overlay:
 
     Parameters
     ----------
-    human, predicted : Runs
+    human, predicted : Stretches
         The segments of both, the predicted ones masked to where the human labelled.
-    pieces : Runs
+    pieces : Stretches
         Every stretch the human labelled, cut wherever either track changes. Its codes number the
         pairs of actions and mean nothing by themselves.
     human_codes, predicted_codes : ndarray of int64, shape (p,)
@@ -31,9 +31,9 @@ class Overlay:
         How many actions there are.
     """
 
-    human: Runs
-    predicted: Runs
-    pieces: Runs
+    human: Stretches
+    predicted: Stretches
+    pieces: Stretches
     human_codes: NDArray[np.int64]
     predicted_codes: NDArray[np.int64]
     actions: int
@@ -74,10 +74,10 @@ def overlay(
         raise ValueError(f"a code of {max(human.max(), masked.max())} for {k} actions")
     ends = sample_ends(times)
     pairs = np.where(human < 0, UNLABELLED, human * (k + 1) + masked + 1)
-    pieces = runs(pairs, times, ends)
+    pieces = stretches(pairs, times, ends)
     return Overlay(
-        human=runs(human, times, ends),
-        predicted=runs(masked, times, ends),
+        human=stretches(human, times, ends),
+        predicted=stretches(masked, times, ends),
         pieces=pieces,
         human_codes=pieces.codes // (k + 1),
         predicted_codes=pieces.codes % (k + 1) - 1,

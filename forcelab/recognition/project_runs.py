@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Generator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.project import Project
-from forcelab.recognition.corpus import corpus
-from forcelab.recognition.evaluation import Evaluation, across, leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.corpus import Corpus, corpus
+from forcelab.recognition.evaluation import Job, across, leave_one_out
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.results import Evaluation
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
 from forcelab.versions import versions
 
-__all__ = ["Choice", "evaluate_tasks", "train_tasks"]
+__all__ = ["Choice", "Evaluated", "Trained", "evaluate_tasks", "train_tasks"]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,9 @@ class Choice:
     Parameters
     ----------
     tasks : tuple of str
-        Joined into one; empty means every task.
+        Joined into one. Empty: evaluate every task by itself; train on the only one there is.
+    test_task : str, optional
+        Evaluate by testing on this task instead of leaving one demonstration out.
     author : str, optional
         The coder; may be left out where there is only one.
     apart : bool
@@ -35,17 +38,56 @@ class Choice:
     """
 
     tasks: tuple[str, ...] = ()
+    test_task: str | None = None
     author: str | None = None
     apart: bool = False
 
+    def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
+        """The demonstrations of some tasks, chosen this way."""
+        merge = settings.merge if self.apart else None  # otherwise merged when prepared
+        return corpus(project, tasks, self.author, merge=merge, apart=self.apart)
+
+
+@dataclass(frozen=True)
+class Evaluated:
+    """What came of evaluating a project.
+
+    Parameters
+    ----------
+    evaluations : list of (tuple of str, Evaluation)
+        At least one, each with its tasks.
+    joined : bool
+        Whether one evaluation was asked for, not one a task.
+    remarks : tuple of str
+        A sentence for each task that could not be evaluated, and on an idle merge map.
+    """
+
+    evaluations: list[tuple[tuple[str, ...], Evaluation]]
+    joined: bool
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A recogniser trained on a project.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    content : bytes
+        Its file.
+    remarks : tuple of str
+        A sentence for each thing worth a look.
+    """
+
+    recogniser: Recogniser
+    content: bytes
+    remarks: tuple[str, ...]
+
 
 def evaluate_tasks(
-    project: Project,
-    settings: Settings,
-    choice: Choice,
-    test_task: str | None = None,
-    jobs: int = 1,
-) -> Generator[Progress, None, tuple[list[Evaluation], tuple[str, ...]]]:
+    project: Project, settings: Settings, choice: Choice, jobs: int = 1
+) -> Generator[Progress, None, Evaluated]:
     """Evaluate on a project; each evaluation is kept in it as a run.
 
     The chosen tasks are one evaluation. With none chosen every task is one by itself, and those
@@ -56,8 +98,6 @@ def evaluate_tasks(
     project : Project
     settings : Settings
     choice : Choice
-    test_task : str, optional
-        Test on this task instead of leaving one demonstration out.
     jobs : int
         Processes that share the work.
 
@@ -67,65 +107,77 @@ def evaluate_tasks(
 
     Returns
     -------
-    evaluations : list of Evaluation
-        At least one.
-    left_out : tuple of str
-        A sentence for each task that was left out.
+    Evaluated
 
     Raises
     ------
     InputError
         If what was chosen cannot be evaluated, or no task can.
     """
-    groups = [choice.tasks] if choice.tasks else [(t,) for t in project.tasks() if t != test_task]
+    chosen = tuple(dict.fromkeys(choice.tasks))
+    every = [(task,) for task in project.tasks() if task != choice.test_task]
+    groups = [chosen] if chosen else every
     if not groups:
         raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
-    evaluations: list[Evaluation] = []
-    refusals: list[InputError] = []
+    evaluations: list[tuple[tuple[str, ...], Evaluation]] = []
+    refusals: list[str] = []
+    spelt: set[str] = set()
     for tasks in groups:
         try:
-            evaluation = yield from _evaluating(project, settings, tasks, choice, test_task, jobs)
+            corpora = [choice.corpus(project, tasks, settings)]
+            if choice.test_task is not None:
+                corpora.append(choice.corpus(project, [choice.test_task], settings))
+            evaluation = yield from _evaluating(corpora, settings, tasks, choice.test_task, jobs)
         except InputError as error:
-            refusals.append(error)
+            if len(groups) == 1:
+                raise
+            refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
-        evaluations.append(evaluation)
-        used = [*evaluation.trained_on, *(item.id for item in evaluation.tested)]
+        evaluations.append((tasks, evaluation))
+        spelt.update(*(part.spelt for part in corpora))
         project.add_run(
             "evaluate",
-            settings=settings.to_json(),
+            settings=_told(settings, choice, tasks),
             seed=settings.seed,
-            demonstrations=list(dict.fromkeys(used)),
+            labels=[labels for part in corpora for labels in part.labels],
             versions=versions(),
-            result=evaluation.to_json(),
+            result=evaluation.to_json() | {"tracks": evaluation.tracks_to_json()},
         )
     if not evaluations:
-        raise refusals[0]
-    return evaluations, tuple(f"A task was left out: {error}" for error in refusals)
+        raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
+    remarks = (*refusals, *_idle(settings, spelt))
+    return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
 def _evaluating(
-    project: Project,
+    corpora: Sequence[Corpus],
     settings: Settings,
-    tasks: Sequence[str],
-    choice: Choice,
+    tasks: tuple[str, ...],
     test_task: str | None,
     jobs: int,
-) -> Generator[Progress, None, Evaluation]:
+) -> Job:
     """One evaluation of joined tasks."""
-
-    def chosen(tasks: Sequence[str]) -> list[Labelled]:
-        return corpus(project, tasks, choice.author, merge=settings.merge, apart=choice.apart)
-
     title = " + ".join(tasks) or "no task"
     if test_task is None:
-        return (yield from leave_one_out(chosen(tasks), settings, title, jobs))
-    title = f"{title} → {test_task}"
-    return (yield from across(chosen(tasks), chosen([test_task]), settings, title))
+        return (yield from leave_one_out(corpora[0].labelled, settings, title, jobs))
+    train, test = (part.labelled for part in corpora)
+    return (yield from across(train, test, settings, f"{title} → {test_task or 'no task'}"))
+
+
+def _told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:
+    """Everything that was asked for, as plain values."""
+    return settings.to_json() | {"choice": asdict(choice) | {"tasks": list(tasks)}}
+
+
+def _idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
+    """A remark on a merge map's spellings that nobody used."""
+    unused = settings.merge.unused(spelt)
+    return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
 
 
 def train_tasks(
     project: Project, settings: Settings, choice: Choice, name: str
-) -> Generator[Progress, None, tuple[Recogniser, bytes]]:
+) -> Generator[Progress, None, Trained]:
     """Train a recogniser on a project, which keeps a copy of it.
 
     Parameters
@@ -143,25 +195,33 @@ def train_tasks(
 
     Returns
     -------
-    recogniser : Recogniser
-    content : bytes
-        Its file.
+    Trained
 
     Raises
     ------
     InputError
         If too little is labelled.
     """
-    tasks = choice.tasks or project.tasks()
-    labelled = corpus(project, tasks, choice.author, merge=settings.merge, apart=choice.apart)
-    recogniser = yield from training(labelled, settings)
+    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
+    if len(tasks) > 1 and not choice.tasks:
+        raise InputError(
+            f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
+            f"several to join."
+        )
+    found = choice.corpus(project, tasks, settings)
+    recogniser = yield from training(found.labelled, settings)
     content = dump(recogniser)
     project.add_recogniser(
         name,
         content,
-        settings=settings.to_json(),
+        settings=_told(settings, choice, tasks),
         seed=settings.seed,
-        demonstrations=recogniser.trained_on,
+        labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
         versions=versions(),
     )
-    return recogniser, content
+    merged = (item.merged(settings.merge) for item in found.labelled)
+    labels = {segment.action for item in merged for segment in item.segments}
+    remarks = _idle(settings, found.spelt)
+    if unlearnt := sorted(labels - set(recogniser.actions)):
+        remarks += (f"No sample to train on at this stride: {', '.join(unlearnt)}.",)
+    return Trained(recogniser, content, remarks)

@@ -110,14 +110,19 @@ class Settings:
                 distinct and all(isinstance(n, str) for n in names or ()),
                 "distinct names",
             ),
-            "rate": (self.rate is None or 0 < self.rate < np.inf, "a positive number of Hz"),
-            "parameter": (self.parameter is None or abs(self.parameter) < np.inf, "a number"),
-            "spacing": (self.spacing >= 1e-3, "at least 0.001 octaves"),
+            "rate": (self.rate is None or _number(self.rate, 1e-6, 1e9), "a positive number of Hz"),
+            "parameter": (self.parameter is None or _number(self.parameter, 0, 1e6), "a number"),
+            "min_scale": (_number(self.min_scale, 1e-3, LARGEST_SCALE), "a number of samples"),
+            "max_scale": (
+                _number(self.max_scale, 1e-3, LARGEST_SCALE),
+                f"a number of samples up to {LARGEST_SCALE:.0f}",
+            ),
+            "spacing": (_number(self.spacing, 1e-3, 100), "at least 0.001 octaves"),
             "phase": (isinstance(self.phase, bool), "true or false"),
             "stride": (_whole(self.stride, 1), "a whole number from 1"),
-            "threshold": (self.threshold is None or 0 <= self.threshold <= 1, "from 0 to 1"),
+            "threshold": (self.threshold is None or _number(self.threshold, 0, 1), "from 0 to 1"),
             "median": (self.median is None or _whole(self.median, 1), "a whole number from 1"),
-            "drop": (self.drop is None or 0 <= self.drop < np.inf, "a number from 0"),
+            "drop": (self.drop is None or _number(self.drop, 0, 1e9), "a number from 0"),
             "seed": (_whole(self.seed, 0) and self.seed < 2**32, "a whole number below 2^32"),
         }
 
@@ -174,13 +179,34 @@ class Settings:
             raise InputError(f"The settings hold a value of the wrong type: {error}.") from error
 
 
+def _number(value: object, least: float, most: float) -> bool:
+    """Whether a value is a number (True and False are not) in a range; NaN is in none."""
+    return type(value) in (int, float) and least <= value <= most  # type: ignore[operator]
+
+
 def _whole(value: object, least: int) -> bool:
     """Whether a value is an int (True and False are not) of at least `least`."""
     return type(value) is int and value >= least
 
 
-#: All presets by name.
-PRESETS: Mapping[str, Settings] = {"paper": Settings()}
+#: All presets by name. ``paper`` is written out: no default that changes may ever change it.
+PRESETS: Mapping[str, Settings] = {
+    "paper": Settings(
+        preset="paper",
+        wavelet="morlet",
+        parameter=5.0,
+        min_scale=2.0,
+        max_scale=1024.0,
+        spacing=1.0,
+        phase=True,
+        classifier="mlp",
+        stride=1,
+        threshold=0.8,
+        median=10,
+        drop=1 / 8,
+        seed=0,
+    )
+}
 
 
 def preset(name: str) -> Settings:

@@ -66,6 +66,15 @@ def preparing(
 
 def _training_set(
     examples: Sequence[Examples], actions: tuple[str, ...], stride: int
+) -> tuple[tuple[str, ...], NDArray[np.float64], NDArray[np.int64]]:
+    """Rows to train on, and the actions they hold: one between two strides has none to learn."""
+    X, y = _labelled_rows(examples, actions, stride)
+    used, codes = np.unique(y, return_inverse=True)
+    return tuple(actions[code] for code in used), X, codes.astype(np.int64)
+
+
+def _labelled_rows(
+    examples: Sequence[Examples], actions: tuple[str, ...], stride: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Features and codes of every `stride`-th time step that a human labelled."""
     X, y = [], []
@@ -92,6 +101,7 @@ def fit_examples(
     settings: Settings,
     held_out: Examples | None = None,
     trained_on: Sequence[str] = (),
+    text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
     """Fit a recogniser to examples; returns it.
 
@@ -104,22 +114,34 @@ def fit_examples(
         A demonstration to watch the accuracy on; it changes nothing about the fit.
     trained_on : sequence of str
         Ids to remember.
+    text : str
+        What the progress says.
+
+    Returns
+    -------
+    Recogniser
+        Of the actions that have at least one training sample.
 
     Raises
     ------
     InputError
-        If fewer than two actions are labelled.
+        If fewer than two actions have a training sample.
     """
-    actions = actions_of(examples)
-    X, y = _training_set(examples, actions, settings.stride)
-    watched = None if held_out is None else _training_set([held_out], actions, settings.stride)
+    actions, X, y = _training_set(examples, actions_of(examples), settings.stride)
+    if len(actions) < 2:
+        found = f"only {actions[0]}" if actions else "none of any action"
+        raise InputError(
+            f"Training needs samples of two actions and there is {found}, after merging and with "
+            f"a stride of {settings.stride}; label more or change these."
+        )
+    watched = None if held_out is None else _labelled_rows([held_out], actions, settings.stride)
     probabilities = settings.needs_probabilities
     for step in fitting(settings.classifier, X, y, settings.seed, probabilities):
         classifier = step.classifier
         accuracy = None
         if watched is not None and len(watched[1]):
             accuracy = float(np.mean(classifier.predict(watched[0]) == watched[1]))
-        yield Epoch(step.number, step.total, "fit", step.loss, accuracy)
+        yield Epoch(step.number, step.total, text, step.loss, accuracy)
     return Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),

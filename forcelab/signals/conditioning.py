@@ -14,6 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Conditioned", "condition", "noise_level"]
 
+#: Differences below this share of a channel's largest value come from the rounding of float64.
+ROUNDING = 64 * float(np.finfo(np.float64).eps)
+#: The share of a channel's changes that stay below what is taken for the step of its values.
+STEP_SHARE = 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class Conditioned:
@@ -26,7 +31,8 @@ class Conditioned:
     exponent : ndarray of int, shape (c,)
         The power of two taken out of each channel; 0 for a constant channel.
     noise : ndarray of float64, shape (c,)
-        Standard deviation of each channel's white noise, in units of `values`.
+        Standard deviation of each channel's white noise, in units of `values`;
+        ``noise * 2**exponent`` is in the unit of the channel.
     """
 
     values: NDArray[np.float64]
@@ -49,21 +55,47 @@ def noise_level(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Estimate the standard deviation of white noise along the last axis.
 
     From the median absolute second difference, which a slow signal and rare impacts leave alone;
-    the variance of a second difference of white noise is six times its own.
+    the variance of a second difference of white noise is six times its own. Where half of the
+    second differences or more are zero, as of counts that mostly repeat, it is the noise of
+    rounding: the step between values over the square root of 12.
 
     Parameters
     ----------
-    values : ndarray, shape (..., n)
+    values : ndarray of float64, shape (..., n)
+        Finite, below 1e307.
 
     Returns
     -------
-    ndarray, shape (...)
-        In the unit of `values`; 0 for fewer than three samples.
+    ndarray of float64, shape (...)
+        In the unit of `values`; 0 for fewer than three samples and where nothing ever changes.
+
+    Notes
+    -----
+    Second differences of rounded values are multiples of the step: their median is nothing, or
+    gives more than the noise of rounding. So the step matters in the first case only, and a
+    smooth signal, whose differences are small but not nothing, is never taken for a rounded one.
+    The step is the size that a tenth of the changes stay below: the least of them would be left
+    to chance where rounded samples were joined by straight lines.
     """
-    if values.shape[-1] < 3:
-        return np.zeros(values.shape[:-1])
-    second = np.abs(np.diff(values, 2, axis=-1))
-    return np.median(second, axis=-1) * (1.482602218505602 / np.sqrt(6.0))
+    flat = values.reshape(-1, values.shape[-1])
+    levels = [_channel_noise(channel) for channel in flat]
+    return np.array(levels, dtype=np.float64).reshape(values.shape[:-1])
+
+
+def _channel_noise(channel: NDArray[np.float64]) -> float:
+    """The noise level of one channel."""
+    if channel.size < 3:
+        return 0.0
+    rounding = ROUNDING * float(np.max(np.abs(channel)))
+    first = np.diff(channel)
+    typical = float(np.median(np.abs(np.diff(first))))
+    if typical > rounding:
+        return typical * (1.482602218505602 / np.sqrt(6.0))
+    changes = np.abs(first)
+    changes = changes[changes > rounding]
+    if changes.size == 0:
+        return 0.0
+    return float(np.quantile(changes, STEP_SHARE, method="lower")) / np.sqrt(12.0)
 
 
 def condition(x: ArrayLike) -> Conditioned:
@@ -80,14 +112,18 @@ def condition(x: ArrayLike) -> Conditioned:
     """
     values = np.array(x, dtype=np.float64, order="C", ndmin=2)
     exponent = np.zeros(len(values), dtype=np.int64)
+    noise = np.zeros(len(values))
     for c, channel in enumerate(values):
         # Scaled before anything is subtracted: a difference of numbers near 1e308 overflows.
         peak = float(np.max(np.abs(channel), where=np.isfinite(channel), initial=0.0))
         first = int(np.frexp(peak)[1])
         scaled = bridge(np.ldexp(channel, -first))
+        # Before the median is gone: the larger it is, the coarser the rounding.
+        level = noise_level(scaled)
         scaled -= np.median(scaled)
         rest = float(np.max(np.abs(scaled)))
         second = int(np.frexp(rest)[1]) if rest > 0 else 0
         values[c] = np.ldexp(scaled, -second)
+        noise[c] = np.ldexp(level, -second)
         exponent[c] = first + second if rest > 0 else 0
-    return Conditioned(values, exponent, noise_level(values))
+    return Conditioned(values, exponent, noise)

@@ -96,7 +96,9 @@ def on_grid(
     Returns
     -------
     Grid
-        Its rate is the one asked for to within 0.1 %.
+        Its rate is the demonstration's own where the one asked for differs from it by less than
+        1 %, since resampling would cost more than so small a stretch of the scales; else the one
+        asked for to within 0.1 %, as a ratio of whole numbers to the demonstration's own.
 
     Raises
     ------

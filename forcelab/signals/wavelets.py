@@ -7,7 +7,8 @@ a constant force gives nothing.
 References
 ----------
 .. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis", Bull. Amer. Meteor.
-   Soc. 79 (1998), table 1 and section 3h (Fourier period), 3g (e-folding time).
+   Soc. 79 (1998), table 1 and section 3h (Fourier period), 3g (e-folding time). Their Fourier
+   period of the Morlet leaves out the correction term; here it counts.
 .. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
    sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
 """
@@ -17,10 +18,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 from scipy.special import gammaln
 
 from forcelab.errors import InputError
@@ -85,6 +88,22 @@ def _gauss(x: Real) -> Real:
     return np.exp(-0.5 * x * x)
 
 
+@cache
+def _strongest(p: float, real: bool) -> float:
+    """Scale times angular frequency of the sine that a Morlet wavelet answers to most.
+
+    The maximum of ``sqrt(u) |psi_hat(u)|``, where its logarithm has no slope:
+    ``1 / (2 u) - u + p / (1 - exp(-u p)) = 0``, of the real wavelet
+    ``1 / (2 u) - u + p coth(u p / 2) = 0``. The slope falls without end, so there is one root.
+    """
+
+    def slope(u: float) -> float:
+        carrier = p / math.tanh(0.5 * u * p) if real else -p / math.expm1(-u * p)
+        return 0.5 / u - u + carrier
+
+    return float(brentq(slope, max(1.0, p), p + 2.0, xtol=1e-14, rtol=1e-14))
+
+
 @dataclass(frozen=True)
 class Morlet(Wavelet):
     """The complex Morlet wavelet, with the term that makes its mean exactly zero.
@@ -97,7 +116,8 @@ class Morlet(Wavelet):
     ----------
     p : float
         Angular frequency of the carrier, in radians per unit of scale: more oscillations under
-        the envelope, finer in frequency, coarser in time. Positive.
+        the envelope, finer in frequency, coarser in time. From 0.1, below which the wavelet
+        hardly changes any more while its two terms cancel, to 1000.
 
     Notes
     -----
@@ -110,8 +130,8 @@ class Morlet(Wavelet):
     p: float = 5.0
 
     def __post_init__(self) -> None:
-        if not 0 < self.p < math.inf:
-            raise InputError(f"The Morlet's p must be positive, not {self.p}.")
+        if not 0.1 <= self.p <= 1000:
+            raise InputError(f"The Morlet's p must lie between 0.1 and 1000, not at {self.p:g}.")
 
     @property
     def name(self) -> str:  # type: ignore[override]
@@ -130,7 +150,7 @@ class Morlet(Wavelet):
 
     @property
     def fourier_factor(self) -> float:
-        return 4 * math.pi / (self.p + math.sqrt(2 + self.p**2))
+        return 2 * math.pi / _strongest(self.p, self.real)
 
     @property
     def e_folding(self) -> float:
@@ -171,15 +191,18 @@ class DOG(Wavelet):
     Parameters
     ----------
     m : int
-        Order of the derivative, at least 1.
+        Order of the derivative, 1 to 100; a Morlet of p = sqrt(m) is much like those above.
     """
 
     m: int = 2
     real: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        if self.m < 1 or self.m != int(self.m):
-            raise InputError(f"The order of a Gaussian's derivative is 1 or more, not {self.m}.")
+        if not 1 <= self.m <= 100 or self.m != int(self.m):
+            raise InputError(
+                f"The order of a Gaussian's derivative is a whole number from 1 to 100, "
+                f"not {self.m}."
+            )
 
     @property
     def name(self) -> str:  # type: ignore[override]
@@ -281,7 +304,8 @@ def wavelet_named(name: str, parameter: float | None = None) -> Wavelet:
         order = 2.0 if parameter is None else parameter
         if not float(order).is_integer():
             raise InputError(
-                f"The order of a Gaussian's derivative is a whole number, not {order}."
+                f"The order of a Gaussian's derivative is a whole number from 1 to 100, "
+                f"not {order:g}."
             )
         return DOG(int(order))
     if name == "haar" and parameter is None:

@@ -7,16 +7,17 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 from quick import FAST
 
 from forcelab.cli import main
-from forcelab.cli.filenames import file_names
+from forcelab.cli.files import file_names
 from forcelab.cli.parser import build_parser
-from forcelab.formats.archive import read_archive
-from forcelab.formats.labelfiles import read_labels
 from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.labels import read_labels
 from forcelab.project import Project
 from forcelab.recognition.settings import CLASSIFIERS, PRESETS
 from forcelab.signals.wavelets import WAVELETS
@@ -98,7 +99,7 @@ def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
 def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
     forcelab("evaluate", project, "--task", "foam", *FAST)
     assert forcelab("export", project, "--out", tmp_path, "--format", "archive").status == 0
-    read_archive(tmp_path / "lab.zip", tmp_path / "again.forcelab").close()
+    assert forcelab("import", tmp_path / "again.forcelab", tmp_path / "lab.zip").status == 0
     first, again = (
         forcelab("list", path, "--json").json for path in (project, tmp_path / "again.forcelab")
     )
@@ -122,6 +123,54 @@ def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
     assert findings["Qt platform"]["well"]
     assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
     assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
+
+
+def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    monkeypatch.setattr("forcelab.cli.examining._version", lambda _: None)
+    said = forcelab("doctor", "--json")
+    findings = {finding["what"]: finding for finding in said.json}
+    assert said.status == 1
+    assert findings["pyserial"]["found"] == "missing"
+    assert "pip install pyserial" in findings["pyserial"]["cure"]
+    assert "cv2" in findings["video"]["found"]
+    assert "Qt platform" in findings
+
+
+@pytest.mark.parametrize("command", ["export", "figures", "predict"])
+def test_a_folder_that_cannot_be_made_is_one_sentence(forcelab, project, tmp_path, command):
+    (tmp_path / "file").write_text("")
+    below = tmp_path / "file" / "sub"
+    recogniser = tmp_path / "r.skops"
+    if command == "predict":
+        forcelab("train", project, "--task", "foam", *FAST[:4], "--out", recogniser)
+    words = {
+        "export": ["export", project, "--out", below],
+        "figures": ["figures", below],
+        "predict": ["predict", recogniser, project, "--out", below],
+    }[command]
+    assert str(below) in forcelab(*words).sentence
+
+
+def test_a_full_disk_behind_standard_output_is_one_sentence(project):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "forcelab", "list", str(project)],
+            stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+        )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stderr == "forcelab: the output: No space left on device.\n"
+
+
+def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path):
+    forcelab("import", project, recordings / "foam-01.csv", "--task", "a\x1b[31m\nb")
+    said = forcelab("list", project)
+    assert "\x1b" not in said.out
+    assert r"a\x1b[31m\nb" in said.out
+
+
+def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):
+    assert "'foam', 'sponge'" in forcelab("list", project, "--task", "chess").sentence
 
 
 def test_names_of_files_are_distinct_and_stay_in_their_folder():
@@ -203,9 +252,26 @@ def test_json_is_the_same_through_a_pipe(project):
     assert len(json.loads(done.stdout)["demonstrations"]) == 6
 
 
-def test_the_parser_names_a_module_for_every_command():
-    for command in COMMANDS:
-        words = {"figures": ["d"], "doctor": [], "import": ["p", "f"], "predict": ["r", "f"]}
-        extra = ["--out", "o"] if command in ("train", "export") else []
-        given = [command, *words.get(command, ["p"]), *extra]
-        assert build_parser().parse_args(given).module
+def test_every_command_of_the_parser_can_be_run():
+    given = {
+        "import": ["p", "f"], "list": ["p"], "evaluate": ["p"], "train": ["p", "--out", "o"],
+        "predict": ["r", "f"], "export": ["p", "--out", "o"], "figures": ["d"], "doctor": [],
+    }  # fmt: skip
+    assert list(given) == COMMANDS
+    for command, words in given.items():
+        module = build_parser().parse_args([command, *words]).module
+        assert callable(import_module(f"forcelab.cli.{module}").run)
+
+
+def test_an_interrupt_at_any_moment_is_one_sentence(project):
+    for delay in (0.0, 0.3, 0.6):
+        process, leader = start_on_terminal(
+            ["evaluate", str(project), "--jobs", "2"], project.parent
+        )
+        assert b"features" in read_terminal(leader, b"features")
+        time.sleep(delay)
+        os.killpg(process.pid, signal.SIGINT)
+        shown = read_terminal(leader).decode()
+        os.close(leader)
+        assert process.wait(timeout=30) == 130, shown
+        assert "Traceback" not in shown

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from quick import FAST
+from synthetic import ACTIONS
 
 from forcelab.project import Project
 
@@ -81,10 +82,69 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
     assert said.status == 0
     assert "foam:" in said.out
     assert said.err == (
-        "forcelab: A task was left out: Leaving one demonstration out needs two labelled ones; "
-        "there is 1.\n"
+        "forcelab: Task 'lonely' was left out: Leaving one demonstration out needs two labelled "
+        "ones; there is 1.\n"
     )
+    content = forcelab("evaluate", project, *FAST, "--json", "-").json
+    assert [e["title"] for e in content["evaluations"]] == ["foam", "sponge"]
+    assert "lonely" in content["remarks"][0]
     assert "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST).sentence
+
+
+def test_a_task_named_twice_is_one_task(forcelab, project):
+    once, twice = (
+        forcelab("evaluate", project, *["--task", "foam"] * times, *FAST, "--json", "-").json
+        for times in (1, 2)
+    )
+    assert once["raw"] == twice["raw"]
+
+
+def test_testing_on_what_was_trained_on_is_refused(forcelab, project):
+    words = ["--task", "foam", "--test-task", "foam", *FAST]
+    assert "is trained on" in forcelab("evaluate", project, *words).sentence
+
+
+def test_outputs_are_checked_before_the_work(forcelab, project, tmp_path):
+    nowhere, twice = tmp_path / "none" / "x.json", tmp_path / "a.png"
+    inside = project / "project.sqlite"
+    for words, says in [
+        (["--json", nowhere], "folder does not exist"),
+        (["--figure", twice, "--confusion", twice], "two outputs"),
+        (["--json", inside], "what is read here"),
+        (["--json", tmp_path], "is a folder"),
+    ]:
+        assert says in forcelab("evaluate", project, "--task", "foam", *FAST, *words).sentence
+    with Project.open(project) as opened:
+        assert opened.runs() == ()
+
+
+def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
+    spelling = tmp_path / "map.json"
+    spelling.write_text('{"nonsense": "grab"}')
+    words = ["--task", "foam", *FAST, "--max-scale", "1024", "--merge", spelling]
+    said = forcelab("evaluate", project, *words)
+    assert "The largest scale, 1024 samples, is longer than foam-01 and 3 more" in said.out
+    assert said.err == "forcelab: The merge map names what nobody labelled: nonsense.\n"
+
+
+def test_a_damaged_array_is_told_before_the_work(forcelab, project):
+    with Project.open(project) as opened:
+        id_ = opened.demonstrations("foam")[0].id
+    file = project / "demonstrations" / id_ / "signals.npy"
+    content = bytearray(file.read_bytes())
+    content[-3] ^= 1
+    file.write_bytes(content)
+    assert "'foam-01'" in forcelab("evaluate", project, "--task", "foam", *FAST).sentence
+
+
+def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, project, tmp_path):
+    with Project.open(project) as opened:
+        vocabulary = opened.vocabulary("foam").recoloured("hold", "#123456")
+        opened.set_vocabulary("foam", vocabulary)
+    for number, words in enumerate([[], ["--task", "sponge"], ["--test-task", "sponge"]]):
+        file = tmp_path / f"{number}.svg"
+        forcelab("evaluate", project, "--task", "foam", *words, *FAST, "--figure", file)
+        assert "#123456" in file.read_text()
 
 
 def test_spellings_are_merged_before_tasks_are_kept_apart(forcelab, project, tmp_path):
@@ -114,10 +174,21 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
     with Project.open(project) as opened:
         (run,) = opened.runs()
         ids = {info.id for info in opened.demonstrations("foam")}
-    assert run.result == content
+    assert content.items() <= run.result.items()
     assert run.seed == 7
     assert set(run.demonstrations) == ids
     assert run.settings["classifier"] == "naive-bayes"
+    assert run.settings["choice"]["tasks"] == ["foam"]
+    # Whose labels, and how old they were: an edit since then can be seen.
+    assert {used.author for used in run.labels} == {"coder"}
+    with Project.open(project) as opened:
+        assert all(opened.head(u.demonstration, u.author) == u.edit for u in run.labels)
+        first = run.labels[0]
+        segments = opened.track(first.demonstration, "coder").segments
+        opened.edit(first.demonstration, "coder", segments, segments[1:], "erased")
+        assert opened.head(first.demonstration, "coder") > first.edit
+    # The predictions themselves are there to be looked at again.
+    assert run.result["tracks"][0]["raw"][0][2] in ACTIONS
 
 
 def test_the_same_seed_gives_the_same_scores(forcelab, project):
@@ -195,8 +266,7 @@ def test_a_single_labelled_demonstration_is_too_few(forcelab, recordings, tmp_pa
 def test_two_coders_must_be_told_apart(forcelab, project, recordings):
     forcelab("import", project, recordings / "foam-01.csv", "--author", "Ada", "--task", "foam")
     sentence = forcelab("evaluate", project, "--task", "foam", *FAST).sentence
-    assert "coder, Ada" in sentence
-    assert "--author" in sentence
+    assert "coder, Ada; say whose to use" in sentence
     assert forcelab("evaluate", project, *FAST, "--author", "coder").status == 0
 
 

@@ -7,6 +7,7 @@ import pytest
 from quick import FAST
 
 from forcelab.labels import UNLABELLED, to_codes
+from forcelab.painting import paint
 from forcelab.project import Project
 
 SETTINGS = [word for word in FAST if word not in ("--jobs", "1")]
@@ -23,7 +24,7 @@ def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, r
     said = forcelab("predict", recogniser, recordings / "sponge-11.csv")
     rows = list(csv.DictReader(io.StringIO(said.out)))
     assert list(rows[0]) == ["start", "end", "action", "author"]
-    assert {row["author"] for row in rows} == {"foam"}
+    assert {row["author"] for row in rows} == {"model foam"}
     with Project.open(project) as opened:
         demonstration = opened.load("sponge-11")
         human = opened.track(demonstration.id, "coder")
@@ -104,8 +105,64 @@ def test_what_is_no_recogniser_is_refused(forcelab, recordings, tmp_path):
 def test_a_recogniser_that_cannot_be_written_leaves_no_trace(forcelab, project, tmp_path):
     nowhere = tmp_path / "missing" / "r.skops"
     assert (
-        "cannot be written"
+        "folder does not exist"
         in forcelab("train", project, "--task", "foam", *SETTINGS, "--out", nowhere).sentence
     )
     with Project.open(project) as opened:
         assert opened.recognisers() == ()
+
+
+def test_an_output_never_replaces_what_is_read(forcelab, recogniser, recordings, project, tmp_path):
+    table = tmp_path / "mine.csv"
+    table.write_bytes((recordings / "foam-01.csv").read_bytes())
+    assert "what is read here" in forcelab("predict", recogniser, table, "--out", table).sentence
+    inside = project / "r.skops"
+    words = ["train", project, "--task", "foam", *SETTINGS, "--out", inside]
+    assert "what is read here" in forcelab(*words).sentence
+
+
+def test_several_demonstrations_do_not_fit_into_one_file(forcelab, recogniser, project, tmp_path):
+    out = tmp_path / "all.csv"
+    assert "need a folder" in forcelab("predict", recogniser, project, "--out", out).sentence
+    assert not out.exists()
+
+
+def test_recordings_without_stamps_and_remarks_are_told(forcelab, recogniser, recordings, tmp_path):
+    lines = (recordings / "foam-01.csv").read_text().splitlines()
+    bare = tmp_path / "bare.csv"
+    bare.write_text("\n".join(line.split(",", 1)[1] for line in lines) + "\n")
+    assert forcelab("predict", recogniser, bare).status == 1
+    assert forcelab("predict", recogniser, bare, "--rate", "100").out.startswith("start,")
+    twice = tmp_path / "twice.csv"
+    twice.write_text("\n".join([*lines[:50], lines[49], *lines[50:]]) + "\n")
+    assert forcelab("predict", recogniser, twice).err.startswith("twice: 1 row repeats")
+
+
+def test_predictions_never_come_back_as_a_coders_labels(forcelab, recogniser, recordings, tmp_path):
+    lines = (recordings / "foam-01.csv").read_text().splitlines()
+    table = tmp_path / "take.csv"
+    table.write_text("\n".join(line.rsplit(",", 1)[0] for line in lines) + "\n")
+    forcelab("predict", recogniser, table, "--out", tmp_path / "take.labels.csv")
+    project = tmp_path / "p.forcelab"
+    assert forcelab("import", project, table).status == 0
+    with Project.open(project) as opened:
+        (author,) = opened.authors()
+    assert (author.name, author.kind) == ("model foam", "model")
+
+
+def test_training_on_several_tasks_is_never_by_accident(forcelab, project, tmp_path):
+    words = ["train", project, *SETTINGS, "--out", tmp_path / "r.skops"]
+    assert "foam, sponge" in forcelab(*words).sentence
+    assert forcelab(*words, "--task", "foam", "--task", "sponge").status == 0
+
+
+def test_actions_without_a_sample_are_not_said_to_be_learnt(forcelab, project, tmp_path):
+    with Project.open(project) as opened:
+        id_ = opened.demonstrations("foam")[0].id
+        before = opened.track(id_, "coder").segments
+        after = paint(before, 1.0001, 1.0002, "blink")
+        opened.edit(id_, "coder", before, after, "blink")
+    words = ["train", project, "--task", "foam", *SETTINGS, "--out", tmp_path / "r.skops", "--json"]
+    content = forcelab(*words).json
+    assert "blink" not in content["actions"]
+    assert content["remarks"] == ["No sample to train on at this stride: blink."]

@@ -1,20 +1,28 @@
 """Importing: everything is read before anything is written, and one bad file stops it all."""
 
+import errno
 import os
 import pickle
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.formats.archive import write_archive
 from forcelab.formats.importing import import_files, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import Progress, finish
-from forcelab.labels import Segment
-from forcelab.project import Project
+from forcelab.labels import Segment, Track
+from forcelab.project import LabelsUsed, Project
+from forcelab.project import files as store_files
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
+GRAB = (Segment(0.0, 0.1, "grab"),)
 needs_tongs = pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
 
 
@@ -121,41 +129,148 @@ def test_to_stop_while_reading_writes_nothing(tmp_path, project):
     assert list(project.parent.iterdir()) == []
 
 
-def failing(monkeypatch, after):
-    """Make the project refuse what is added after so many demonstrations."""
-    add, count = Project.add, [0]
+@pytest.fixture
+def full(monkeypatch):
+    """A disk that is full once three demonstrations were moved to their place."""
+    move, moved = store_files.move_into, []
 
-    def refuse(self, demonstration, *args):
-        count[0] += 1
-        if count[0] > after:
-            raise InputError(f"'{demonstration.name}' was not added to '{self.path}': no space.")
-        return add(self, demonstration, *args)
+    def moving(home, staged):
+        moved.append(home)
+        if len(moved) > 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        move(home, staged)
 
-    monkeypatch.setattr(Project, "add", refuse)
+    with monkeypatch.context() as patch:
+        patch.setattr(store_files, "move_into", moving)
+        yield patch
 
 
-def test_a_disk_that_fills_up_leaves_no_new_project_behind(tmp_path, project, monkeypatch):
-    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
-    failing(monkeypatch, after=2)
+def test_a_disk_that_fills_up_leaves_no_new_project_behind(tmp_path, project, full):
+    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abcde"]
     with pytest.raises(InputError) as refusal:
         import_files(project, files)
-    assert str(refusal.value) == f"'c' was not added to '{project}': no space."
+    assert str(refusal.value) == (
+        f"'d' was not added to '{project}', and neither were the others: No space left on device."
+    )
     assert list(project.parent.iterdir()) == []
 
 
-def test_a_disk_that_fills_up_keeps_a_project_whole_and_tells_how_far_it_got(
-    tmp_path, project, monkeypatch
+def test_a_disk_that_fills_up_leaves_a_project_as_it_was(tmp_path, project, full):
+    import_files(project, [table(tmp_path / "z.csv", 1)])
+    before = contents(project)
+    files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abcde"]
+    with pytest.raises(InputError, match="'c' was not added .*, and neither were the others: No"):
+        import_files(project, files)
+    assert contents(project) == before
+    assert len(list((project / "demonstrations").iterdir())) == 1
+    full.undo()
+    assert import_files(project, files).count("new") == 5
+
+
+INTERRUPTED = """
+import os, signal, sys
+from forcelab.formats.importing import import_files
+from forcelab.project import files
+
+move, moved = files.move_into, []
+
+def moving(home, staged):
+    move(home, staged)
+    moved.append(home)
+    if len(moved) == 2:
+        os.kill(os.getpid(), getattr(signal, sys.argv[1]))
+
+files.move_into = moving
+import_files(sys.argv[2], sys.argv[3:])
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
+@pytest.mark.parametrize("stop", ["SIGINT", "SIGKILL"])
+def test_an_import_that_is_interrupted_or_killed_while_it_writes_changes_nothing(
+    tmp_path, project, stop
 ):
     import_files(project, [table(tmp_path / "z.csv", 1)])
+    before = contents(project)
     files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
-    with monkeypatch.context() as patch:
-        failing(patch, after=1)
-        with pytest.raises(
-            InputError, match=r"no space; 1 of 3 demonstrations were imported before"
-        ):
-            import_files(project, files)
-    report = import_files(project, files)
-    assert (report.count("unchanged"), report.count("new")) == (1, 2)
+    code = [sys.executable, "-c", INTERRUPTED, stop, project, *files]
+    assert subprocess.run(code, capture_output=True, check=False).returncode != 0
+    assert contents(project) == before
+    homes = {entry.name for entry in (project / "demonstrations").iterdir()}
+    assert {name for name in homes if not name.startswith(".incoming-")} == {before[0][2]}
+    assert import_files(project, files).count("new") == 3
+
+
+def test_importing_again_without_saying_it_once_more_keeps_task_and_rate(tmp_path, project):
+    file = table(tmp_path / "a.csv", 1)
+    import_files(project, [file], ReadOptions(task="foam", rate=250.0))
+    assert import_files(project, [file]).count("unchanged") == 1
+    with Project.open(project) as opened:
+        assert (opened.load("a").task, opened.load("a").grid_rate) == ("foam", 250.0)
+    assert import_files(project, [file], ReadOptions(task="")).count("updated") == 1
+    assert import_files(project, [file], ReadOptions(rate=100.0)).count("updated") == 1
+    with Project.open(project) as opened:
+        assert (opened.load("a").task, opened.load("a").grid_rate) == ("", 100.0)
+
+
+@pytest.fixture
+def archive(tmp_path):
+    """An archive of a project with a video, edits, a vocabulary, a recogniser and a run."""
+    film = tmp_path / "film.mp4"
+    film.write_bytes(bytes(range(256)) * 20)
+    with Project.create(tmp_path / "old.forcelab") as old:
+        times = np.arange(40) / 100
+        signals = np.random.default_rng(1).normal(size=(40, 1))
+        given = Demonstration("a", "", times, signals, (Channel("fx"),), VideoReference(film))
+        id_ = old.add(given, [Track("Ada", GRAB)]).id
+        old.edit(id_, "Ada", GRAB, (), "erased")
+        old.undo(id_, "Ada")
+        old.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
+        old.set_vocabulary("", old.vocabulary("").rebound("grab", "q"))
+        used = [LabelsUsed(id_, "Ada", old.head(id_, "Ada"))]
+        made = {"settings": {}, "seed": 1, "labels": used, "versions": {}}
+        old.add_recogniser("mlp", b"opaque", **made)
+        old.add_run("evaluate", **made, result={"accuracy": 0.5})
+        write_archive(old, tmp_path / "old.zip")
+    return tmp_path / "old.zip"
+
+
+def test_an_archive_alone_comes_back_whole_in_a_new_project(archive, project):
+    report = import_files(project, [archive])
+    assert [(one.added.name, one.added.status) for one in report.demonstrations] == [("a", "new")]
+    assert report.remarks == {}
+    write_archive_of(project, archive.with_name("again.zip"))
+    assert archive.with_name("again.zip").read_bytes() == archive.read_bytes()
+
+
+def write_archive_of(project, path):
+    with Project.open(project) as opened:
+        write_archive(opened, path)
+
+
+def test_an_archive_in_an_existing_project_brings_labels_and_says_what_stayed(
+    archive, tmp_path, project, monkeypatch
+):
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    import_files(project, [table(tmp_path / "z.csv", 1)])
+    report = import_files(project, [archive])
+    (remark,) = report.remarks[archive]
+    assert "stayed in the archive" in remark
+    assert "into a new project brings everything" in remark
+    with Project.open(project) as opened:
+        (id_,) = [info.id for info in opened.demonstrations() if info.name == "a"]
+        assert opened.tracks(id_) == (Track("Ada", GRAB),)
+        assert opened.runs() == ()
+        assert opened.load(id_).video.path.read_bytes() == bytes(range(256)) * 20
+    assert list(scratch.iterdir()) == []
+
+
+def test_a_task_for_an_archive_that_is_unpacked_whole_is_told_to_be_unused(archive, project):
+    report = import_files(project, [archive], ReadOptions(task="foam"))
+    (remark,) = report.remarks[archive]
+    assert "task 'foam' was not used" in remark
 
 
 def test_a_folder_that_is_no_project_is_refused_and_stays_as_it_is(tmp_path):

@@ -9,7 +9,7 @@ from importlib import import_module
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.formats import formats, identify, read
+from forcelab.formats import _FORMATS, identify, read
 from forcelab.formats.recording import ReadOptions
 
 TABLE = b"t,fx,fy\n" + b"".join(b"%.3f,%d.5,%d.25\n" % (i / 100, i, -i) for i in range(50))
@@ -30,9 +30,9 @@ def test_options_reach_the_format(tmp_path):
 
 
 def test_names_are_unique_and_every_module_can_tell_and_read_its_format(tmp_path):
-    names = [known.name for known in formats()]
+    names = [known.name for known in _FORMATS]
     assert len(set(names)) == len(names)
-    for known in formats():
+    for known in _FORMATS:
         module = import_module(known.module)
         assert module.sniff(tmp_path / "a", b"\x00") is False
         assert callable(module.read)
@@ -48,13 +48,13 @@ def imported(code: str) -> set[str]:
 def test_reading_a_table_imports_no_other_format(tmp_path):
     (tmp_path / "a.csv").write_bytes(TABLE)
     modules = imported(f"from forcelab.formats import read; read({str(tmp_path / 'a.csv')!r})")
-    assert "forcelab.formats.tables" in modules
-    assert not modules & {"forcelab.formats.archive", "forcelab.formats.pdl", "pickle_machine"}
+    assert "forcelab.formats.table" in modules
+    assert not modules & {"forcelab.formats.archive", "forcelab.formats.pdl"}
 
 
-def test_the_list_of_formats_imports_none_of_them():
-    modules = imported("from forcelab.formats import formats; formats()")
-    assert not modules & {known.module for known in formats()}
+def test_the_registry_imports_none_of_the_formats():
+    modules = imported("import forcelab.formats")
+    assert not modules & {known.module for known in _FORMATS}
 
 
 UNKNOWN = {

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.formats.labelfiles import read_labels, sniff_labels
 from forcelab.formats.recording import ReadOptions
-from forcelab.formats.roles import UNLABELLED_WORDS
+from forcelab.formats.table.labels import read_labels, sniff_labels
+from forcelab.formats.table.roles import UNLABELLED_WORDS
 from forcelab.formats.tracks import to_audacity, to_csv, write_audacity, write_csv
 from forcelab.labels import Segment, Track
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage
+from pictures import pixels
+from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import ClusterFigure, cluster_figure
@@ -15,17 +16,11 @@ def figure(codes=CODES, signal=SIGNAL):
     return ClusterFigure("Clusters", TIMES, signal, (("Morlet", codes), ("Haar", 3 - codes)))
 
 
-def pixels(drawn, scale=2.0):
-    image = drawn.image(scale).convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
-
-
 @pytest.mark.parametrize("row", [0, 1])
 @pytest.mark.parametrize("time", [0.5, 2.3, 4.5, 7.5])
 def test_bar_and_signal_have_the_colour_of_the_cluster_at_each_time(row, time):
     drawn = figure()
-    picture, box = pixels(drawn), drawn.box(row)
+    picture, box = pixels(drawn.image()), drawn.box(row)
     code = CODES[np.searchsorted(TIMES, time)]
     colour = np.array(QColor(CURVES[code if row == 0 else 3 - code]).getRgb()[:3])
     x = round(drawn.axis.at(time) * 2)
@@ -40,7 +35,7 @@ def test_bar_and_signal_have_the_colour_of_the_cluster_at_each_time(row, time):
 
 def test_a_signal_that_never_changes_is_drawn():
     drawn = figure(signal=np.zeros(len(TIMES)))
-    assert (pixels(drawn) != 255).any()
+    assert (pixels(drawn.image()) != 255).any()
 
 
 def test_lengths_that_disagree_and_clusters_without_a_colour_are_refused():
@@ -54,7 +49,7 @@ def test_lengths_that_disagree_and_clusters_without_a_colour_are_refused():
 
 def test_in_the_figure_of_the_paper_only_the_first_row_tells_rising_from_falling():
     drawn = cluster_figure()
-    picture = pixels(drawn)
+    picture = pixels(drawn.image())
     rise, fall = (round(drawn.axis.at(time) * 2) for time in (2.4, 5.6))
     same = []
     for row in range(4):

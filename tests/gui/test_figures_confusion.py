@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage
+from pictures import pixels
+from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import ConfusionMatrix
@@ -12,12 +13,6 @@ COUNTS = [[80, 10, 0, 10], [0, 1, 0, 0], [0, 0, 0, 0]]
 
 def figure(counts=COUNTS, names=("still", "grab", "hold"), title="Stylus"):
     return ConfusionMatrix(title, tuple(names), counts)
-
-
-def pixels(drawn, scale=2.0):
-    image = drawn.image(scale).convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
 def ground(picture, drawn, row, column, scale=2.0):
@@ -33,7 +28,7 @@ def luminance(colours):
 
 def test_a_cell_has_the_colour_of_its_share_of_the_row():
     drawn = figure()
-    picture = pixels(drawn)
+    picture = pixels(drawn.image())
     expected = [[0.8, 0.1, 0.0, 0.1], [0.0, 1.0, 0.0, 0.0], [0.0] * 4]
     for row in range(3):
         for column in range(4):
@@ -80,7 +75,7 @@ def test_text_changes_with_its_ground():
 @pytest.mark.parametrize("largest", [9, 10_000_000])
 def test_texts_stay_inside_their_cells(k, largest):
     drawn = figure(np.full((k, k + 1), largest), [f"action {i}" for i in range(k)])
-    picture = pixels(drawn)
+    picture = pixels(drawn.image())
     for row, column in ((0, 0), (k - 1, k), (k // 2, k // 2)):
         box = drawn.box(row, column)
         left, right, top, bottom = (
@@ -104,7 +99,7 @@ def test_counts_change_the_picture_of_large_cells_only():
             slice(int(box.top() * 2), int(box.bottom() * 2)),
             slice(int(box.left() * 2), int(box.right() * 2)),
         )
-        inside.append(bool((pixels(one)[window] != pixels(other)[window]).any()))
+        inside.append(bool((pixels(one.image())[window] != pixels(other.image())[window]).any()))
     assert inside == [True, False]
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pictures import pixels
 from PySide6.QtCore import QRectF, QSizeF
 from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
@@ -21,9 +22,9 @@ from forcelab.gui.figures import (
     Pair,
     TimelinePairs,
     WaveletFigure,
-    WaveletView,
 )
 from forcelab.labels import Segment
+from forcelab.signals.showcase import WaveletView
 from forcelab.vocabulary import Vocabulary
 
 HOSTILE = "a name that is far too long & <never ends> \x00\ud800\n" * 8
@@ -57,13 +58,6 @@ def clusters(name="Haar", title="Clusters"):
 
 
 FIGURES = [timelines, confusion, wavelets, clusters]
-
-
-def pixels(image):
-    """Red, green and blue of an image, shape (height, width, 3)."""
-    image = image.convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
 def rendered_svg(path, width, height):
@@ -247,6 +241,25 @@ def run_elsewhere(folder, **changes):
 def test_figures_are_drawn_without_a_display(tmp_path):
     assert run_elsewhere(tmp_path) == ""
     assert (tmp_path / "f.png").stat().st_size > 1000
+
+
+def test_a_window_can_follow_a_figure_and_a_figure_uses_the_windows_application():
+    script = """
+from PySide6.QtWidgets import QApplication, QWidget
+from forcelab.gui.figures import text
+{first}
+application = text.ready()
+assert application is QApplication.instance() is text.ready()
+QWidget().show()
+"""
+    for first in ("", "mine = QApplication([])"):
+        done = subprocess.run(
+            [sys.executable, "-c", script.format(first=first)],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="fontconfig finds fonts on Linux")

@@ -1,10 +1,12 @@
 import math
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PySide6.QtGui import QColor, QImage
+from pictures import pixels
+from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import Pair, TimelinePairs
@@ -23,16 +25,10 @@ def rgb(colour):
     return np.array(QColor(colour).getRgb()[:3])
 
 
-def pixels(drawn, scale=1.0):
-    image = drawn.image(scale).convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
-
-
 def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2):
     """The pixels along a track, above its numbers, and the time of each in seconds."""
     box = drawn.boxes(row)[predicted]
-    line = pixels(drawn, scale)[int((box.top() + height * box.height()) * scale)]
+    line = pixels(drawn.image(scale))[int((box.top() + height * box.height()) * scale)]
     x = np.arange(int(box.left() * scale) + 4, int(box.right() * scale) - 3)
     axis = drawn.axis
     share = ((x + 0.5) / scale - axis.begin) / (axis.finish - axis.begin)
@@ -55,7 +51,7 @@ def test_every_time_has_the_colour_of_its_action_and_white_where_unlabelled(data
         colours, times = strip(drawn, predicted=predicted)
         clear = np.abs(times[:, None] - np.array(edges)).min(axis=1) > 0.02
         for time, colour in zip(times[clear], colours[clear], strict=True):
-            covering = [s.action for s in segments if s.covers(time)]
+            covering = [s.action for s in segments if s.start <= time < s.end]
             expected = VOCABULARY[covering[0]].colour if covering else "#ffffff"
             assert np.abs(colour - rgb(expected)).max() <= 2, (time, covering)
 
@@ -93,7 +89,7 @@ def test_a_segment_of_one_sample_in_a_minute_is_visible(start, scale):
     drawn = figure(human=[Segment(start, start + 0.001, "still")], end=60.0)
     box = drawn.boxes(0)[0]
     spot = round(drawn.axis.at(start) * scale)
-    line = pixels(drawn, scale)[int(box.center().y() * scale), spot - 3 : spot + 4]
+    line = pixels(drawn.image(scale))[int(box.center().y() * scale), spot - 3 : spot + 4]
     towards = (255 - line) @ (255 - rgb(VOCABULARY["still"].colour))
     share = towards.max() / np.sum((255 - rgb(VOCABULARY["still"].colour)) ** 2)
     assert share >= 0.45
@@ -126,7 +122,7 @@ def test_touching_segments_of_one_action_have_a_line_between_them():
 def test_segments_outside_the_demonstration_are_not_drawn():
     far = [Segment(-50, 3, "grab"), Segment(8, 99, "hold"), Segment(100, 101, "slip")]
     drawn = figure(human=far, predicted=far, start=2.0)
-    picture = pixels(drawn)
+    picture = pixels(drawn.image(1.0))
     box = drawn.boxes(0)[0]
     middle = int(box.center().y())
     assert (picture[middle, int(box.right()) + 2 :] == 255).all()
@@ -137,7 +133,7 @@ def test_segments_outside_the_demonstration_are_not_drawn():
 def test_the_number_stands_in_wide_segments_only_and_can_be_read(action):
     drawn = figure(human=[Segment(1, 5, action), Segment(6, 6.05, action)])
     colour = rgb(VOCABULARY[action].colour)
-    picture, box = pixels(drawn, 4.0), drawn.boxes(0)[0]
+    picture, box = pixels(drawn.image(4.0)), drawn.boxes(0)[0]
 
     def inside(start, end):
         left, right = (int(drawn.axis.at(t) * 4) for t in (start, end))
@@ -157,7 +153,7 @@ def test_actions_of_one_colour_differ_by_texture():
     for action in actions:
         drawn = figure(human=[Segment(1, 9, action.name)], vocabulary=Vocabulary(actions))
         box = drawn.boxes(0)[0]
-        block = pixels(drawn, 2.0)[int(box.top() * 2) + 3 : int(box.bottom() * 2) - 2]
+        block = pixels(drawn.image(2.0))[int(box.top() * 2) + 3 : int(box.bottom() * 2) - 2]
         strips.append(block[:, 400:700])
     plain = rgb("#e69f00")
     assert (strips[0] == plain).all()
@@ -170,7 +166,7 @@ def test_actions_of_one_colour_differ_by_texture():
 @pytest.mark.parametrize("name", ["x" * 400, "two\nlines " * 60, "stylus 7"])
 def test_names_and_notes_keep_clear_of_the_bars(name):
     drawn = figure(human=[Segment(0, 10, "grab")], name=name, note=name)
-    picture, box = pixels(drawn), drawn.boxes(0)[0]
+    picture, box = pixels(drawn.image(1.0)), drawn.boxes(0)[0]
     left, right = int(box.left()), math.ceil(box.right())
     rows = slice(int(box.top()) - 8, int(box.bottom()) + 20)
     before, after = picture[rows, left - 8 : left - 1], picture[rows, right + 2 : right + 8]
@@ -183,7 +179,7 @@ def test_names_and_notes_keep_clear_of_the_bars(name):
 
 def test_an_elided_name_keeps_its_end():
     one, other = (
-        pixels(figure(name="a demonstration with a long name, number " + number))
+        pixels(figure(name="a demonstration with a long name, number " + number).image(1.0))
         for number in ("17", "42")
     )
     assert (one != other).any()
@@ -226,7 +222,7 @@ def test_a_demonstration_without_any_segment_is_drawn_as_an_empty_frame():
     assert (colours == 255).all()
     drawn = figure()
     box = drawn.boxes(0)[0]
-    column = pixels(drawn)[:, int(box.center().x())]
+    column = pixels(drawn.image(1.0))[:, int(box.center().x())]
     assert (column[round(box.top()) - 1 : round(box.top()) + 2] < 245).any()
 
 
@@ -244,3 +240,17 @@ def test_an_action_that_the_vocabulary_lacks_is_named():
 def test_a_pair_that_does_not_last_is_named(start, end):
     with pytest.raises(InputError, match="stylus 1"):
         figure(start=start, end=end)
+
+
+@pytest.mark.parametrize("note", ["", "72.0 %"])
+def test_what_the_notes_say_is_told_only_where_there_are_notes(note, tmp_path):
+    figure(note=note, note_key="At the right: frame accuracy.").save(tmp_path / "f.svg")
+    assert ("White: unlabelled. At the right: frame accuracy." in said(tmp_path)) == bool(note)
+    figure(note=note).save(tmp_path / "f.svg")
+    assert "White: unlabelled.|" in said(tmp_path)
+
+
+def said(folder):
+    """All texts of a saved figure."""
+    texts = ET.parse(folder / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
+    return "".join(f"{(''.join(text.itertext())).strip()}|" for text in texts)

@@ -2,22 +2,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage
+from pictures import pixels
+from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import WaveletFigure, WaveletView, view_wavelets, wavelet_figure
+from forcelab.gui.figures import WaveletFigure, wavelet_figure
 from forcelab.gui.figures.shades import shade
+from forcelab.signals.showcase import WaveletView
 
 RATE = 200.0
 TIMES = np.arange(0, 5, 1 / RATE)
 TONES = (10.0, 16.0)
 SIGNAL = sum(np.sin(2 * np.pi * tone * TIMES) for tone in TONES)
-
-
-def pixels(drawn, scale=2.0):
-    image = drawn.image(scale).convertToFormat(QImage.Format.Format_RGB888)
-    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
-    return rows[:, : 3 * image.width()].reshape(image.height(), image.width(), 3).astype(int)
 
 
 def view(magnitudes=None, **changes):
@@ -29,40 +25,12 @@ def view(magnitudes=None, **changes):
     return replace(made, **changes)
 
 
-def test_each_p_shows_both_tones_and_a_large_p_tells_them_apart():
-    few, many = view_wavelets((3.0, 20.0), SIGNAL, RATE, 4.0, 40.0)
-    middle = len(TIMES) // 2
-    window = slice(middle - 50, middle + 50)
-    dips = []
-    for seen in (few, many):
-        mean = seen.magnitudes[:, window].mean(axis=1)
-        at = [mean[np.argmin(np.abs(seen.hertz - f))] for f in (*TONES, 12.65)]
-        dips.append(at[2] / min(at[:2]))
-    assert dips[0] > 0.8
-    assert dips[1] < 0.1
-
-
-def test_equal_tones_look_equally_strong():
-    (seen,) = view_wavelets((20.0,), SIGNAL, RATE, 4.0, 40.0)
-    middle = seen.magnitudes[:, 400:600].mean(axis=1)
-    tops = [middle[np.abs(seen.hertz - f) < 1].max() for f in TONES]
-    assert tops[0] == pytest.approx(tops[1], rel=0.02)
-    highest = seen.hertz[np.argmax(middle)]
-    assert min(abs(highest - tone) for tone in TONES) < 0.3
-
-
-def test_the_wavelet_is_the_morlet_of_its_p():
-    (seen,) = view_wavelets((5.0,), SIGNAL, RATE, 4.0, 40.0)
-    expected = np.pi**-0.25 * np.exp(5j * seen.t - seen.t**2 / 2)
-    assert np.abs(seen.psi - expected).max() < 1e-5
-
-
 def test_magnitudes_are_drawn_at_their_time_and_frequency():
     magnitudes = np.zeros((9, len(TIMES)))
     # Around 32 Hz, at a quarter of the time.
     magnitudes[5:8, len(TIMES) // 4 - 8 : len(TIMES) // 4 + 9] = 1.0
     drawn = WaveletFigure("W", (view(magnitudes),), TIMES, SIGNAL)
-    picture, box = pixels(drawn), drawn.box(0)
+    picture, box = pixels(drawn.image()), drawn.box(0)
 
     def colour(hertz, share):
         up = np.log(hertz / 4) / np.log(16)
@@ -76,7 +44,7 @@ def test_magnitudes_are_drawn_at_their_time_and_frequency():
 
 def test_real_and_imaginary_part_have_their_colours_at_their_values():
     drawn = WaveletFigure("W", (view(),), TIMES, SIGNAL)
-    picture, box = pixels(drawn, 4.0), drawn.box(0)
+    picture, box = pixels(drawn.image(4.0)), drawn.box(0)
     column = picture[: int(box.top() * 4) - 300, round(box.center().x() * 4)]
 
     def rows(colour):
@@ -89,7 +57,7 @@ def test_real_and_imaginary_part_have_their_colours_at_their_values():
 def test_a_signal_and_magnitudes_of_nothing_are_drawn():
     drawn = WaveletFigure("W", (view(psi=np.zeros(801)),), TIMES, np.zeros(len(TIMES)))
     box = drawn.box(0)
-    middle = pixels(drawn)[round(box.center().y() * 2), round(box.center().x() * 2)]
+    middle = pixels(drawn.image())[round(box.center().y() * 2), round(box.center().x() * 2)]
     assert tuple(middle) == shade(0.0).getRgb()[:3]
 
 

@@ -33,7 +33,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.labels import Segment, Track
 from forcelab.painting import paint
-from forcelab.project import Project
+from forcelab.project import Incoming, Project
 
 def say(text):
     os.write(1, f"{text}\\n".encode())
@@ -126,7 +126,7 @@ for seed in range(100):
     acknowledged = said(process)
     folder = path / "demonstrations"
     for leftover in folder.glob(".incoming-*"):
-        for entry in (*leftover.iterdir(), leftover):
+        for entry in (*leftover.rglob("*"), leftover):
             os.utime(entry, (0, 0))  # as if an hour had gone by
     with Project.open(path) as project:
         stored = {info.id: info.authors for info in project.demonstrations()}
@@ -136,6 +136,32 @@ for seed in range(100):
             assert project.load(id_).id == id_
             assert authors == ("anna",)
         assert {entry.name for entry in folder.iterdir()} == set(stored)
+    check_integrity(path)
+
+
+@pytest.mark.parametrize("kill", range(max(KILLS // 2, 1)))
+def test_many_demonstrations_imported_at_once_and_killed_are_all_there_or_none(path, make, kill):
+    with Project.create(path) as project:
+        known = project.add(make(1)).id
+    code = """
+given = [
+    Incoming(large(seed, 20_000), (Track("anna", (Segment(0, 1, "grab"),)),)) for seed in range(20)
+]
+say("go")
+project.add_all(given)
+"""
+    process = start(code, path)
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"go\n"
+    time.sleep(random.Random(kill).uniform(0, 0.4))
+    process.send_signal(signal.SIGKILL)
+    said(process)
+    with Project.open(path) as project:
+        ids = {info.id for info in project.demonstrations()}
+        assert len(ids) in (1, 21)
+        homes = {entry.name for entry in (path / "demonstrations").iterdir()}
+        assert {name for name in homes if not name.startswith(".incoming-")} == ids
+        assert known in ids
     check_integrity(path)
 
 

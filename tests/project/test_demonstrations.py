@@ -11,7 +11,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Project
+from forcelab.project import Incoming, LabelsUsed, Project, adding
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
@@ -253,11 +253,12 @@ def test_two_processes_see_what_the_other_committed(project, make, path):
 
 
 def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, make, tmp_path):
-    id_ = project.add(make(1)).id
+    id_ = project.add(make(1), [Track("anna", GRAB)]).id
+    used = LabelsUsed(id_, "anna", project.head(id_, "anna"))
     made = {
         "settings": {"preset": "paper", "scales": [2, 4.5], "merge": {"grap": "grab"}},
         "seed": 7,
-        "demonstrations": [id_],
+        "labels": [used, LabelsUsed(id_, "bert", 0)],
         "versions": {"forcelab": "0.1", "numpy": "2.4"},
     }
     file = tmp_path / "trained.skops"
@@ -273,6 +274,7 @@ def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, mak
     assert stored.result == {"accuracy": 0.72, "labels": ["grab"]}
     for thing in (recogniser, stored):
         assert (thing.settings, thing.versions) == (made["settings"], made["versions"])
+        assert thing.labels == (used, LabelsUsed(id_, "bert", 0))
         assert thing.demonstrations == (id_,)
         assert thing.time.utcoffset().total_seconds() == 0  # type: ignore[union-attr]
 
@@ -280,14 +282,19 @@ def test_recognisers_and_runs_keep_everything_needed_to_repeat_them(project, mak
 def test_runs_of_what_is_not_there_are_refused(project, make):
     made = {"settings": {}, "seed": None, "versions": {}}
     with pytest.raises(InputError, match="no demonstration 'x'"):
-        project.add_run("evaluate", **made, demonstrations=["x"], result={})
+        project.add_run("evaluate", **made, labels=[LabelsUsed("x", "anna", 0)], result={})
+    id_ = project.add(make(1), [Track("anna", GRAB)]).id
+    for wrong in (LabelsUsed(id_, "anna", 2), LabelsUsed(id_, "bert", 1)):
+        with pytest.raises(InputError, match=rf"Edit {wrong.edit} .* none of '{wrong.author}'"):
+            project.add_run("evaluate", **made, labels=[wrong], result={})
+    assert project.runs() == ()
     with pytest.raises(InputError, match="seed"):
-        project.add_recogniser("a", b"", settings={}, seed=2**70, demonstrations=[], versions={})
+        project.add_recogniser("a", b"", settings={}, seed=2**70, labels=[], versions={})
     with pytest.raises(InputError, match="no run 3"):
         project.run(3)
     with pytest.raises(InputError, match="no recogniser 'x'"):
         project.recogniser_path("x")
-    id_ = project.add_recogniser("a", b"data", **made, demonstrations=[])
+    id_ = project.add_recogniser("a", b"data", **made, labels=[])
     project.recogniser_path(id_).unlink()
     with pytest.raises(InputError, match="missing; train"):
         project.recogniser_path(id_)
@@ -298,3 +305,59 @@ def test_names_with_numbers_are_listed_as_people_count(project, make):
         project.add(make(i, name=name, task="stylus"))
     names = [info.name for info in project.demonstrations("stylus")]
     assert names == ["Pen-1", "pen-2", "pen-10"]
+
+
+def test_what_is_to_be_kept_is_kept_and_what_is_said_is_changed(project, make):
+    first = project.add(make(1, task="foam", grid_rate=250.0))
+    silent = Incoming(make(1, task=""), keep=("task", "grid_rate"))
+    assert project.add_all([silent]) == (replace(first, status="unchanged"),)
+    (info,) = project.demonstrations()
+    assert (info.task, info.rate) == ("foam", 250.0)
+    (said,) = project.add_all([Incoming(make(1, task="sponge"), keep=("grid_rate",))])
+    assert said.status == "updated"
+    (info,) = project.demonstrations()
+    assert (info.task, info.rate) == ("sponge", 250.0)
+    new = Incoming(make(2, task="", name="02"), keep=("task", "grid_rate"))
+    assert [one.status for one in project.add_all([new])] == ["new"]
+    assert project.load("02").task == ""
+
+
+def test_a_kept_task_decides_which_names_are_taken_and_where_actions_go(project, make):
+    project.add(make(1, name="a", task="foam"))
+    project.add(make(2, name="b", task="foam"))
+    silent = Incoming(make(2, name="a", task=""), (Track("anna", GRAB),), keep=("task",))
+    assert project.add_all([silent])[0].name == "a (2)"
+    assert project.vocabulary("foam").names == ("grab",)
+    assert "" not in project.vocabularies()
+
+
+def test_the_same_recording_twice_in_one_import_is_one_demonstration(project, make):
+    added = project.add_all([Incoming(make(1)), Incoming(make(1)), Incoming(make(2, name="02"))])
+    assert [one.status for one in added] == ["new", "unchanged", "new"]
+    assert len(project.demonstrations()) == 2
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, MemoryError])
+def test_an_import_that_is_stopped_half_way_leaves_everything_as_it_was(
+    project, make, path, film, monkeypatch, stop
+):
+    old = make(1, video=VideoReference(film))
+    project.add(old, [Track("anna", GRAB)])
+    before = (project.demonstrations(), project.history(old.id, "anna"))
+    files = sorted(file for file in path.rglob("*") if "sqlite" not in file.name)
+    extend, calls = adding.extend_vocabulary, []
+
+    def stopped(*args):
+        calls.append(args)
+        if len(calls) == 3:
+            raise stop
+        extend(*args)
+
+    given = [Incoming(make(seed, name=str(seed)), (Track("anna", HOLD),)) for seed in (1, 2, 3, 4)]
+    with monkeypatch.context() as patch:
+        patch.setattr(adding, "extend_vocabulary", stopped)
+        with pytest.raises(stop):
+            project.add_all(given)
+    assert (project.demonstrations(), project.history(old.id, "anna")) == before
+    assert sorted(file for file in path.rglob("*") if "sqlite" not in file.name) == files
+    assert [one.status for one in project.add_all(given)] == ["updated", "new", "new", "new"]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError
-from forcelab.labels import Segment
+from forcelab.labels import Segment, Track
 from forcelab.painting import erase, paint
 from forcelab.project import Project
 
@@ -106,6 +106,31 @@ def test_undo_and_redo_are_edits_that_name_what_they_take_back(project, id_):
     assert (undo.reverts, redo.reverts) == (first.id, undo.id)
     assert (undo.what, redo.what) == ("undo: grab painted", "redo: grab painted")
     assert (undo.removed, undo.inserted) == (GRAB, ())
+
+
+def test_the_number_of_the_latest_edit_changes_with_everything_that_changes_the_track(project, id_):
+    assert project.head(id_, "anna") == 0
+    heads = [project.edit(id_, "anna", (), GRAB, "grab painted").id]
+    heads.append(project.undo(id_, "anna").id)
+    assert project.head(id_, "anna") == heads[-1]
+    heads.append(project.redo(id_, "anna").id)
+    project.edit(id_, "bert", (), HOLD, "another track")
+    assert project.head(id_, "anna") == heads[-1]
+    assert len(set(heads)) == 3
+
+
+def test_changing_a_project_inside_a_snapshot_is_a_mistake_of_the_program(project, id_):
+    with project.snapshot(), pytest.raises(RuntimeError, match="inside a snapshot"):
+        project.edit(id_, "anna", (), GRAB, "grab painted")
+    assert project.track(id_, "anna").segments == ()
+    project.edit(id_, "anna", (), GRAB, "grab painted")
+
+
+def test_a_track_is_found_by_the_id_of_its_demonstration_alone(project, id_):
+    for key in ("01", id_[:12]):
+        assert project.load(key).id == id_
+        with pytest.raises(InputError, match="no demonstration"):
+            project.track(key, "anna")
 
 
 STEPS = st.lists(
@@ -276,3 +301,18 @@ def test_a_history_that_does_not_fit_is_refused_as_a_whole(project, id_, path, m
             with pytest.raises((InputError, StaleTrackError)):
                 again.replay(wrong)
             assert again.tracks(id_) == ()
+
+
+def test_nobody_paints_under_a_models_name(project, make):
+    id_ = project.add(make(1)).id
+    with pytest.raises(InputError, match="model's name"):
+        project.edit(id_, "model foam", (), GRAB, "painted")
+    assert project.authors() == ()
+
+
+def test_a_models_track_from_a_file_is_a_models_track_and_is_renewed(project, make):
+    id_ = project.add(make(1), [Track("model foam", GRAB)]).id
+    (author,) = project.authors()
+    assert (author.name, author.kind) == ("model foam", "model")
+    project.add(make(1), [Track("model foam", HOLD)])
+    assert project.track(id_, "model foam").segments == HOLD

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import re
 import sqlite3
 import struct
@@ -10,7 +11,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.project import Project
+from forcelab.project import Project, database
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
 
 
@@ -207,3 +208,42 @@ def test_a_store_that_another_program_keeps_busy_is_one_sentence(path, make):
             assert one_sentence(str(caught.value))
             other.execute("ROLLBACK")
             project.edit(added.id, "anna", (), (Segment(0, 1, "grab"),), "painted")
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "said"),
+    [
+        (11, "database disk image is malformed", "is damaged"),
+        (26, "file is not a database", "is damaged"),
+        (1, "no such column: x", "SQLite says 'no such column: x'"),
+        (7, "out of memory", "SQLite says 'out of memory'"),
+        (5, "database is locked", "kept busy"),
+        (6, "database table is locked", "kept busy"),
+        (13, "database or disk is full", "make room"),
+        (10 | 3 << 8, "disk I/O error", "make room"),
+        (8 | 1 << 8, "attempt to write a readonly database", "check who may write"),
+    ],
+)
+@pytest.mark.parametrize("numbered", [True, False])
+def test_only_a_damaged_store_is_called_damaged(path, code, text, said, numbered):
+    error = sqlite3.OperationalError(text)
+    if numbered:  # as from Python 3.11 on
+        error.sqlite_errorcode = code
+    with pytest.raises(InputError, match=said) as caught, database._told(path, 5):
+        raise error
+    assert one_sentence(str(caught.value))
+    assert ("damaged" in str(caught.value)) == (code in (11, 26))
+
+
+def test_what_a_killed_creation_left_is_cleared_away_when_it_is_old(path):
+    parent = path.parent
+    old = parent / f".forcelab-{'0' * 16}.part"
+    now = parent / f".forcelab-{'1' * 16}.part"
+    mine = parent / ".forcelab-mine.part"
+    for folder in (old, now, mine):
+        (folder / "demonstrations").mkdir(parents=True)
+    for folder in (old, mine):
+        for entry in (folder / "demonstrations", folder):
+            os.utime(entry, (0, 0))
+    Project.create(path).close()
+    assert sorted(parent.iterdir()) == sorted([now, mine, path])

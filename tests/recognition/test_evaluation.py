@@ -110,11 +110,9 @@ def test_two_evaluations_of_one_seed_differ_in_their_run_times_only(six):
 def test_progress_counts_the_folds(six):
     progress = []
     finish(leave_one_out(six[:3], FAST), progress.append)
-    for text in ("features", "recognising"):
-        counted = [(step.done, step.total) for step in progress if step.text == text]
-        assert counted == [(1, 3), (2, 3), (3, 3)]
-    # One step of each fit stands before its fold: whoever watches can stop in the middle of it.
-    assert [step.text for step in progress[3:5]] == ["fit", "recognising"]
+    told = [(step.text, step.done, step.total) for step in progress]
+    assert told[:3] == [("features", 1, 3), ("features", 2, 3), ("features", 3, 3)]
+    assert told[3:] == [("fit 1 of 3", 1, 1), ("fit 2 of 3", 1, 1), ("fit 3 of 3", 1, 1)]
 
 
 # One process a fold is started for real: warnings, results and the end of the program.
@@ -177,8 +175,9 @@ def test_demonstrations_without_labels_are_left_out_with_a_remark(six, count, se
 
 def test_a_fold_without_two_actions_is_refused_in_a_sentence(six):
     still = [relabelled(six[0], ["still"] * 5), six[1]]
-    with pytest.raises(InputError, match="at least two actions"):
+    with pytest.raises(InputError, match=r"With 'foam 02' left out: .* only still") as refusal:
         finish(leave_one_out(still, FAST))
+    assert "stride of 2" in str(refusal.value)
 
 
 def test_demonstrations_of_different_channels_are_refused(six):
@@ -209,10 +208,35 @@ def test_what_is_tested_at_another_rate_does_not_move_the_grid(six):
     result = finish(across(six[:2], fast, RAW))
     recogniser = train(six[:2], RAW)
     for item, tested in zip(fast, result.tested, strict=True):
-        np.testing.assert_allclose(np.diff(tested.times), 0.01)
-        raw = recogniser.predict(item.demonstration).raw
+        predicted = recogniser.predict(item.demonstration)
+        np.testing.assert_allclose(np.diff(predicted.times), 0.01)
+        # Scored on the demonstration's own stamps, each with the nearest time step's action.
+        assert tested.times is item.demonstration.times
+        nearest = np.abs(predicted.times - tested.times[:, np.newaxis]).argmin(axis=1)
         names = np.array(recogniser.actions)
-        np.testing.assert_array_equal(as_actions(tested, "raw"), names[raw])
+        found = as_actions(tested, "raw")
+        agree = found == names[predicted.raw[nearest]]
+        # A stamp half way between two time steps may go with either.
+        assert agree[np.arange(len(agree)) % 4 != 2].all()
+
+
+def test_scores_of_different_grids_count_the_same_samples(six):
+    fine, coarse = (
+        finish(leave_one_out(six[:3], settings)) for settings in (RAW, RAW.replace(rate=50.0))
+    )
+    counted = [np.sum(result.scores("raw")[0].confusion) for result in (fine, coarse)]
+    assert counted[0] == counted[1]
+    assert (fine.rate, coarse.rate) == (pytest.approx(100.0), pytest.approx(50.0))
+
+
+def test_a_demonstration_that_is_there_twice_is_refused(six):
+    twin = Demonstration("twin", "other", *demonstration_parts(six[0].demonstration))
+    with pytest.raises(InputError, match="is there twice"):
+        finish(leave_one_out([*six[:2], Labelled(twin, six[0].segments)], RAW))
+
+
+def demonstration_parts(demonstration):
+    return demonstration.times, demonstration.signals, demonstration.channels
 
 
 def test_actions_that_were_never_trained_count_as_wrong_and_are_named(six):

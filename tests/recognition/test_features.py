@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,7 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from synthetic import synthetic_demonstration
 
-from forcelab.recognition.features import feature_names, features
+from forcelab.errors import InputError
+from forcelab.recognition.features import BLOCK, feature_names, features
 from forcelab.signals.channels import channel_map
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.cwt import cwt, geometric_scales
@@ -160,7 +163,7 @@ def test_silence_before_a_contact_has_phase_zero_and_the_contact_has_not():
     x[0, 3000:] = tone(40, 1000)
     magnitude, phase = split(features(x, SCALES[:5], MORLET), 1, 5)
     assert not phase[0, 1:, :2000].any()
-    assert np.all(magnitude[0, 1:, 3100:3900].mean(axis=1) > magnitude[0, 1:, :2000].max() + 10)
+    assert np.all(magnitude[0, 1:, 3100:3900].mean(axis=1) > magnitude[0, 1:, :2000].max() + 3)
     assert np.mean(phase[0, :, 3100:3900] != 0) > 0.99
 
 
@@ -181,6 +184,71 @@ def test_what_is_not_there_beside_the_noise_stops_a_thousandth_below_it():
     level = float(noise_level(x))
     np.testing.assert_allclose(magnitude[0, 0, inner], np.log(1e-3 * level), rtol=1e-12)
     assert not phase[0, 0, inner].any()
+
+
+def test_counts_that_mostly_repeat_stop_a_thousandth_below_the_noise_of_rounding():
+    counts = np.round(20 * np.sin(2 * np.pi * 0.5 * np.arange(4000) / RATE))
+    magnitude, phase = split(features(counts[np.newaxis], SCALES, MORLET), 1, 10)
+    floor = np.log(1e-3 / np.sqrt(12))
+    assert magnitude.min() == pytest.approx(floor, rel=1e-12)
+    assert not phase[magnitude < floor + 1e-9].any()
+    unit = split(features(0.0125 * counts[np.newaxis], SCALES, MORLET), 1, 10)
+    assert unit[0].min() == pytest.approx(floor + np.log(0.0125), rel=1e-12)
+
+
+def test_a_smooth_force_keeps_all_its_digits():
+    smooth = np.sin(2 * np.pi * 0.05 * np.arange(20_000) / RATE)
+    magnitude, _ = split(features(smooth[np.newaxis], SCALES, MORLET), 1, 10)
+    assert magnitude.min() < np.log(1e-9)
+
+
+def test_noise_that_is_given_sets_the_floor_of_every_channel_in_its_own_unit():
+    still = np.stack([np.full(3000, 5.0), 8 * np.sin(np.arange(3000) / 1e3), np.zeros(3000)])
+    given_noise = np.array([0.02, 3e-3, 0.5])
+    table = features(still, np.array([2.0, 4.0]), MORLET, noise=given_noise)
+    magnitude, phase = split(table, 3, 2)
+    inner = slice(500, 2500)
+    expected = np.log(1e-3 * given_noise)[:, np.newaxis, np.newaxis]
+    np.testing.assert_allclose(magnitude[:, :, inner] - expected, 0, atol=1e-9)
+    assert not phase[:, :, inner].any()
+
+
+@pytest.mark.parametrize("given_noise", [[0.1], [0.1, -1.0], [0.1, np.nan], [np.inf, 0.1]])
+def test_noise_that_cannot_be_is_refused(given_noise):
+    with pytest.raises(InputError, match="noise of 2 channels is 2 finite numbers"):
+        features(noise(2, 100), SCALES, MORLET, noise=np.array(given_noise))
+
+
+@pytest.mark.parametrize("size", [1e-320, 1e-100, 1e100, 1e300])
+def test_channels_of_any_size_stay_finite_beside_any_noise(size):
+    for level in (0.0, 5e-324, 1.0, 1e308):
+        table = features(size * noise(1, 100), SCALES, MORLET, noise=np.array([level]))
+        assert np.isfinite(table).all()
+
+
+def test_the_noise_of_the_whole_gives_a_part_the_features_it_has_in_the_whole():
+    step = 0.01 * noise(6000) * (np.arange(6000) > 3500) + tone(3, 6000)
+    whole = step[np.newaxis]
+    level = noise_level(whole)
+    scales = np.array([4.0, 8.0, 16.0])
+    np.testing.assert_array_equal(
+        features(whole, scales, MORLET, noise=level), features(whole, scales, MORLET)
+    )
+    part = features(whole[:, :3000], scales, MORLET, noise=level)
+    inner = slice(200, 2800)
+    expected = features(whole, scales, MORLET)[inner]
+    np.testing.assert_allclose(part[inner, :3], expected[:, :3], atol=1e-6)
+
+
+def test_blocks_leave_no_seams():
+    channels = noise(2, 2 * BLOCK + 3)
+    table = features(channels, SCALES[:3], MORLET)
+    for i, channel in enumerate(channels):
+        coefficients = cwt(channel, SCALES[:3], MORLET).T
+        expected = np.log(np.abs(coefficients))
+        np.testing.assert_allclose(table[:, 3 * i : 3 * i + 3], expected, atol=1e-9)
+        angles = table[:, 6 + 3 * i : 9 + 3 * i]
+        np.testing.assert_allclose(angles, np.angle(coefficients), atol=1e-9)
 
 
 def test_a_silent_channel_among_loud_ones_stays_silent_and_changes_nothing():
@@ -243,6 +311,15 @@ def test_features_are_finite_whatever_goes_in(channels, wavelet):
 @pytest.mark.parametrize("n", [1, 2, 3, 100])
 def test_broken_channels_give_finite_features(channel, n):
     assert np.isfinite(features(channel[np.newaxis, :n], SCALES, MORLET)).all()
+
+
+def test_a_long_recording_costs_little_more_than_its_features():
+    channels = noise(4, 100_000)
+    tracemalloc.start()
+    table = features(channels, SCALES, MORLET)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1.6 * table.nbytes
 
 
 def test_the_input_is_left_alone():

@@ -64,6 +64,13 @@ def test_the_median_is_that_of_sorted_windows_at_any_width(codes, width):
     assert median(codes, width).tolist() == median_by_sorting(codes.tolist(), width)
 
 
+@pytest.mark.parametrize("width", [10**9, 10**9 + 1, 10**30])
+def test_a_window_far_wider_than_the_recording_costs_no_more_and_is_right(width):
+    codes = np.array([3, 0, 4, 4, 2, 1, 5, 5, 0])
+    same = median_by_sorting(codes.tolist(), 1000 + width % 2)
+    assert median(codes, width).tolist() == same != codes.tolist()
+
+
 def test_an_even_width_invents_a_label_that_neither_neighbour_has():
     codes = np.repeat([1, 5], 20)
     assert set(median(codes, 10).tolist()) == {1, 3, 5}

@@ -16,7 +16,7 @@ from forcelab.recognition.segmental import (
     edit_score,
     match,
 )
-from forcelab.runs import runs, sample_ends
+from forcelab.stretches import sample_ends, stretches
 
 ACTIONS = ["a", "b", "c"]
 
@@ -96,7 +96,7 @@ def test_edit_distance_is_right_beyond_the_width_of_a_machine_word():
 @given(tracks())
 def test_runs_are_the_segments_of_from_codes(track):
     codes, _, times = track
-    found = runs(codes, times, sample_ends(times))
+    found = stretches(codes, times, sample_ends(times))
     expected = from_codes(codes, times, ACTIONS)
     assert [ACTIONS[code] for code in found.codes] == [s.action for s in expected]
     assert found.starts.tolist() == [s.start for s in expected]

@@ -217,13 +217,13 @@ def test_training_with_one_action_only_is_refused_in_a_sentence(three):
         Labelled(i.demonstration, tuple(s for s in i.segments if s.action == "still"))
         for i in three
     ]
-    with pytest.raises(InputError, match="at least two actions"):
+    with pytest.raises(InputError, match="samples of two actions"):
         train(still, SMALL)
 
 
 def test_segments_that_hold_no_sample_are_no_labels(three):
     beyond = (Segment(1000.0, 1001.0, "grab"), Segment(1001.0, 1002.0, "hold"))
-    with pytest.raises(InputError, match="at least two actions"):
+    with pytest.raises(InputError, match="samples of two actions"):
         train([Labelled(three[0].demonstration, beyond)], SMALL)
 
 

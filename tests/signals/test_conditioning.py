@@ -131,3 +131,44 @@ def test_the_noise_is_given_in_units_of_the_values():
 @pytest.mark.parametrize("n", [1, 2])
 def test_so_few_samples_have_no_noise(n):
     assert noise_level(np.arange(float(n))) == 0
+
+
+@pytest.mark.parametrize("step", [1.0, 0.0125, 2.0**-20, 1e-3 / 3])
+@pytest.mark.parametrize("offset", [0.0, -512.3])
+def test_counts_that_mostly_repeat_have_the_noise_of_rounding(step, offset):
+    t = np.arange(4000) / 1000
+    counts = offset + step * np.round(20 * np.sin(2 * np.pi * 0.5 * t))
+    assert noise_level(counts) == pytest.approx(step / np.sqrt(12), rel=1e-6)
+    ready = condition(counts)
+    noise = np.ldexp(ready.noise[0], int(ready.exponent[0]))
+    assert noise == pytest.approx(step / np.sqrt(12), rel=1e-6)
+
+
+def test_rounding_on_top_of_counts_is_no_step():
+    random = np.random.default_rng(4)
+    t = np.arange(4000) / 1000
+    counts = np.round(20 * np.sin(2 * np.pi * 0.5 * t)) + 1e3
+    dusty = counts * (1 + random.choice([-1, 0, 1], t.size) * np.finfo(float).eps)
+    assert noise_level(dusty) == pytest.approx(1 / np.sqrt(12), rel=1e-6)
+    assert noise_level(np.full(100, 0.1) * (1 + 1e-16 * random.standard_normal(100))) == 0
+
+
+def test_counts_joined_by_straight_lines_are_not_judged_by_their_luckiest_sample():
+    t = np.arange(4000) / 1000
+    counts = np.round(20 * np.sin(2 * np.pi * 0.5 * t))
+    finer = np.interp(np.arange(0, 3.999, 1 / 1003), t, counts)
+    assert 0.05 < noise_level(finer) * np.sqrt(12) <= 1
+
+
+@pytest.mark.parametrize("still", [0.3, 0.7])
+def test_counts_that_flicker_have_the_same_noise_whether_half_of_them_repeat_or_not(still):
+    random = np.random.default_rng(5)
+    flicker = random.choice([-1.0, 0.0, 1.0], 20_000, p=[(1 - still) / 2, still, (1 - still) / 2])
+    assert 0.25 < noise_level(flicker) < 1.5
+
+
+@pytest.mark.parametrize("hertz", [0.01, 0.5, 20.0])
+def test_a_smooth_force_is_not_taken_for_a_rounded_one(hertz):
+    w = 2 * np.pi * hertz / 1000
+    smooth = 10 * np.sin(w * np.arange(20_000))
+    assert noise_level(smooth) < 10 * w * w

@@ -6,12 +6,7 @@ from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
 from forcelab.gui.figures.clusters import ClusterFigure, cluster_figure
 from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.figures.timelines import Pair, TimelinePairs
-from forcelab.gui.figures.wavelets import (
-    WaveletFigure,
-    WaveletView,
-    view_wavelets,
-    wavelet_figure,
-)
+from forcelab.gui.figures.wavelets import WaveletFigure, wavelet_figure
 
 __all__ = [
     "LIGHT",
@@ -22,8 +17,6 @@ __all__ = [
     "Theme",
     "TimelinePairs",
     "WaveletFigure",
-    "WaveletView",
     "cluster_figure",
-    "view_wavelets",
     "wavelet_figure",
 ]

@@ -28,7 +28,8 @@ APART = 8.0
 PADDING = 2.0
 SIDE_TITLE = 22.0
 BAR_WIDTH, BAR_HEIGHT = 12.0, 160.0
-UNLABELLED = "unlabelled"
+#: The name of the last column.
+LAST_NAME = "unlabelled"
 KEY = "Colour and per cent: share of the human label's samples (row)."
 
 
@@ -117,7 +118,7 @@ class ConfusionMatrix(Figure):
         """The columns' names, elided; all but the last are the rows' too."""
         return tuple(
             text.elided(name, text.font(), NAME_ROOM, middle=True)
-            for name in (*self.actions, UNLABELLED)
+            for name in (*self.actions, LAST_NAME)
         )
 
     @cached_property

@@ -60,8 +60,13 @@ def ready() -> QGuiApplication:
 
 @cache
 def _application() -> QGuiApplication:
-    """The application for figures drawn outside the window; kept alive by the cache."""
-    return QGuiApplication(["forcelab"])
+    """The application for figures drawn outside the window; kept alive by the cache.
+
+    One that can have windows, since Qt allows no second one: it costs 5 ms and 5 MB more.
+    """
+    from PySide6.QtWidgets import QApplication
+
+    return QApplication(["forcelab"])
 
 
 @cache

@@ -93,6 +93,9 @@ class TimelinePairs(Figure):
         Colours apart from the actions'.
     width : float
         In pixels; the height follows from the number of pairs.
+    note_key : str
+        What the notes say, such as ``"At the right: frame accuracy."``; drawn below the title
+        where any pair has a note.
 
     Raises
     ------
@@ -106,6 +109,7 @@ class TimelinePairs(Figure):
     actions: tuple[str, ...] = ()
     theme: Theme = LIGHT
     width: float = 960.0
+    note_key: str = ""
 
     def __post_init__(self) -> None:
         if not self.pairs:
@@ -150,7 +154,9 @@ class TimelinePairs(Figure):
         heading = text.font(14, bold=True)
         title = text.elided(self.title, heading, room)
         text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
-        text.put(painter, MARGIN, MARGIN + 26, KEY, face=text.font(10), ink=muted)
+        key = f"{KEY} {self.note_key}" if any(pair.note for pair in self.pairs) else KEY
+        key = text.elided(key, text.font(10), room)
+        text.put(painter, MARGIN, MARGIN + 26, key, face=text.font(10), ink=muted)
         self._paint_legend(painter)
         axis = self.axis
         self._paint_grid(painter, axis)

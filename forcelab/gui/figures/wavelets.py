@@ -16,10 +16,9 @@ from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
 from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve, paint_names
 from forcelab.gui.figures.shades import shades
-from forcelab.signals.cwt import cwt, frequencies
-from forcelab.signals.wavelets import Morlet
+from forcelab.signals.showcase import WaveletView, two_tones, view_wavelets
 
-__all__ = ["WaveletFigure", "WaveletView", "view_wavelets", "wavelet_figure"]
+__all__ = ["WaveletFigure", "wavelet_figure"]
 
 MARGIN = 24.0
 LEFT = 76.0
@@ -31,63 +30,6 @@ AXIS_ROOM = 36.0
 #: Pixels of a picture of magnitudes for each pixel of the figure.
 FINENESS = 2
 KEY = "Magnitudes: from none (light) to the largest of each wavelet (dark)."
-
-
-@dataclass(frozen=True, eq=False)
-class WaveletView:
-    """One wavelet, and the magnitudes it gives.
-
-    Parameters
-    ----------
-    title : str
-        Such as ``"p = 5"``.
-    t : ndarray, shape (m,)
-        Times in units of the scale, increasing.
-    psi : ndarray of complex, shape (m,)
-        The wavelet at `t`.
-    hertz : ndarray, shape (k,)
-        Frequencies of the rows of `magnitudes`, positive, increasing, k >= 2.
-    magnitudes : ndarray, shape (k, n)
-        Of the test signal; drawn as shares of the largest.
-    """
-
-    title: str
-    t: NDArray[np.float64]
-    psi: NDArray[np.complex128]
-    hertz: NDArray[np.float64]
-    magnitudes: NDArray[np.float64]
-
-
-def view_wavelets(
-    ps: Sequence[float], signal: NDArray[np.float64], rate: float, low: float, high: float
-) -> tuple[WaveletView, ...]:
-    """Compute what :class:`WaveletFigure` draws, for Morlet wavelets of several p.
-
-    Parameters
-    ----------
-    ps : sequence of float
-        Each wavelet's p.
-    signal : ndarray, shape (n,)
-        The test signal at a uniform rate.
-    rate : float
-        Samples a second.
-    low, high : float
-        Frequencies in Hz from which to which magnitudes are computed, ``0 < low < high``.
-
-    Notes
-    -----
-    Magnitudes are divided by the square root of the scale, so that sines of one amplitude look
-    equally strong whatever their frequency.
-    """
-    t = np.linspace(-4.0, 4.0, 801)
-    hertz = np.geomspace(low, high, 121)
-    views = []
-    for p in ps:
-        wavelet = Morlet(p)
-        scales = frequencies(hertz, rate, wavelet)  # its own inverse
-        magnitudes = np.abs(cwt(signal, scales, wavelet)) / np.sqrt(scales)[:, np.newaxis]
-        views.append(WaveletView(f"p = {p:g}", t, wavelet.time(t), hertz, magnitudes))
-    return tuple(views)
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,9 +191,7 @@ def wavelet_figure(ps: Sequence[float] = (3.0, 5.0, 10.0, 20.0)) -> WaveletFigur
     they begin and end, a large p how high they are.
     """
     rate, tones = 200.0, (10.0, 16.0)
-    times = np.arange(0.0, 5.0, 1 / rate)
-    low, high = (np.sin(2 * np.pi * tone * times) for tone in tones)
-    signal = low * ((times >= 1) & (times < 3)) + high * ((times >= 2) & (times < 4))
+    times, signal = two_tones(*tones, rate)
     views = view_wavelets(ps, signal, rate, 4.0, 40.0)
     title = "Morlet wavelets: the larger p, the finer in frequency and the coarser in time"
     return WaveletFigure(title, views, times, signal, tones)

@@ -1,0 +1,103 @@
+"""Files and folders that commands read and write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.formats import read
+from forcelab.formats.recording import ReadOptions
+from forcelab.project import Project
+
+__all__ = ["check_outputs", "demonstrations_in", "file_names", "make_folder"]
+
+
+def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path]) -> None:
+    """Refuse files that cannot or must not be written, before the work and not after it.
+
+    Parameters
+    ----------
+    outputs : sequence of Path or None
+        Files to write; None is not asked for.
+    inputs : sequence of Path
+        Files and projects that are read.
+
+    Raises
+    ------
+    InputError
+        If a folder does not exist, an output is a folder, an input or lies in an input project,
+        or two outputs are one file.
+    """
+    asked = [path for path in outputs if path is not None]
+    places = [path.resolve() for path in asked]
+    for path, place in zip(asked, places, strict=True):
+        if not place.parent.is_dir():
+            raise InputError(f"'{path}' cannot be written; its folder does not exist.")
+        if place.is_dir():
+            raise InputError(f"'{path}' is a folder; name a file to write.")
+        if places.count(place) > 1:
+            raise InputError(f"'{path}' is named for two outputs; give each a file of its own.")
+        for source in (source.resolve() for source in inputs):
+            if source == place or source in place.parents:
+                raise InputError(f"'{path}' is what is read here; write to another file.")
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder to write into, unless it is there.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise InputError(f"'{path}' is a file; name a folder to write into.") from error
+    except OSError as error:
+        raise InputError(f"The folder '{path}' cannot be made: {error.strerror}.") from error
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """A distinct, harmless file name for each name, distinct also on systems that ignore case."""
+    taken: set[str] = set()
+    result = []
+    for name in names:
+        base = "".join(c if c.isalnum() or c in " ._-()" else "_" for c in name).strip(" .") or "_"
+        # Bytes, not characters, are what a file system limits, to 255.
+        base = base.encode()[:200].decode(errors="ignore")
+        free, number = base, 1
+        while free.casefold() in taken:
+            number += 1
+            free = f"{base} ({number})"
+        taken.add(free.casefold())
+        result.append(free)
+    return result
+
+
+def demonstrations_in(
+    sources: Sequence[Path], options: ReadOptions
+) -> Iterator[tuple[Demonstration, tuple[str, ...]]]:
+    """All demonstrations of projects (folders) and recordings (files), in order.
+
+    Yields
+    ------
+    demonstration : Demonstration
+    remarks : tuple of str
+        What was said when it was read.
+
+    Raises
+    ------
+    InputError
+        If a source is neither.
+    """
+    for source in sources:
+        if source.is_dir():
+            with Project.open(source) as project:
+                for info in project.demonstrations():
+                    yield project.load(info.id), ()
+        else:
+            for recording in read(source, options):
+                yield recording.demonstration, recording.remarks

@@ -1,0 +1,217 @@
+"""Reading an archive: whole into a new project, or only what any file of recordings holds."""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.errors import InputError, StaleTrackError
+from forcelab.formats.archive.members import MANIFEST, Members, open_members
+from forcelab.formats.archive.values import (
+    edit_of,
+    field,
+    made_of,
+    number,
+    segments_of,
+)
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.labels import Track
+from forcelab.project import Edit, LabelsUsed, Project
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["read", "read_archive", "sniff"]
+
+_STAYED = (
+    "The edits, vocabularies, models' predictions, recognisers and runs stayed in the archive; "
+    "importing it by itself into a new project brings everything."
+)
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is a project archive, whatever its name.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    head : bytes
+        Its first bytes; 64 are enough for an archive as this program writes it.
+    """
+    if not head.startswith(b"PK\x03\x04"):
+        return False
+    if head[30 : 30 + len(MANIFEST)] == MANIFEST.encode():
+        return True
+    try:  # packed again by another program, in another order
+        with zipfile.ZipFile(path) as archive:
+            return MANIFEST in archive.namelist()
+    except (zipfile.BadZipFile, NotImplementedError, OSError):
+        return False
+
+
+def read_archive(path: str | Path, project_path: str | Path) -> Project:
+    """Make a new project of an archive and open it.
+
+    Parameters
+    ----------
+    path : path-like
+        The archive.
+    project_path : path-like
+        The project's folder; must not exist, or be empty.
+
+    Raises
+    ------
+    InputError
+        If the archive is damaged, unsafe or of a newer version, or the folder is taken. Nothing is
+        left of the new project then.
+    """
+    with open_members(Path(path)) as members, Project.creating(project_path) as project:
+        with tempfile.TemporaryDirectory(dir=project.path) as scratch:
+            for id_ in members.ids():
+                demonstration, source = _demonstration(members, id_, Path(scratch))
+                added = project.add(demonstration, source=source)
+                if added.name != demonstration.name:
+                    raise InputError(f"The archive '{path}' has two '{demonstration.name}'.")
+        try:
+            numbers = project.replay(_edits(members))
+        except StaleTrackError as error:
+            where = members.where("edits.json")
+            raise InputError(f"The edits do not fit together in {where}.") from error
+        for id_ in members.ids():
+            if project.tracks(id_) != tuple(track for track, _ in _tracks(members, id_)):
+                where = members.where(f"demonstrations/{id_}/tracks.json")
+                raise InputError(f"The edits do not lead to the segments of {where}.")
+        for task, actions in _object(members, "vocabularies.json").items():
+            project.set_vocabulary(task, Vocabulary.from_json(actions))
+        _read_recognisers(members, project, numbers)
+        for run in _list(members, "runs.json"):
+            where = members.where("runs.json")
+            kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
+            project.add_run(kind, result=result, **_made(run, where, numbers))
+        if members.unread:
+            raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
+    return Project.open(project_path)
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read the demonstrations of an archive with the labels of all coders.
+
+    Models' predictions stay in the archive, so that nobody takes them for labels.
+
+    Parameters
+    ----------
+    path : Path
+        The archive.
+    options : ReadOptions
+        `task` is that of demonstrations that have none; videos are unpacked into `unpack`, and
+        stay in the archive without one.
+
+    Raises
+    ------
+    InputError
+        If the archive is damaged, unsafe or of a newer version.
+    """
+    recordings: list[Recording] = []
+    with open_members(path) as members:
+        for id_ in members.ids():
+            demonstration, _ = _demonstration(members, id_, options.unpack, options.task or "")
+            tracks = tuple(track for track, kind in _tracks(members, id_) if kind == "coder")
+            recordings.append(Recording(demonstration, tracks, () if recordings else (_STAYED,)))
+    return recordings
+
+
+def _demonstration(
+    members: Members, id_: str, unpack: Path | None, task: str = ""
+) -> tuple[Demonstration, str]:
+    """One demonstration and its source."""
+    home = f"demonstrations/{id_}"
+    name = f"{home}/demonstration.json"
+    where = members.where(name)
+    record = members.json(name)
+    channels = []
+    for item in field(record, "channels", list, where):
+        if not isinstance(item, list) or [type(part) for part in item] != [str, str]:
+            raise InputError(f"A channel needs a name and a unit in {where}.")
+        channels.append(Channel(*item))
+    video, told = None, field(record, "video", (dict, type(None)), where)
+    if told is not None and unpack is not None:
+        offset, rate = (number(told.get(key), where) for key in ("offset", "rate"))
+        folder = Path(tempfile.mkdtemp(dir=unpack))
+        file = members.extract(f"{home}/{field(told, 'file', str, where)}", folder)
+        video = VideoReference(file, ClockMap(offset, rate))
+    rate = field(record, "grid_rate", (int, float, type(None)), where)
+    demonstration = Demonstration(
+        name=field(record, "name", str, where),
+        task=field(record, "task", str, where) or task,
+        times=members.array(f"{home}/times.npy"),
+        signals=members.array(f"{home}/signals.npy"),
+        channels=tuple(channels),
+        video=video,
+        grid_rate=None if rate is None else number(rate, where),
+    )
+    if demonstration.id != id_:
+        raise InputError(f"The content of {members.where(home)} does not match its id.")
+    return demonstration, field(record, "source", str, where)
+
+
+def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:
+    """The tracks of a demonstration, each with its author's kind."""
+    name = f"demonstrations/{id_}/tracks.json"
+    where = members.where(name)
+    tracks = []
+    for item in _list(members, name):
+        kind = field(item, "kind", str, where)
+        if kind not in ("coder", "model"):
+            raise InputError(f"An author is neither coder nor model in {where}.")
+        segments = segments_of(field(item, "segments", list, where), where)
+        tracks.append((Track(field(item, "author", str, where), segments), kind))
+    return tracks
+
+
+def _read_recognisers(members: Members, project: Project, numbers: dict[int, int]) -> None:
+    """Add every recogniser to the new project."""
+    where = members.where("recognisers.json")
+    for item in _list(members, "recognisers.json"):
+        id_, name = field(item, "id", str, where), field(item, "name", str, where)
+        data = members.content(f"recognisers/{id_}.skops")
+        if project.add_recogniser(name, data, **_made(item, where, numbers)) != id_:
+            raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
+
+
+def _edits(members: Members) -> list[Edit]:
+    """Every edit, each of a demonstration that is there."""
+    where = members.where("edits.json")
+    edits = [edit_of(item, where) for item in _list(members, "edits.json")]
+    if missing := {edit.demonstration for edit in edits} - set(members.ids()):
+        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    return edits
+
+
+def _made(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:
+    """How a recogniser or a run was made, with the new numbers of the edits it names."""
+    made = made_of(item, where)
+    used: list[LabelsUsed] = made["labels"]
+    if missing := {one.edit for one in used} - {0, *numbers}:
+        raise InputError(f"The edit {min(missing)} is told but missing in {where}.")
+    made["labels"] = [replace(one, edit=numbers.get(one.edit, 0)) for one in used]
+    return made
+
+
+def _list(members: Members, name: str) -> list[Any]:
+    """A member that must be a JSON list."""
+    value = members.json(name)
+    if not isinstance(value, list):
+        raise InputError(f"{members.where(name)} is not a list.")
+    return value
+
+
+def _object(members: Members, name: str) -> dict[str, Any]:
+    """A member that must be a JSON object."""
+    value = members.json(name)
+    if not isinstance(value, dict):
+        raise InputError(f"{members.where(name)} is not an object.")
+    return value

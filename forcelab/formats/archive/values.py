@@ -1,0 +1,132 @@
+"""The objects of a project archive as JSON, read without trust."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from datetime import datetime
+from typing import Any
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Segments
+from forcelab.project import Edit, LabelsUsed, StoredRecogniser, StoredRun
+from forcelab.project.records import EDIT_KINDS, segments_to_json
+
+__all__ = [
+    "edit_of",
+    "edit_to_json",
+    "field",
+    "made_of",
+    "made_to_json",
+    "number",
+    "segments_of",
+]
+
+
+def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
+    """One value of a JSON object; refused if it is not of that kind."""
+    kinds = kind if isinstance(kind, tuple) else (kind,)
+    # type() and not isinstance(): true and false are no numbers.
+    if not isinstance(record, dict) or name not in record or type(record[name]) not in kinds:
+        raise InputError(f"'{name}' is missing or wrong in {where}.")
+    return record[name]
+
+
+def number(value: object, where: str) -> float:
+    """A JSON number as a float."""
+    if type(value) not in (int, float):
+        raise InputError(f"{value!r} is not a number in {where}.")
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError as error:
+        raise InputError(f"A number is too large in {where}.") from error
+
+
+def edit_of(item: object, where: str) -> Edit:
+    """An edit of a JSON object."""
+    kind = field(item, "kind", str, where)
+    if kind not in EDIT_KINDS:
+        raise InputError(f"'{kind}' is no kind of edit in {where}.")
+    reverts = field(item, "reverts", (int, type(None)), where)
+    if (reverts is None) != (kind not in ("undo", "redo")):
+        raise InputError(f"'reverts' is missing or wrong in {where}.")
+    return Edit(
+        id=field(item, "id", int, where),
+        demonstration=field(item, "demonstration", str, where),
+        author=field(item, "author", str, where),
+        kind=kind,
+        time=_time(item, "time", where),
+        what=field(item, "what", str, where),
+        position=field(item, "position", int, where),
+        removed=segments_of(field(item, "removed", list, where), where),
+        inserted=segments_of(field(item, "inserted", list, where), where),
+        reverts=reverts,
+    )
+
+
+def edit_to_json(edit: Edit) -> dict[str, Any]:
+    """An edit as a JSON object."""
+    return {
+        "id": edit.id,
+        "demonstration": edit.demonstration,
+        "author": edit.author,
+        "kind": edit.kind,
+        "time": edit.time.isoformat(),
+        "what": edit.what,
+        "position": edit.position,
+        "removed": segments_to_json(edit.removed),
+        "inserted": segments_to_json(edit.inserted),
+        "reverts": edit.reverts,
+    }
+
+
+def made_of(item: object, where: str) -> dict[str, Any]:
+    """How a recogniser or a run was made."""
+    versions = field(item, "versions", dict, where)
+    if not all(isinstance(text, str) for text in versions.values()):
+        raise InputError(f"'versions' is wrong in {where}.")
+    return {
+        "time": _time(item, "time", where),
+        "settings": field(item, "settings", dict, where),
+        "seed": field(item, "seed", (int, type(None)), where),
+        "labels": [
+            LabelsUsed(
+                demonstration=field(used, "demonstration", str, where),
+                author=field(used, "author", str, where),
+                edit=field(used, "edit", int, where),
+            )
+            for used in field(item, "labels", list, where)
+        ],
+        "versions": versions,
+    }
+
+
+def made_to_json(made: StoredRecogniser | StoredRun) -> dict[str, Any]:
+    """How a recogniser or a run was made, as a JSON object."""
+    return {
+        "time": made.time.isoformat(),
+        "settings": made.settings,
+        "seed": made.seed,
+        "labels": [asdict(used) for used in made.labels],
+        "versions": made.versions,
+    }
+
+
+def segments_of(items: list[Any], where: str) -> Segments:
+    """Segments of a JSON list of ``[start, end, action]``."""
+    segments = []
+    for item in items:
+        if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
+            raise InputError(f"A segment is not start, end and action in {where}.")
+        segments.append(Segment(number(item[0], where), number(item[1], where), item[2]))
+    return tuple(segments)
+
+
+def _time(record: object, name: str, where: str) -> datetime:
+    """A time with its zone."""
+    try:
+        value = datetime.fromisoformat(field(record, name, str, where))
+    except ValueError as error:
+        raise InputError(f"'{name}' is no time in {where}.") from error
+    if value.tzinfo is None:
+        raise InputError(f"'{name}' has no time zone in {where}.")
+    return value

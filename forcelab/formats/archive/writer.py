@@ -1,0 +1,88 @@
+"""Writing a project as an archive."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+
+from forcelab.atomic import atomic_file
+from forcelab.errors import InputError
+from forcelab.formats.archive.members import MANIFEST, VERSION, Writer
+from forcelab.formats.archive.values import edit_to_json, made_to_json
+from forcelab.project import DemonstrationInfo, Edit, Project
+from forcelab.project.records import segments_to_json
+
+__all__ = ["write_archive"]
+
+
+def write_archive(project: Project, path: str | Path) -> None:
+    """Write everything that a project holds into one file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written or a file of the project is missing or damaged; what was
+        there before is untouched.
+    """
+    with project.snapshot(), atomic_file(path) as stream, contextlib.closing(Writer(stream)) as out:
+        out.json(MANIFEST, {"format": "forcelab archive", "version": VERSION})
+        vocabularies = project.vocabularies()
+        out.json("vocabularies.json", {task: v.to_json() for task, v in vocabularies.items()})
+        edits: list[Edit] = []
+        for info in sorted(project.demonstrations(), key=lambda info: info.id):
+            _write_demonstration(project, info, out)
+            for author in info.authors:
+                edits += project.history(info.id, author)
+        edits.sort(key=lambda edit: edit.id)
+        out.json("edits.json", [edit_to_json(edit) for edit in edits])
+        recognisers = project.recognisers()
+        named = [{"id": r.id, "name": r.name, **made_to_json(r)} for r in recognisers]
+        out.json("recognisers.json", named)
+        for recogniser in recognisers:
+            path_ = project.recogniser_path(recogniser.id)
+            out.file(f"recognisers/{recogniser.id}.skops", path_)
+        runs = [{"kind": r.kind, **made_to_json(r), "result": r.result} for r in project.runs()]
+        out.json("runs.json", runs)
+
+
+def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer) -> None:
+    """Write one demonstration's members."""
+    home = f"demonstrations/{info.id}"
+    d = project.load(info.id)
+    if d.id != info.id:
+        raise InputError(
+            f"The arrays of '{info.name}' in '{project.path}' are no longer what was recorded; "
+            f"import the recording again to put them back."
+        )
+    video = d.video and {
+        "file": d.video.path.name,
+        "offset": d.video.clock.offset,
+        "rate": d.video.clock.rate,
+    }
+    record = {
+        "name": d.name,
+        "task": d.task,
+        "channels": [[channel.name, channel.unit] for channel in d.channels],
+        "grid_rate": d.grid_rate,
+        "video": video,
+        "source": info.source,
+    }
+    out.json(f"{home}/demonstration.json", record)
+    out.array(f"{home}/times.npy", d.times)
+    out.array(f"{home}/signals.npy", d.signals)
+    if d.video and not d.video.path.is_file():
+        raise InputError(
+            f"The file '{d.video.path}' is missing; import the recording again to put it back."
+        )
+    if d.video:
+        out.file(f"{home}/{d.video.path.name}", d.video.path)
+    kinds = {author.name: author.kind for author in project.authors()}
+    tracks = [
+        {
+            "author": track.author,
+            "kind": kinds[track.author],
+            "segments": segments_to_json(track.segments),
+        }
+        for track in project.tracks(info.id)
+    ]
+    out.json(f"{home}/tracks.json", tracks)

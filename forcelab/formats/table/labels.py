@@ -1,0 +1,276 @@
+"""Labels in files of their own: tables of start, end, action[, author], and Audacity's labels."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.cells import Kind, NotANumberError, numbers
+from forcelab.formats.table.clocks import YEAR_2001, ClockReader
+from forcelab.formats.table.columns import is_label_name, unit_of_time
+from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
+from forcelab.formats.table.layout import Layout, lay_out
+from forcelab.labels import Segment, Track
+
+__all__ = ["lies_beside", "read_beside", "read_labels", "sniff_labels"]
+
+_STARTS = frozenset(["start", "begin", "onset", "from"])
+_ENDS = frozenset(["end", "stop", "offset", "to", "finish"])
+_ACTIONS = frozenset(["text", "name", "event", "state"])
+_AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
+#: Labels may end later than the recording by this share of it, or by one second.
+_OVERHANG = 0.05
+_PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
+
+
+def _rows(text: Sequence[Line]) -> list[Line]:
+    """Lines without those in which Audacity keeps the frequency range of the label above."""
+    return [line for line in text if not line[1].startswith("\\")]
+
+
+def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int | None] | None:
+    """Where start, end, action and author stand in a labels file; None if it is none.
+
+    Without a header it has to look like one, unless it was asked to be read as one.
+    """
+    found: dict[str, int] = {}
+    for index, column in enumerate(layout.columns):
+        words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
+        first = [word for word in words if word not in {"t", "time"}][:1]
+        for role, names in (("start", _STARTS), ("end", _ENDS), ("author", _AUTHORS)):
+            if first and first[0] in names:
+                found.setdefault(role, index)
+        if is_label_name(column.name) or (first and first[0] in _ACTIONS):
+            found.setdefault("action", index)
+    if {"start", "end", "action"} <= found.keys():
+        return found["start"], found["end"], found["action"], found.get("author")
+    kinds = layout.kinds
+    headless = not any(column.named for column in layout.columns)
+    if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (Kind.NUMBER, Kind.NUMBER):
+        return None
+    places = 0, 1, 2, 3 if len(kinds) == 4 else None
+    if asked:
+        return places
+    if Kind.NUMBER in kinds[2:] or not any(cell.strip() for cell in layout.cells(2)):
+        return None
+    try:
+        starts, ends = (numbers(layout.cells(i), layout.dialect.decimal) for i in (0, 1))
+    except NotANumberError:
+        return None
+    apart = len(kinds) == 4 or bool((ends[:-1] <= starts[1:]).all())
+    return places if (starts <= ends).all() and apart else None
+
+
+def sniff_labels(head: bytes) -> bool:
+    """Whether a file's first 64 KiB are a labels file.
+
+    It is one if its header names a start, an end and an action, or if it has no header and each
+    row holds a start, a later end, and words.
+    """
+    layout = lay_out(_rows(head_lines(head[:HEAD])))
+    return layout is not None and _columns(layout) is not None
+
+
+def lies_beside(path: Path) -> Path | None:
+    """The labels file that lies beside a recording, if there is one.
+
+    For ``NAME.csv`` that is ``NAME.labels.csv``, ``NAME.labels.tsv``, ``NAME.labels.txt``,
+    ``NAME_labels.csv``, or ``NAME.txt`` if it is an Audacity label track; the first that exists.
+    """
+    for place in _PLACES:
+        candidate = path.with_name(path.stem + place)
+        if candidate.is_file() and candidate != path:
+            return candidate
+    audacity = path.with_suffix(".txt")
+    if audacity == path or not audacity.is_file():
+        return None
+    with audacity.open("rb") as file:
+        head = file.read(HEAD)
+    layout = lay_out(_rows(head_lines(head)))
+    if layout is None or layout.dialect.separator != "\t" or _columns(layout) != (0, 1, 2, None):
+        return None
+    return audacity
+
+
+def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
+    """Read a labels file.
+
+    Parameters
+    ----------
+    path : Path
+        A table with the columns start, end, action and perhaps author, with a header or in this
+        order; or an Audacity label track. Rows without an action are unlabelled time.
+    options : ReadOptions
+        `author` is taken where the file names none.
+
+    Returns
+    -------
+    tuple of Track
+        One an author, in the order of their first segment in the file. Times are the file's own,
+        in seconds: from the start of the recording, or since 1970 where they are dates.
+
+    Raises
+    ------
+    InputError
+        If the file is no labels file, or, with the line, if a segment is empty, runs backwards
+        or overlaps another one of its author.
+    """
+    encoding = encoding_of(path)
+    with path.open("rb") as file:
+        rows = _rows(head_lines(file.read(HEAD)))
+    layout = lay_out(rows)
+    if layout is None and _is_header_alone(rows):
+        return ()
+    places = _columns(layout, asked=True) if layout is not None else None
+    if layout is None or places is None:
+        raise InputError(
+            f"{path} is not a labels file; write one row a segment: start, end, action, and the "
+            "author if there are several."
+        )
+    start_at, end_at, action_at, author_at = places
+    at: list[int] = []
+    table: list[list[str]] = []
+    # Without a header nothing tells a preamble from a segment with a slip in it.
+    skip = layout.skip if any(column.named for column in layout.columns) else 0
+    for line_numbers, texts in lines(path, encoding, skip):
+        for number, text in _rows(list(zip(line_numbers, texts, strict=True))):
+            at.append(number)
+            table.append(_cells(path, number, text, layout))
+    starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
+    found: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
+    for number, row, start, end in zip(at, table, starts, ends, strict=True):
+        action = row[action_at].strip()
+        author = row[author_at].strip() if author_at is not None else ""
+        if not action:
+            continue
+        try:
+            segment = Segment(float(start), float(end), action)
+        except InputError as error:
+            raise InputError(f"{path}, line {number}: {error}") from error
+        found[author or options.author].append((segment, number))
+    for author, segments in found.items():
+        for (left, _), (right, number) in pairwise(sorted(segments)):
+            if right.start < left.end:
+                raise InputError(
+                    f"{path}, line {number}: '{right.action}' starts at {right.start:g} s, before "
+                    f"'{left.action}' of {author} ends at {left.end:g} s; move one of their edges."
+                )
+    return tuple(
+        Track(author, tuple(segment for segment, _ in segments))
+        for author, segments in found.items()
+    )
+
+
+def _is_header_alone(rows: Sequence[Line]) -> bool:
+    """Whether a file says what its columns are and then holds no segment."""
+    plain = [text for _, text in rows if not is_comment(text)]
+    return len(plain) == 1 and {"start", "end"} <= set(re.split(r"[\W_]+", plain[0].lower()))
+
+
+def _cells(path: Path, number: int, text: str, layout: Layout) -> list[str]:
+    """The cells of one row; words missing at its end are empty."""
+    try:
+        cells = layout.dialect.split([text])[0]
+    except ValueError as error:
+        raise InputError(f"{path}, line {number}: {error}.") from error
+    width = layout.dialect.width
+    if len(cells) == width - 1 and layout.kinds[-1] is not Kind.NUMBER:
+        cells.append("")
+    if len(cells) != width:
+        raise InputError(
+            f"{path}, line {number} has {len(cells)} cells where {width} are expected: "
+            f"{', '.join(column.name for column in layout.columns)}."
+        )
+    return cells
+
+
+def _seconds(
+    path: Path,
+    layout: Layout,
+    at: Sequence[int],
+    table: Sequence[Sequence[str]],
+    columns: tuple[int, int],
+) -> list[NDArray[np.float64]]:
+    """Starts and ends in seconds on the file's own clock."""
+    edges = [[row[index] for row in table] for index in columns]
+    reader = ClockReader([cell for edge in edges for cell in edge], layout.dialect.decimal)
+    result = []
+    for index, cells in zip(columns, edges, strict=True):
+        name = layout.columns[index].name
+        try:
+            values = reader.read(cells)
+        except NotANumberError as error:
+            raise InputError(
+                f"{path}, line {at[error.index]}: {error.cell!r} in column '{name}' is no time."
+            ) from error
+        if np.isnan(values).any():
+            line = at[int(np.argmax(np.isnan(values)))]
+            raise InputError(f"{path}, line {line} has no time in column '{name}'; give one.")
+        # Unlike the stamps of samples, edges without a unit are far apart: seconds or dates.
+        unit = unit_of_time(layout.columns[index]) or reader.epoch(values) or "s"
+        raw = reader.finish(values, unit, f"{path}, column '{name}',")
+        result.append(raw.seconds(values))
+    return result
+
+
+def read_beside(
+    path: Path, options: ReadOptions, start: float, duration: float
+) -> tuple[tuple[Track, ...], list[str]]:
+    """Read the labels file beside a recording and carry it onto the recording's clock.
+
+    Dates are carried by the recording's own; other times count from the start of the recording,
+    or are on the clock of its stamps where only that fits.
+
+    Parameters
+    ----------
+    path : Path
+        The labels file.
+    options : ReadOptions
+        As for :func:`read_labels`.
+    start : float
+        The recording's first stamp, in seconds on its file's own clock.
+    duration : float
+        The recording's length in seconds.
+
+    Raises
+    ------
+    InputError
+        As of :func:`read_labels`, or if the labels do not fit onto the recording.
+    """
+    tracks = read_labels(path, options)
+    remarks = [f"The labels were read from {path.name}."]
+    edges = [edge for track in tracks for s in track.segments for edge in (s.start, s.end)]
+    if not edges:
+        return (), remarks
+    slack = max(1.0, _OVERHANG * duration)
+
+    def fits(shift: float) -> bool:
+        return -slack <= min(edges) - shift and max(edges) - shift <= duration + slack
+
+    if fits(0.0):
+        return tracks, remarks
+    if not fits(start):
+        raise InputError(
+            f"{path}: the labels go from {min(edges):.9g} s to {max(edges):.9g} s and do not fit "
+            f"its recording, which is {duration:.6g} s long and starts at {start:.9g} s; check "
+            "that they are of this one."
+        )
+    if max(edges) < YEAR_2001:
+        remarks.append(
+            f"Its times were taken as stamps of the recording, which start at {start:.9g} s."
+        )
+    moved = [
+        Track(
+            t.author, tuple(Segment(s.start - start, s.end - start, s.action) for s in t.segments)
+        )
+        for t in tracks
+    ]
+    return tuple(moved), remarks

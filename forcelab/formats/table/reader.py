@@ -1,0 +1,240 @@
+"""Text tables as found in the wild: CSV, TSV, semicolons or blanks, one sample a row.
+
+Nothing is repaired in silence: what is left out, renamed, guessed or dropped is said in one
+remark each. The rules for stamps are in :mod:`~forcelab.formats.table.stamps`, those for units of
+time in :mod:`~forcelab.formats.table.clocks`, those for headers in
+:mod:`~forcelab.formats.table.layout`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.table.body import Body, Plan, Words, read_body
+from forcelab.formats.table.cells import Kind
+from forcelab.formats.table.clocks import ClockReader
+from forcelab.formats.table.columns import is_index, unit_of_time
+from forcelab.formats.table.dialect import HEAD, head_lines, is_text
+from forcelab.formats.table.labels import lies_beside, read_beside, sniff_labels
+from forcelab.formats.table.layout import Layout, lay_out, survey
+from forcelab.formats.table.roles import UNLABELLED_WORDS, Roles, choose_roles, label_column
+from forcelab.formats.table.stamps import Repaired, counted, repair
+from forcelab.labels import UNLABELLED, Track, from_codes
+
+__all__ = ["read", "sniff"]
+
+#: Names of files that are meant to be tables, whatever they hold.
+_SUFFIXES = frozenset([".csv", ".tsv"])
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is a text table: rows of numbers, or a text called ``.csv`` or ``.tsv``.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    head : bytes
+        Its first 64 KiB.
+    """
+    if not is_text(head):
+        return False
+    if path.suffix.lower() in _SUFFIXES:
+        return True
+    rows = head_lines(head[:HEAD])
+    text = next((line.lstrip() for _, line in rows if line.strip()), "")
+    if not text or text[0] in "{[<(":
+        return False
+    layout = lay_out(rows)
+    return layout is not None and Kind.NUMBER in layout.kinds
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a table as one demonstration, called like the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file. A labels file beside it is read too, see
+        :func:`forcelab.formats.table.labels.lies_beside`.
+    options : ReadOptions
+        With `rate`, a table without stamps has that many rows a second; one with stamps keeps them
+        and has its features computed at that rate.
+
+    Returns
+    -------
+    list of Recording
+        Exactly one.
+
+    Raises
+    ------
+    InputError
+        If the file holds no table, a cell is not what its column holds, there are neither stamps
+        nor a rate, or the stamps break the rules of :mod:`forcelab.formats.table.stamps`.
+    """
+    layout, encoding = survey(path)
+    with path.open("rb") as file:
+        if sniff_labels(file.read(HEAD)):
+            raise InputError(
+                f"{path} is a labels file (start, end, action), not a recording; put it beside its "
+                "recording NAME.csv as NAME.labels.csv and import that."
+            )
+    roles = choose_roles(layout, options, str(path))
+    clock = None
+    if roles.time is not None:
+        clock = ClockReader(layout.cells(roles.time), layout.dialect.decimal)
+    body = read_body(path, layout, encoding, Plan(roles.numeric, roles.time, clock, roles.label))
+    table = _Table(path, layout, roles, body)
+    remarks = [*layout.remarks, *_ragged(table, options.strict)]
+    repaired = _times(table, clock, options)
+    remarks += repaired.remarks
+    label = label_column(layout, roles, body.words)
+    chosen, left_out = _signal_columns(table, label)
+    signals = np.column_stack([body.values[index][repaired.kept] for index in chosen])
+    channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in chosen)
+    remarks += [*left_out, *_missing(signals, channels)]
+    for array in (repaired.times, signals):
+        array.flags.writeable = False  # so that the demonstration need not copy them
+    demonstration = Demonstration(
+        path.stem, options.task or "", repaired.times, signals, channels, grid_rate=options.rate
+    )
+    track = Track(options.author)
+    if label is not None:
+        track = _track(body.words[label], repaired, options.author)
+    tracks: tuple[Track, ...] = (track,) if track.segments else ()
+    beside = lies_beside(path)
+    if beside is not None and tracks:
+        remarks.append(f"{beside.name} was not read, as the table has labels of its own.")
+    elif beside is not None:
+        tracks, more = read_beside(beside, options, repaired.start, demonstration.duration)
+        remarks += more
+    return [Recording(demonstration, tracks, tuple(remarks))]
+
+
+@dataclass(frozen=True, slots=True)
+class _Table:
+    """A table as read, before it becomes a demonstration."""
+
+    path: Path
+    layout: Layout
+    roles: Roles
+    body: Body
+
+
+def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
+    """A remark on rows with another number of cells; refused if strict."""
+    number = int(table.body.ragged.sum())
+    if not number:
+        return ()
+    line = int(table.body.lines[np.argmax(table.body.ragged)])
+    done = "dropped" if table.roles.time is not None else "taken as missing samples"
+    text = (
+        f"{counted(number, 'row')} with more or fewer than {table.layout.dialect.width} cells "
+        f"{'was' if number == 1 else 'were'} {done}, the first in line {line}"
+    )
+    if strict:
+        raise InputError(f"{table.path}, line {line}: {text}; mend it or let it be repaired.")
+    return (f"{text}.",)
+
+
+def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Repaired:
+    """The repaired stamps, or an even grid where there are none."""
+    if options.rate is not None and not 0 < options.rate < np.inf:
+        raise InputError(f"The rate must be positive, not {options.rate} Hz.")
+    path, lines = table.path, table.body.lines
+    if clock is None or table.roles.time is None or table.body.stamps is None:
+        if options.rate is None:
+            names = ", ".join(column.name for column in table.layout.columns)
+            raise InputError(
+                f"{path} has no column of stamps among {names}; say how many "
+                "samples there are a second, or name the column of stamps."
+            )
+        return Repaired(np.arange(lines.size) / options.rate, np.arange(lines.size), 0.0, ())
+    column = table.layout.columns[table.roles.time]
+    whole = np.flatnonzero(~table.body.ragged)
+    where = f"{path.name}, column '{column.name}',"
+    raw = clock.finish(table.body.stamps[whole], unit_of_time(column), where)
+    repaired = repair(raw, lines[whole], str(path), strict=options.strict)
+    return Repaired(
+        repaired.times, whole[repaired.kept], repaired.start, (*raw.remarks, *repaired.remarks)
+    )
+
+
+def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[str]]:
+    """The columns that become channels, and remarks on those left out."""
+    chosen: list[int] = []
+    left_out: dict[str, list[str]] = {}
+    for index, column in enumerate(table.layout.columns):
+        why = ""
+        if index in (table.roles.time, label):
+            continue
+        if index in table.roles.clocks:
+            why = "stamps too"
+        elif index in table.body.words:
+            empty = table.body.words[index].empty
+            if empty and not column.named:
+                continue  # what a separator at the end of each row makes
+            why = "empty" if empty else "words, not numbers"
+        elif is_index(column, table.layout.cells(index)):
+            why = "counting rows only"
+        if why:
+            name = column.name if column.named else column.name.removeprefix("column ")
+            left_out.setdefault(why, []).append(name)
+        else:
+            chosen.append(index)
+    if not chosen:
+        wordy = [f"'{name}'" for name in left_out.get("words, not numbers", ())]
+        raise InputError(
+            f"{table.path} has no column of numbers besides its stamps"
+            f"{'; words stand in ' + ', '.join(wordy) if wordy else ''}; there is nothing to "
+            "import."
+        )
+    remarks = []
+    nameless = [table.layout.columns[i].name for i in chosen if not table.layout.columns[i].named]
+    if nameless and any(column.named for column in table.layout.columns):
+        which = "a column" if len(nameless) == 1 else f"{len(nameless)} columns"
+        remarks.append(f"The header leaves {which} without a name, called {', '.join(nameless)}.")
+    for why, names in left_out.items():
+        columns = (
+            f"Column {names[0]} was" if len(names) == 1 else f"Columns {', '.join(names)} were"
+        )
+        remarks.append(f"{columns} left out: {why}.")
+    return chosen, remarks
+
+
+def _missing(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
+    """A remark on missing samples, if there are any."""
+    counts = np.isnan(signals).sum(axis=0).tolist()
+    total = sum(counts)
+    if not total:
+        return []
+    each = ", ".join(
+        f"{channel.name} {count:,}"
+        for channel, count in zip(channels, counts, strict=True)
+        if count
+    )
+    if total == 1:
+        return [f"1 sample is missing ({each})."]
+    return [f"{total:,} samples are missing ({each})."]
+
+
+def _track(words: Words, repaired: Repaired, author: str) -> Track:
+    """The label column as a track."""
+    actions: list[str] = []
+    numbers = np.full(len(words.words), UNLABELLED, np.int64)
+    for code, word in enumerate(words.words):
+        if word.lower() in UNLABELLED_WORDS:
+            continue
+        if word not in actions:
+            actions.append(word)
+        numbers[code] = actions.index(word)
+    codes = numbers[words.codes[repaired.kept]]
+    return Track(author, from_codes(codes, repaired.times, actions))

@@ -1,0 +1,189 @@
+"""Which columns of a text table hold stamps, which hold labels, which hold numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.body import Words
+from forcelab.formats.table.cells import Kind, kind_of, numbers
+from forcelab.formats.table.clocks import epoch_unit
+from forcelab.formats.table.columns import (
+    SECONDS_IN,
+    Column,
+    find_column,
+    is_index,
+    is_label_name,
+    is_time_name,
+)
+from forcelab.formats.table.layout import Layout
+
+__all__ = ["UNLABELLED_WORDS", "Roles", "choose_roles", "label_column"]
+
+#: Words, in lower case, by which coders and programs leave a sample unlabelled.
+UNLABELLED_WORDS = frozenset(
+    ["", "nan", "none", "null", "na", "n/a", "<na>", "-", "--", "_", "?", "-1"]
+) | {"unlabelled", "unlabeled", "not labelled", "not labeled", "no label"}
+
+_WHOLE = re.compile(r"-?\d+", re.ASCII)
+_DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
+#: A column of whole numbers with more different values than this measures something.
+_MOST_LABELS = 100
+#: Fewer rows cannot show that a nameless column steps evenly.
+_FEWEST_STEPS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Roles:
+    """What the columns of a table are for.
+
+    Parameters
+    ----------
+    time, label : int or None
+        Columns of stamps and of labels, as far as names and options tell.
+    numeric : tuple of int
+        Columns to read as numbers.
+    clocks : tuple of int
+        Further columns that hold stamps and are no signals.
+    """
+
+    time: int | None
+    label: int | None
+    numeric: tuple[int, ...]
+    clocks: tuple[int, ...] = ()
+
+
+def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
+    """Find the columns of stamps and labels by options, names, and how they step.
+
+    Raises
+    ------
+    InputError
+        If an option names no column, or one column for both, or if a column of stamps is written
+        in a way that is not understood.
+    """
+    label = _label(layout, options, where)
+    time, clocks = _time(layout, options, where, label)
+    if time is not None and time == label:
+        raise InputError(
+            f"{where}: column '{layout.columns[time].name}' cannot hold both stamps and labels; "
+            "name another one for either."
+        )
+    numeric = tuple(
+        index
+        for index, kind in enumerate(layout.kinds)
+        if kind is Kind.NUMBER and index not in (time, label)
+    )
+    return Roles(time, label, numeric, tuple(index for index in clocks if index != time))
+
+
+def _label(layout: Layout, options: ReadOptions, where: str) -> int | None:
+    """The column of labels that is asked for or has the surest name."""
+    if options.label is not None:
+        return find_column(layout.columns, options.label, "labels", where)
+    ranked = [
+        (is_label_name(column.name), index)
+        for index, column in enumerate(layout.columns)
+        if column.named and is_label_name(column.name) and not column.unit
+    ]
+    for _, index in sorted(ranked):
+        if layout.kinds[index] in (Kind.TEXT, Kind.MISSING) or _counts_actions(layout, index):
+            return index
+    return None
+
+
+def _counts_actions(layout: Layout, index: int) -> bool:
+    """Whether a numeric column holds a few whole numbers only."""
+    present = {cell.strip() for cell in layout.cells(index)} - UNLABELLED_WORDS
+    return len(present) <= _MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in present)
+
+
+def _time(
+    layout: Layout, options: ReadOptions, where: str, label: int | None
+) -> tuple[int | None, list[int]]:
+    """The column of stamps, and all columns named as such."""
+    columns = layout.columns
+    named = [
+        index
+        for index, column in enumerate(columns)
+        if column.named
+        and is_time_name(column.name)
+        and (not column.unit or column.unit.lower() in SECONDS_IN)
+        and layout.kinds[index] in (Kind.NUMBER, Kind.STAMP)
+        and index != label
+    ]
+    if options.time is not None:
+        wanted = find_column(columns, options.time, "stamps", where)
+        if layout.kinds[wanted] not in (Kind.NUMBER, Kind.STAMP):
+            raise _not_understood(layout, wanted, where)
+        return wanted, named
+    for index in named:
+        if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
+            return index, named
+    for index, column in enumerate(columns):
+        if index != label and _steps_like_time(layout, index, column):
+            return index, named
+    if options.rate is None:
+        for index, column in enumerate(columns):
+            words = layout.kinds[index] is Kind.TEXT and index != label
+            if words and column.named and is_time_name(column.name):
+                raise _not_understood(layout, index, where)
+    return None, named
+
+
+def _not_understood(layout: Layout, index: int, where: str) -> InputError:
+    """The error for stamps that are words."""
+    shown = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
+    return InputError(
+        f"{where}: stamps such as {shown!r} in column '{layout.columns[index].name}' are not "
+        "understood; write numbers or ISO 8601 (2024-05-31 12:00:00.000), or say how many samples "
+        "there are a second."
+    )
+
+
+def _steps_like_time(layout: Layout, index: int, column: Column) -> bool:
+    """Whether a column that is not named so still can only hold stamps.
+
+    It never falls in the sample, and is written as a date and time, or is a date since 1970 by its
+    size, or has a unit of time, or has no name and steps evenly by something else than one.
+    """
+    kind, decimal = layout.kinds[index], layout.dialect.decimal
+    cells = [cell for cell in layout.cells(index) if kind_of(cell, decimal) is kind]
+    if kind is Kind.STAMP:
+        return len(set(cells)) > 1
+    if kind is not Kind.NUMBER or len(cells) < 2:
+        return False
+    values = np.clip(numbers(cells, decimal), -1e30, 1e30)  # so that no difference overflows
+    steps = np.diff(values)
+    if (steps < 0).any() or not (steps > 0).any():
+        return False
+    if epoch_unit(float(values[0])) or column.unit.lower() in SECONDS_IN:
+        return True
+    if column.named or steps.size < _FEWEST_STEPS or is_index(column, cells):
+        return False
+    usual = float(np.median(steps))
+    low, high = np.quantile(steps, [0.05, 0.95])
+    return bool((steps > 0).all() and low > usual / 2 and high < usual * 2)
+
+
+def label_column(layout: Layout, roles: Roles, words: Mapping[int, Words]) -> int | None:
+    """The column of labels: as chosen before reading, else the only one that holds words.
+
+    Of those, constants, dates, and columns with a new word in every other row are none.
+    """
+    if roles.label is not None:
+        return roles.label
+    candidates = []
+    for index, column in words.items():
+        found = {word for word in column.words if word.lower() not in UNLABELLED_WORDS}
+        varies = len(column.words) > 1 and len(found) <= max(1, column.codes.size // 2)
+        if layout.kinds[index] is Kind.STAMP or any(_DATE.fullmatch(word) for word in found):
+            continue
+        if found and varies:
+            candidates.append(index)
+    return candidates[0] if len(candidates) == 1 else None

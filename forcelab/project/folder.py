@@ -1,0 +1,146 @@
+"""A project's folder: made, opened, held still and closed; what is in it is not looked at."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import TypeVar
+
+from forcelab.errors import InputError
+from forcelab.project import files
+from forcelab.project.adding import clear_away
+from forcelab.project.database import Database
+from forcelab.project.loading import DEMONSTRATIONS
+from forcelab.project.runs import RECOGNISERS
+
+__all__ = ["ProjectFolder"]
+
+#: Seconds to wait while another process writes.
+BUSY_TIMEOUT = 5.0
+
+Self = TypeVar("Self", bound="ProjectFolder")
+
+
+class ProjectFolder:
+    """The folder and the open store of a :class:`~forcelab.project.Project`."""
+
+    def __init__(self, path: Path, database: Database) -> None:
+        self.path = path
+        self._db = database
+
+    @staticmethod
+    def vacant(path: str | os.PathLike[str]) -> bool:
+        """Whether a new project can be made there: nothing exists, or an empty folder.
+
+        Raises
+        ------
+        InputError
+            If the folder cannot be looked at.
+        """
+        with files.told(f"'{path}' cannot be opened"):
+            return files.vacant(Path(path))
+
+    @classmethod
+    def create(cls: type[Self], path: str | os.PathLike[str]) -> Self:
+        """Make a new project and open it.
+
+        Parameters
+        ----------
+        path : path-like
+            The folder to make, by custom ``NAME.forcelab``; may exist if it is empty.
+
+        Raises
+        ------
+        InputError
+            If there is something already, or the folder cannot be made.
+        """
+        with cls.creating(path):
+            pass
+        return cls.open(path)
+
+    @classmethod
+    @contextlib.contextmanager
+    def creating(cls: type[Self], path: str | os.PathLike[str]) -> Iterator[Self]:
+        """Make a new project that appears under its name once the block has filled it.
+
+        Nothing is left of it if the block raises. Parameters and errors are those of
+        :meth:`create`.
+        """
+        path = Path(path).absolute()
+        refused = f"'{path}' cannot become a new project"
+        if not cls.vacant(path):
+            what = "the folder is not empty" if path.is_dir() else "it is a file"
+            raise InputError(f"{refused}: {what}; choose another name.")
+        part = path
+        try:
+            with files.told(refused), files.appearing(path) as part:
+                (part / DEMONSTRATIONS).mkdir()
+                (part / RECOGNISERS).mkdir()
+                Database.create(part)
+                with cls.open(part) as project:
+                    yield project
+        except InputError as error:  # in the name that the user knows
+            raise InputError(str(error).replace(str(part), str(path))) from error
+
+    @classmethod
+    def open(cls: type[Self], path: str | os.PathLike[str], timeout: float = BUSY_TIMEOUT) -> Self:
+        """Open a project.
+
+        An older version's is brought up to date; what killed imports left behind is cleared away.
+
+        Parameters
+        ----------
+        path : path-like
+            The project's folder.
+        timeout : float
+            Seconds to wait while another process writes.
+
+        Raises
+        ------
+        InputError
+            If that is no project, a damaged one or one of a newer version; it stays untouched.
+        """
+        folder = Path(path).absolute()
+        project = cls(folder, Database(folder, timeout))
+        try:
+            with files.told(f"'{folder}' cannot be opened"):
+                clear_away(project._db)
+        except BaseException:
+            project.close()
+            raise
+        return project
+
+    @classmethod
+    def open_or_create(cls: type[Self], path: str | os.PathLike[str]) -> Self:
+        """Open what is there; make a project where there is nothing or an empty folder."""
+        return cls.create(path) if cls.vacant(path) else cls.open(path)
+
+    def close(self) -> None:
+        """Let go of the store; nothing more can be asked."""
+        self._db.close()
+
+    def __enter__(self: Self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @contextlib.contextmanager
+    def snapshot(self) -> Iterator[None]:
+        """Reading inside this block shows one moment, whatever other processes commit.
+
+        Raises
+        ------
+        RuntimeError
+            If the project is changed inside the block, which is a mistake of the program.
+        """
+        with self._db.reading():
+            yield

@@ -1,0 +1,116 @@
+"""Folds: train on some demonstrations, recognise another; here or in several processes."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import warnings
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress, finish
+from forcelab.recognition.examples import Examples
+from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import fit_examples
+
+__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one"]
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One demonstration left out.
+
+    Parameters
+    ----------
+    train : sequence of Examples
+        All the others.
+    held_out : Examples
+        The one that the recogniser will not have seen.
+    """
+
+    train: Sequence[Examples]
+    held_out: Examples
+
+
+@dataclass(frozen=True)
+class FoldResult:
+    """What came out of a fold.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        Of the demonstration that was left out, without probabilities.
+    fit_seconds : float
+        Run time of the fit.
+    """
+
+    prediction: Prediction
+    fit_seconds: float
+
+
+def one_by_one(
+    folds: Sequence[Fold], settings: Settings
+) -> Generator[Progress, None, list[FoldResult]]:
+    """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
+    results: list[FoldResult] = []
+    for fold in folds:
+        where = f"{len(results) + 1} of {len(folds)}"
+        results.append((yield from _working(fold, settings, where)))
+    return results
+
+
+def in_processes(
+    folds: Sequence[Fold], settings: Settings, jobs: int
+) -> Generator[Progress, None, list[FoldResult]]:
+    """Work off the folds in several processes; every finished fold is progress."""
+    from joblib import Parallel, delayed
+
+    work = (delayed(_worked)(fold, settings) for fold in folds)
+    with _deaf_to_interrupts():
+        coming = Parallel(n_jobs=jobs, return_as="generator")(work)
+    results: list[FoldResult] = []
+    try:
+        for result in coming:
+            results.append(result)
+            yield Progress(len(results), len(folds), "recognising")
+    finally:
+        with warnings.catch_warnings():
+            # joblib finds it worth a warning that somebody stops early.
+            warnings.simplefilter("ignore", UserWarning)
+            coming.close()
+    return results
+
+
+def _working(fold: Fold, settings: Settings, where: str) -> Generator[Progress, None, FoldResult]:
+    """Train and recognise; progress says which fold it is."""
+    started = perf_counter()
+    try:
+        recogniser = yield from fit_examples(fold.train, settings, text=f"fit {where}")
+    except InputError as error:
+        raise InputError(f"With '{fold.held_out.name}' left out: {error}") from error
+    fitted = perf_counter()
+    prediction = recogniser.predict_examples(fold.held_out)
+    # Probabilities are not needed any more and would be sent between processes.
+    return FoldResult(replace(prediction, probabilities=None), fitted - started)
+
+
+def _worked(fold: Fold, settings: Settings) -> FoldResult:
+    """A fold in a process of its own, where nobody watches."""
+    return finish(_working(fold, settings, ""))
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes started here ignore Ctrl+C, which a terminal sends to all: the parent ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,147 @@
+"""What an evaluation found: predictions beside human tracks, and their scores."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.labels import Segments, from_codes
+from forcelab.recognition.metrics import Counts, Scores, count, pool
+from forcelab.recognition.settings import Settings
+from forcelab.versions import versions
+
+__all__ = ["Evaluation", "Tested"]
+
+
+@dataclass(frozen=True)
+class Tested:
+    """One demonstration, recognised by a recogniser that has not seen it.
+
+    Parameters
+    ----------
+    name, id : str
+        Of the demonstration.
+    times : ndarray of float64, shape (n,)
+        The demonstration's own stamps in seconds, whatever grid it was recognised on, so that
+        scores of different grids compare.
+    actions : tuple of str
+        The evaluation's; codes index it.
+    human, raw, filtered : ndarray of int64, shape (n,)
+        Codes by the human, by the classifier, and by the classifier after the filters.
+    """
+
+    name: str
+    id: str
+    times: NDArray[np.float64]
+    actions: tuple[str, ...]
+    human: NDArray[np.int64]
+    raw: NDArray[np.int64]
+    filtered: NDArray[np.int64]
+
+    @property
+    def start(self) -> float:
+        """Time of the first sample, in seconds."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """Time at which the last sample ends, in seconds."""
+        return float(self.times[-1] + np.median(np.diff(self.times)))
+
+    def segments(self, which: str) -> Segments:
+        """Segments of ``"human"``, ``"raw"`` or ``"filtered"``."""
+        return from_codes(getattr(self, which), self.times, self.actions)
+
+    def counts(self, which: str) -> Counts:
+        """Compare ``"raw"`` or ``"filtered"`` with the human."""
+        return count(self.human, getattr(self, which), self.times, self.actions)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """An evaluation and everything needed to repeat it.
+
+    Parameters
+    ----------
+    title : str
+        What was evaluated, such as ``"stylus"`` or ``"trained on LEGO, tested on cartridge"``.
+    settings : Settings
+    actions : tuple of str
+        All actions in the order of their first occurrence.
+    tested : tuple of Tested
+        In the order of the demonstrations.
+    rate : float
+        Samples a second of the grid that was recognised on.
+    channels : tuple of str
+        Recognition channels.
+    trained_on : tuple of str
+        Ids of the demonstrations that were trained on; leaving one out, all but the tested one.
+    seconds : dict of str to float
+        Run time of ``features``, ``fit``, ``predict`` and ``filter``, each summed over folds.
+    remarks : tuple of str
+        What was left out, a sentence each.
+    """
+
+    title: str
+    settings: Settings
+    actions: tuple[str, ...]
+    tested: tuple[Tested, ...]
+    rate: float
+    channels: tuple[str, ...]
+    trained_on: tuple[str, ...]
+    seconds: dict[str, float]
+    remarks: tuple[str, ...] = ()
+
+    def scores(self, which: str) -> tuple[Scores, list[Scores]]:
+        """Pooled scores, and each demonstration's, of ``"raw"`` or ``"filtered"``."""
+        return self._scores[which]
+
+    @cached_property
+    def _scores(self) -> dict[str, tuple[Scores, list[Scores]]]:
+        """All scores, counted once."""
+        result = {}
+        for which in ("raw", "filtered"):
+            counts = [item.counts(which) for item in self.tested]
+            named = zip(self.tested, counts, strict=True)
+            single = [pool(item.name, [part]) for item, part in named]
+            result[which] = (pool("pooled", counts), single)
+        return result
+
+    def to_json(self) -> dict[str, Any]:
+        """Settings, seed, versions, labels, run times and all scores, as plain values."""
+        result: dict[str, Any] = {
+            "title": self.title,
+            "preset": self.settings.preset,
+            "settings": self.settings.to_json(),
+            "seed": self.settings.seed,
+            "versions": versions(),
+            "labels": list(self.actions),
+            "rate": self.rate,
+            "channels": list(self.channels),
+            "seconds": dict(self.seconds),
+            "tested": [item.id for item in self.tested],
+            "trained_on": list(self.trained_on),
+            "remarks": list(self.remarks),
+        }
+        for which in ("raw", "filtered"):
+            pooled, single = self.scores(which)
+            result[which] = {
+                "pooled": pooled.to_json(),
+                "demonstrations": [scores.to_json() for scores in single],
+            }
+        return result
+
+    def tracks_to_json(self) -> list[dict[str, Any]]:
+        """The segments of human, raw and filtered of each demonstration, as plain values."""
+        return [
+            {"demonstration": item.id}
+            | {
+                which: [[s.start, s.end, s.action] for s in item.segments(which)]
+                for which in ("human", "raw", "filtered")
+            }
+            for item in self.tested
+        ]

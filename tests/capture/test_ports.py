@@ -1,0 +1,66 @@
+import os
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from forcelab.capture.ports import Camera, SerialPort, cameras, serial_ports
+
+
+def kernel_list(folder, **names):
+    for device, name in names.items():
+        (folder / device).mkdir()
+        (folder / device / "name").write_bytes(name)
+    return folder
+
+
+def test_cameras_are_listed_with_the_names_their_drivers_give(tmp_path):
+    folder = kernel_list(tmp_path, video71=b"Webcam \xff\n", video70=b"USB camera\n")
+    assert cameras(folder) == (
+        Camera("/dev/video70", "USB camera", usable=False),
+        Camera("/dev/video71", "Webcam \ufffd", usable=False),
+    )
+
+
+def test_a_camera_that_can_be_read_is_usable(tmp_path):
+    (camera,) = cameras(kernel_list(tmp_path, null=b"sees nothing"))
+    assert camera.usable == os.access("/dev/null", os.R_OK)
+
+
+def test_a_device_that_is_gone_before_it_was_looked_at_is_left_out(tmp_path):
+    kernel_list(tmp_path, video70=b"USB camera\n")
+    (tmp_path / "video71").mkdir()
+    assert [camera.device for camera in cameras(tmp_path)] == ["/dev/video70"]
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")
+def test_a_name_that_cannot_be_read_is_left_out(tmp_path):
+    kernel_list(tmp_path, video70=b"USB camera\n")
+    (tmp_path / "video71").mkdir()
+    (tmp_path / "video71" / "name").symlink_to("/proc/self/mem")  # reading it is an input error
+    assert [camera.device for camera in cameras(tmp_path)] == ["/dev/video70"]
+
+
+@pytest.mark.parametrize("folder", ["/no/such/folder", __file__, "/" + "a" * 5000])
+def test_where_the_system_lists_no_cameras_there_are_none(folder):
+    assert cameras(Path(folder)) == ()
+
+
+def test_serial_ports_are_listed_in_order_and_a_port_without_words_has_none(monkeypatch):
+    from serial.tools import list_ports
+
+    found = [("/dev/ttyNONE1", None), ("/dev/null", "Arduino")]
+    ports = [SimpleNamespace(device=device, description=words) for device, words in found]
+    monkeypatch.setattr(list_ports, "comports", lambda: ports)
+    usable = os.access("/dev/null", os.R_OK | os.W_OK)
+    assert serial_ports() == (
+        SerialPort("/dev/null", "Arduino", usable),
+        SerialPort("/dev/ttyNONE1", "", usable=False),
+    )
+
+
+def test_without_pyserial_the_import_error_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "serial.tools", None)
+    with pytest.raises(ImportError, match="serial"):
+        serial_ports()

@@ -1,0 +1,509 @@
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import stat
+import subprocess
+import sys
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.errors import InputError
+from forcelab.formats.archive import read, read_archive, sniff, write_archive
+from forcelab.formats.archive.members import LARGEST, VERSION
+from forcelab.formats.recording import ReadOptions
+from forcelab.labels import Segment, Track
+from forcelab.painting import erase, paint
+from forcelab.project import LabelsUsed, Project
+
+GRAB = (Segment(0.0, 0.1, "grab"),)
+HOLD = (Segment(0.0, 0.1, "grab"), Segment(1 / 3, 0.7, "höld"))
+
+#: Where commits need not wait for a disk.
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
+@pytest.fixture
+def tmp_path():
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        yield Path(folder)
+
+
+def demonstration(seed: int, name: str = "", **more: object) -> Demonstration:
+    random = np.random.default_rng(seed)
+    times = np.cumsum(random.uniform(0.001, 0.002, 50))
+    channels = (Channel("fx", "N"), Channel("Kraft °", ""))
+    signals = random.normal(size=(50, 2))
+    signals[3, 0] = np.inf
+    return Demonstration(name or f"n{seed}", "LEGO", times, signals, channels, **more)  # type: ignore[arg-type]
+
+
+def everything(project: Project) -> dict[str, object]:
+    """All that a project tells, with its arrays and files."""
+    infos = project.demonstrations()
+    loaded = [project.load(info.id) for info in infos]
+    return {
+        "infos": infos,
+        "arrays": [(d.times.tobytes(), d.signals.tobytes()) for d in loaded],
+        "videos": [d.video and (d.video.path.read_bytes(), d.video.clock) for d in loaded],
+        "authors": project.authors(),
+        "tracks": [project.tracks(info.id) for info in infos],
+        "edits": [project.history(i.id, author) for i in infos for author in i.authors],
+        "vocabularies": project.vocabularies(),
+        "recognisers": project.recognisers(),
+        "files": [project.recogniser_path(r.id).read_bytes() for r in project.recognisers()],
+        "runs": project.runs(),
+    }
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A project with one of everything."""
+    film = tmp_path / "film.mp4"
+    film.write_bytes(os.urandom(5000))
+    with Project.create(tmp_path / "study.forcelab") as project:
+        video = VideoReference(film, ClockMap(-0.1, 1.00001))
+        id_ = project.add(demonstration(1, video=video), [Track("anna", HOLD)], "a.csv").id
+        other = project.add(demonstration(2, grid_rate=250.0)).id
+        project.edit(id_, "mlp 1", (), GRAB, "predicted", kind="predict")
+        project.edit(id_, "anna", HOLD, GRAB, "höld erased")
+        project.undo(id_, "anna")
+        project.edit(other, "bert", (), GRAB, "grab painted")
+        project.undo(other, "bert")
+        project.redo(other, "bert")
+        project.set_vocabulary("LEGO", project.vocabulary("LEGO").rebound("grab", "q"))
+        made = {
+            "settings": {"p": 5, "merge": {"grap": "grab"}},
+            "seed": 3,
+            "labels": [
+                LabelsUsed(id_, "anna", project.head(id_, "anna")),
+                LabelsUsed(other, "anna", 0),
+            ],
+            "versions": {"numpy": "2.4"},
+        }
+        project.add_recogniser("mlp 1", b"opaque", **made)
+        project.add_run("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
+        yield project
+
+
+@pytest.fixture
+def whole(project, tmp_path):
+    """That project as an archive."""
+    path = tmp_path / "study.zip"
+    write_archive(project, path)
+    return path
+
+
+def packed(path: Path, **members: object) -> Path:
+    """An archive packed again with some members replaced, or left out where they are None."""
+    with zipfile.ZipFile(path) as old:
+        content = {info: old.read(info) for info in old.infolist()}
+    target = path.with_name("changed.zip")
+    with zipfile.ZipFile(target, "w") as new:
+        for info, data in content.items():
+            value = members.pop(info.filename, data)
+            if value is not None:
+                new.writestr(info, value if isinstance(value, bytes) else json.dumps(value))
+        for name, value in members.items():
+            new.writestr(name, value)
+    return target
+
+
+def loaded(path: Path, name: str) -> object:
+    with zipfile.ZipFile(path) as old:
+        return json.loads(old.read(name))
+
+
+def refused(path: Path, tmp_path: Path) -> str:
+    """The one sentence with which an archive is refused, nothing being left behind."""
+    target = tmp_path / "into" / "new.forcelab"
+    target.parent.mkdir(exist_ok=True)
+    before = sorted(p for p in tmp_path.rglob("*") if not p.is_relative_to(target.parent))
+    with pytest.raises(InputError) as caught:
+        read_archive(path, target)
+    sentence = str(caught.value)
+    assert list(target.parent.iterdir()) == []
+    assert sorted(p for p in tmp_path.rglob("*") if not p.is_relative_to(target.parent)) == before
+    assert "\n" not in sentence
+    assert sentence.endswith(".")
+    assert not re.search(r"\. [A-Z]", sentence)
+    return sentence
+
+
+def test_an_archive_brings_everything_back(project, whole, tmp_path):
+    expected = everything(project)
+    assert len(expected["edits"]) == 3  # type: ignore[arg-type]
+    with read_archive(whole, tmp_path / "copy.forcelab") as copy:
+        told = everything(copy)
+        runs, copies = expected.pop("runs"), told.pop("runs")
+        assert told == expected
+        assert repr(copies) == repr(runs)  # NaN is not equal to itself
+        video = copy.load("n1").video
+        assert video is not None
+        assert video.path.is_relative_to(tmp_path / "copy.forcelab")
+        write_archive(copy, tmp_path / "again.zip")
+        bert = copy.load("n2").id
+        assert copy.redo(bert, "bert") is None
+        assert copy.undo(bert, "bert") is not None
+        assert copy.redo(copy.load("n1").id, "anna") is not None
+    assert (tmp_path / "again.zip").read_bytes() == whole.read_bytes()
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["paint", "erase", "undo", "redo", "predict", "import"]),
+            st.integers(0, 2),
+            st.sampled_from(["anna", "bert"]),
+            st.floats(0, 10),
+            st.floats(0.01, 5),
+        ),
+        max_size=25,
+    ),
+    st.text(st.characters(exclude_categories=["Cs"]), min_size=1).filter(str.strip),
+)
+@settings(max_examples=10, deadline=None)
+def test_export_import_export_gives_the_same_bytes(steps, name):
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        root = Path(folder)
+        with Project.create(root / "one") as project:
+            ids = [project.add(demonstration(seed, f"{name} {seed}")).id for seed in range(3)]
+            for verb, which, author, start, length in steps:
+                id_, who = ids[which], f"model of {author}" if verb == "predict" else author
+                track = project.track(id_, who).segments
+                if verb == "import":
+                    given_ = (Segment(start, start + length, name),)
+                    d = demonstration(which, f"{name} {which}")
+                    project.add(d, [Track(author, given_)])
+                elif verb == "undo":
+                    project.undo(id_, author)
+                elif verb == "redo":
+                    project.redo(id_, author)
+                else:
+                    paints = verb != "erase"
+                    action = (name,) if paints else ()
+                    after = (paint if paints else erase)(track, start, start + length, *action)
+                    kind = "predict" if verb == "predict" else "paint"
+                    project.edit(id_, who, track, after, verb, kind=kind)
+            write_archive(project, root / "one.zip")
+        with read_archive(root / "one.zip", root / "two") as copy:
+            write_archive(copy, root / "two.zip")
+        assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
+
+
+def test_an_archive_is_known_by_its_content(whole, tmp_path):
+    head = whole.read_bytes()[:64]
+    renamed = whole.rename(tmp_path / "study.csv")
+    assert sniff(renamed, head)
+    again = packed(renamed, **{"forcelab.json": None})
+    assert not sniff(again, again.read_bytes()[:64])
+    manifest = json.dumps({"format": "forcelab archive", "version": 1})
+    last = packed(again, **{"forcelab.json": manifest})
+    assert sniff(last, last.read_bytes()[:64])
+    read_archive(packed(renamed), tmp_path / "fine").close()
+    assert not sniff(renamed, b"")
+    cut = tmp_path / "cut.zip"
+    cut.write_bytes(b"PK\x03\x04" + bytes(100))
+    assert not sniff(cut, cut.read_bytes())
+
+
+def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
+    unpack = tmp_path / "unpack"
+    unpack.mkdir()
+    recordings = read(whole, ReadOptions(task="x", unpack=unpack))
+    one, two = sorted(recordings, key=lambda r: r.demonstration.name)
+    assert [track.author for track in one.tracks] == ["anna"]
+    assert one.tracks[0].segments == HOLD
+    assert two.tracks == (Track("bert", GRAB),)
+    (remark,) = one.remarks + two.remarks
+    assert "models' predictions" in remark
+    assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
+    with Project.create(tmp_path / "other.forcelab") as other:
+        added = other.add(one.demonstration, one.tracks)
+        assert other.load(added.id).id == one.demonstration.id
+        video = other.load(added.id).video
+        assert video is not None
+        assert video.path.read_bytes() == (tmp_path / "film.mp4").read_bytes()
+
+
+def test_a_video_that_nobody_has_a_place_for_stays_in_the_archive(whole):
+    assert all(r.demonstration.video is None for r in read(whole, ReadOptions()))
+
+
+def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, tmp_path):
+    edits, runs, recognisers = (
+        loaded(whole, f"{name}.json") for name in ("edits", "runs", "recognisers")
+    )
+    for edit in edits:  # type: ignore[attr-defined]
+        edit["id"] += 40
+        edit["reverts"] = edit["reverts"] and edit["reverts"] + 40
+    for thing in (*runs, *recognisers):  # type: ignore[misc]
+        thing["labels"][0]["edit"] += 40
+    members = {"edits.json": edits, "runs.json": runs, "recognisers.json": recognisers}
+    with read_archive(packed(whole, **members), tmp_path / "copy.forcelab") as copy:
+        assert copy.runs()[0].labels == project.runs()[0].labels
+        assert copy.recognisers() == project.recognisers()
+    runs[0]["labels"][0]["edit"] = 99  # type: ignore[index]
+    assert "edit 99" in refused(packed(whole, **{"runs.json": runs}), tmp_path)
+
+
+def test_an_archive_goes_only_where_nothing_is(project, whole):
+    with pytest.raises(InputError, match="not empty"):
+        read_archive(whole, project.path)
+    assert project.load("n1").task == "LEGO"
+
+
+EVIL = [
+    "../evil.json",
+    "demonstrations/../../evil.json",
+    "/tmp/evil.json",
+    "C:\\evil.json",
+    "C:/evil.json",
+    "demonstrations\\evil.json",
+    "demonstrations/" + "a" * 32 + "/../evil.npy",
+    "demonstrations/" + "A" * 32 + "/times.npy",
+    "recognisers/x.skops",
+    "forcelab.json\0.txt",
+    "forcelab.json/",
+    "project.sqlite",
+    "edits.json\n",
+]
+
+
+@pytest.mark.parametrize("name", EVIL)
+def test_a_member_that_does_not_belong_is_refused_by_name(whole, tmp_path, name):
+    # zipfile cleans the names that it writes, so the name is put in afterwards.
+    placeholder = "~" * len(name)
+    path = packed(whole, **{placeholder: b"evil"})
+    path.write_bytes(path.read_bytes().replace(placeholder.encode(), name.encode()))
+    assert repr(name) in refused(path, tmp_path)
+    with pytest.raises(InputError, match="refused"):
+        read(path, ReadOptions())
+
+
+def test_links_copies_and_secrets_are_refused_by_name(whole, tmp_path):
+    link = zipfile.ZipInfo("recognisers/" + "0" * 32 + ".skops")
+    link.create_system, link.external_attr = 3, (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(whole, "a") as out:
+        out.writestr(link, "/etc/passwd")
+    assert "is a link" in refused(whole, tmp_path)
+    path = packed(whole, **{link.filename: None})
+    with zipfile.ZipFile(path, "a") as out, pytest.warns(UserWarning, match="Duplicate"):
+        out.writestr("runs.json", "[]")
+    assert "'runs.json' is there twice" in refused(path, tmp_path)
+
+
+def test_an_encrypted_member_is_refused(whole, tmp_path):
+    data = bytearray(whole.read_bytes())
+    at = data.rindex(b"PK\x01\x02")
+    data[at + 8] |= 1
+    whole.write_bytes(data)
+    assert "encrypted" in refused(whole, tmp_path)
+
+
+def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
+    with zipfile.ZipFile(whole) as old:
+        name = next(n for n in old.namelist() if n.endswith("signals.npy"))
+    path = packed(whole, **{name: None})
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
+        out.writestr(name, bytes(LARGEST + 1))
+    assert "claim to unpack to" in refused(path, tmp_path)
+
+
+def test_a_member_longer_than_it_claims_is_refused(whole, tmp_path):
+    path = packed(whole)
+    data = bytearray(path.read_bytes())
+    at = data.rindex(b"PK\x01\x02", 0, data.index(b"vocabularies.json", data.index(b"PK\x01\x02")))
+    data[at + 24 : at + 28] = (5).to_bytes(4, "little")
+    path.write_bytes(data)
+    assert "damaged" in refused(path, tmp_path)
+
+
+def test_an_array_that_claims_to_be_huge_takes_no_memory(whole, tmp_path):
+    stream = io.BytesIO()
+    header = {"descr": "<f8", "fortran_order": False, "shape": (10**15, 2)}
+    np.lib.format.write_array_header_1_0(stream, header)
+    with zipfile.ZipFile(whole) as old:
+        name = next(n for n in old.namelist() if n.endswith("signals.npy"))
+    path = packed(whole, **{name: stream.getvalue()})
+    assert "no array of 64-bit numbers" in refused(path, tmp_path)
+
+
+def test_an_array_of_objects_is_not_unpickled(whole, tmp_path):
+    stream = io.BytesIO()
+    np.save(stream, np.array([print], dtype=object), allow_pickle=True)
+    with zipfile.ZipFile(whole) as old:
+        name = next(n for n in old.namelist() if n.endswith("times.npy"))
+    path = packed(whole, **{name: stream.getvalue()})
+    assert "no array of 64-bit numbers" in refused(path, tmp_path)
+
+
+def test_a_newer_archive_is_refused(whole, tmp_path):
+    manifest = {"format": "forcelab archive", "version": VERSION + 1}
+    assert "newer forcelab" in refused(packed(whole, **{"forcelab.json": manifest}), tmp_path)
+
+
+def test_a_missing_member_is_named(whole, tmp_path):
+    with zipfile.ZipFile(whole) as old:
+        names = [n for n in old.namelist() if n != "forcelab.json"]
+    for name in names:
+        assert name in refused(packed(whole, **{name: None}), tmp_path)
+    assert "not a forcelab archive" in refused(packed(whole, **{"forcelab.json": None}), tmp_path)
+    spare = "recognisers/" + "0" * 32 + ".skops"
+    assert spare in refused(packed(whole, **{spare: b"x"}), tmp_path)
+
+
+def test_content_that_does_not_match_its_id_is_refused(whole, tmp_path):
+    with zipfile.ZipFile(whole) as old:
+        content = {n: old.read(n) for n in old.namelist()}
+    for name, data in content.items():
+        if not name.endswith(".json"):
+            changed = bytearray(data)
+            changed[-min(8, len(data))] ^= 1  # the lowest byte of a number
+            path = packed(whole, **{name: bytes(changed)})
+            assert "does not match" in refused(path, tmp_path)
+
+
+def test_json_that_is_not_what_it_should_be_is_refused_wherever_it_is(whole, tmp_path):
+    with zipfile.ZipFile(whole) as old:
+        texts = {n: old.read(n) for n in old.namelist() if n.endswith(".json")}
+    deep = b"[" * 200_000
+    for name in texts:
+        for wrong in (b"", b"\xff", b"null", b"[3]", b'{"a": 1}', b"[[]]", b"[{}]", deep):
+            refused(packed(whole, **{name: wrong}), tmp_path)
+
+
+WRONG_EDITS = [
+    ("position", 10**30),
+    ("position", -1),
+    ("position", True),
+    ("removed", [[0, 1, "x"]]),
+    ("inserted", [[1, 0, "x"]]),
+    ("inserted", [["a", 1, "x"]]),
+    ("inserted", [[0, 10**400, "x"]]),
+    ("inserted", [[0, float("inf"), "x"]]),
+    ("inserted", [[0.0, 1.0, "\ud800"]]),
+    ("time", "yesterday"),
+    ("time", "2026-01-01T00:00:00"),
+    ("kind", "invented"),
+    ("kind", "undo"),
+    ("author", ""),
+    ("demonstration", "0" * 32),
+    ("reverts", 1),
+    ("what", 3),
+    ("inserted", [[0.0, 0.2, "other"]]),
+]
+
+
+@pytest.mark.parametrize(("key", "value"), WRONG_EDITS)
+def test_a_history_that_cannot_be_is_refused(whole, tmp_path, key, value):
+    edits = loaded(whole, "edits.json")
+    edits[0][key] = value  # type: ignore[index]
+    refused(packed(whole, **{"edits.json": edits}), tmp_path)
+
+
+def test_segments_that_no_history_leads_to_are_refused(whole, tmp_path):
+    with zipfile.ZipFile(whole) as old:
+        name = next(n for n in old.namelist() if n.endswith("tracks.json"))
+    tracks = loaded(whole, name)
+    tracks[0]["segments"] = [[0.5, 0.6, "slip"]]  # type: ignore[index]
+    path = packed(whole, **{name: tracks})
+    assert "do not lead to" in refused(path, tmp_path)
+
+
+def test_a_truncated_archive_is_refused(whole, tmp_path):
+    data = whole.read_bytes()
+    for share in np.linspace(0, 1, 40, endpoint=False):
+        whole.write_bytes(data[: int(share * len(data))])
+        refused(whole, tmp_path)
+    with pytest.raises(InputError, match="No such file"):
+        read(tmp_path / "nowhere.zip", ReadOptions())
+
+
+@given(st.data())
+@settings(max_examples=40, deadline=None)
+def test_a_damaged_byte_is_refused_or_changes_nothing(fuzzed, data):
+    path, expected = fuzzed
+    content = bytearray(path.read_bytes())
+    at = data.draw(st.integers(0, len(content) - 1))
+    content[at] ^= data.draw(st.integers(1, 255))
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        damaged = Path(folder) / "damaged.zip"
+        damaged.write_bytes(content)
+        try:
+            copy = read_archive(damaged, Path(folder) / "copy")
+        except InputError as error:
+            sentence = str(error)
+            assert sentence.endswith(".")
+            assert [p.name for p in Path(folder).iterdir()] == ["damaged.zip"]
+        else:
+            with copy:
+                assert everything(copy) == expected
+
+
+@pytest.fixture(scope="module")
+def fuzzed(tmp_path_factory):
+    """A small archive, and what it holds."""
+    folder = tmp_path_factory.mktemp("fuzzed")
+    with Project.create(folder / "p") as project:
+        id_ = project.add(demonstration(1), [Track("anna", HOLD)]).id
+        project.undo(id_, "anna")
+        write_archive(project, folder / "p.zip")
+        return folder / "p.zip", everything(project)
+
+
+def test_writing_fails_as_a_whole_where_a_file_of_the_project_is_missing(project, tmp_path):
+    target = tmp_path / "out.zip"
+    target.write_text("before")
+    video = project.load("n1").video
+    video.path.unlink()
+    with pytest.raises(InputError, match=r"video-.* is missing"):
+        write_archive(project, target)
+    project.add(replace(project.load("n1"), video=VideoReference(tmp_path / "film.mp4")))
+    array = project.path / "demonstrations" / project.load("n2").id / "signals.npy"
+    data = bytearray(array.read_bytes())
+    data[-1] ^= 1
+    array.write_bytes(data)
+    with pytest.raises(InputError, match="no longer what was recorded"):
+        write_archive(project, target)
+    assert target.read_text() == "before"
+    assert not list(tmp_path.glob(".*"))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs limits of POSIX")
+def test_a_full_disk_leaves_neither_an_archive_nor_a_project(project, whole, tmp_path):
+    code = """
+import resource, sys
+from forcelab.errors import InputError
+from forcelab.formats.archive import read_archive, write_archive
+from forcelab.project import LabelsUsed, Project
+project = Project.open(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (8_000, 8_000))
+try:
+    write_archive(project, sys.argv[3])
+except InputError as error:
+    print(error)
+try:
+    read_archive(sys.argv[2], sys.argv[3])
+except InputError as error:
+    print(error)
+"""
+    target = tmp_path / "target" / "out"
+    target.parent.mkdir()
+    arguments = [sys.executable, "-c", code, project.path, whole, target]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    first, second = done.stdout.splitlines()
+    assert "cannot be written" in first
+    assert second.endswith(".")
+    assert list(target.parent.iterdir()) == []

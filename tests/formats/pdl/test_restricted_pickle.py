@@ -1,0 +1,312 @@
+"""The restricted pickle reader: plain data comes out, and nothing else happens."""
+
+import os
+import pickle
+import struct
+import time
+from collections import OrderedDict
+from datetime import date
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError
+from forcelab.formats.pdl import pickle_machine
+from forcelab.formats.pdl.restricted_pickle import Inert, load_all
+
+BUNDLE = frozenset({"authors.Bundle"})
+
+plain = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(2**63), 2**63 - 1)
+    | st.floats(allow_nan=False)
+    | st.text(),
+    lambda inner: (
+        st.lists(inner, max_size=5)
+        | st.tuples(inner)
+        | st.tuples(inner, inner, inner, inner)
+        | st.dictionaries(st.text(max_size=3) | st.integers(-1000, 1000), inner, max_size=5)
+    ),
+    max_leaves=20,
+)
+
+
+def one(data: bytes, inert: frozenset[str] = frozenset()):
+    (value,) = load_all(data, "x.pdl", inert)
+    return value
+
+
+@settings(max_examples=300, deadline=None)
+@given(plain, st.sampled_from([0, 1, 2]))
+def test_plain_data_comes_back_as_it_was_written(value, protocol):
+    # repr also tells True from 1 and 1 from 1.0
+    assert repr(one(pickle.dumps(value, protocol))) == repr(value)
+
+
+@pytest.mark.parametrize(
+    ("data", "value"),
+    [
+        (b"U\x04gr\xe4b.", "gräb"),
+        (b"T\x04\x00\x00\x00gr\xe4b.", "gräb"),
+        (rb"S'gr\xe4b\n\t\\ it\'s'" + b"\n.", "gräb\n\t\\ it's"),
+        (b'S"it\'s"\n.', "it's"),
+        (b"I01\n.", True),
+        (b"I00\n.", False),
+        (b"L-12345678901L\n.", -12345678901),
+        (b"F1e-07\n.", 1e-07),
+        (b"F-inf\n.", float("-inf")),
+        (b"\x8b\x02\x00\x00\x00\xff\x7f.", 32767),
+        (b"\x8a\x00.", 0),
+        (b"(dp0\nS'a'\np1\n(lp2\nI1\naI2\nasS'b'\ng2\ns.", {"a": [1, 2], "b": [1, 2]}),
+    ],
+)
+def test_strings_and_numbers_as_python_2_wrote_them(data, value):
+    assert repr(one(data)) == repr(value)
+
+
+def test_pickles_that_follow_one_another_are_all_read_and_do_not_share_a_memo():
+    assert load_all(b"]q\x00.K\x05.N.", "x", frozenset()) == [[], 5, None]
+    with pytest.raises(InputError, match="byte 4: asks for value 0, which was not remembered"):
+        load_all(b"]q\x00.h\x00.", "x", frozenset())
+
+
+def test_a_shared_part_stays_one_object():
+    first, second = one(b"](]q\x00K\x01ah\x00e.")
+    assert first is second == [1]
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        b"(cauthors\nBundle\no",  # an old-style instance in the binary protocols
+        b"(iauthors\nBundle\n",  # the same in the text protocol
+        b"cauthors\nBundle\n)R",
+        b"cauthors\nBundle\n)\x81",
+    ],
+)
+def test_an_instance_of_an_inert_class_keeps_nothing(made):
+    data = b"](" + made + b"}U\x06secretK\x01sbK\x07e."
+    assert one(data, BUNDLE) == [Inert.INSTANCE, 7]
+    assert not callable(Inert.INSTANCE)
+    assert not callable(one(b"cauthors\nBundle\n.", BUNDLE))
+
+
+class Evil:
+    """Pickles as a call of os.system."""
+
+    def __reduce__(self):
+        return os.system, ("touch canary",)
+
+
+ATTACKS = {
+    "GLOBAL os": b"cos\nsystem\n(S'touch canary'\ntR.",
+    "GLOBAL posix": b"cposix\nsystem\n(S'touch canary'\ntR.",
+    "GLOBAL builtins": b'c__builtin__\neval\n(S\'open("canary", "w")\'\ntR.',
+    "GLOBAL builtins 3": b'cbuiltins\nexec\n(S\'open("canary", "w")\'\ntR.',
+    "GLOBAL subprocess": b"csubprocess\nPopen\n((lS'touch'\naS'canary'\natR.",
+    "GLOBAL import only": b"ccanary_module\nx\n.",
+    "INST os": b"(S'touch canary'\nios\nsystem\n.",
+    "OBJ os": b"(cos\nsystem\nS'touch canary'\no.",
+    "NEWOBJ": b"csubprocess\nPopen\n((lS'touch'\naS'canary'\nat\x81.",
+    "NEWOBJ_EX": b"cauthors\nBundle\n)}\x92.",
+    "REDUCE of a number": b"K\x01)R.",
+    "REDUCE of an inert instance": b"cauthors\nBundle\n)R)R.",
+    "BUILD of a dictionary": b"}}b.",
+    "BUILD of an inert class": b"cauthors\nBundle\n}b.",
+    "STACK_GLOBAL": b"\x8c\x02os\x8c\x06system\x93\x8c\x0ctouch canary\x85R.",
+    "STACK_GLOBAL of strings of Python 2": b"U\x02osU\x06system\x93(S'touch canary'\ntR.",
+    "EXT1": b"\x82\x01.",
+    "EXT2": b"\x83\x01\x00.",
+    "EXT4": b"\x84\x01\x00\x00\x00.",
+    "PERSID": b"Pcanary\n.",
+    "BINPERSID": b"U\x06canaryQ.",
+    "copy_reg": b"ccopy_reg\n_reconstructor\n(c__main__\nA\nc__builtin__\nobject\nNtR.",
+    "attribute of an inert class": b"cauthors\nBundle.__init__\n.",
+    "__reduce__ 0": pickle.dumps(Evil(), 0),
+    "__reduce__ 2": pickle.dumps(Evil(), 2),
+    "__reduce__ 5": pickle.dumps(Evil(), 5),
+    "OrderedDict": pickle.dumps(OrderedDict(a=1), 2),
+    "date": pickle.dumps(date(2017, 9, 24), 2),
+    "set": pickle.dumps({1, 2}, 2),
+    "bytes": pickle.dumps(b"x", 2),
+    "in the last of many": b"]q\x00.K\x05.}.cos\nsystem\n(S'touch canary'\ntR.",
+    "in the state of an inert instance": b"(cauthors\nBundle\no}U\x01acos\nsystem\nsb.",
+    "where nobody looks": b"cos\nsystem\n0].",
+}
+
+
+@pytest.mark.parametrize("attack", ATTACKS.values(), ids=ATTACKS.keys())
+def test_whatever_is_not_plain_data_is_refused_with_nothing_executed(attack, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "canary_module.py").write_text("open('canary', 'w')\nx = 1\n")
+    with pytest.raises(InputError) as refusal:
+        load_all(attack, "x.pdl", BUNDLE)
+    assert "nothing was executed" in str(refusal.value) or "protocol 5" in str(refusal.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["canary_module.py"]
+
+
+def test_a_refusal_names_the_class_and_the_byte():
+    with pytest.raises(InputError) as refusal:
+        load_all(b"]q\x00.](K\x01cos\nsystem\n", "x.pdl", frozenset())
+    assert str(refusal.value) == (
+        "'x.pdl', byte 8: the pickle asks for 'os.system', which is refused because it could run "
+        "a program; nothing was executed."
+    )
+
+
+def test_a_refusal_names_the_opcode_and_the_byte():
+    with pytest.raises(InputError, match=r"byte 2: the pickle opcode BINPERSID is refused"):
+        load_all(b"K\x01Q.", "x.pdl", frozenset())
+
+
+def nested(depth: int, opening: bytes, closing: bytes) -> bytes:
+    return opening * depth + closing * (depth - 1) + b"."
+
+
+def laughs(seed: bytes, double: bytes, times: int) -> bytes:
+    """A value that is doubled in length by each of many short steps, through the memo."""
+    body = b"(" + seed + b"q\x00"
+    for step in range(times):
+        index = bytes([step])
+        body += double.replace(b"?", index) + b"q" + bytes([step + 1])
+    return body + b"l."
+
+
+BOMBS = {
+    "an integer of 2 GiB": (b"\x8b\xff\xff\xff\x7f", "2,147,483,647 bytes is longer than 64"),
+    "an integer of negative length": (b"\x8b\xff\xff\xff\xff.", "is longer than 64 bits"),
+    "a string of 2 GiB": (b"T\xff\xff\xff\x7fabc.", "announces 2,147,483,647 bytes where 4 are"),
+    "a string of negative length": (b"T\xff\xff\xff\xffabc.", "announces -1 bytes"),
+    "a text of 4 GiB": (b"X\xff\xff\xff\xffabc.", "announces 4,294,967,295 bytes"),
+    "a million digits": (b"I" + b"9" * 1_000_000 + b"\n.", "no integer of up to 64 bits"),
+    "a float of a million digits": (b"F" + b"9" * 1_000_000 + b"\n.", "is no number"),
+    "a list in itself": (b"]q\x00h\x00a.", "holds itself"),
+    "a dictionary in itself": (b"}q\x00K\x01h\x00s.", "holds itself"),
+    "two lists in each other": (b"]q\x00]q\x01h\x00ah\x01ah\x00.", "unfinished"),
+    "a ring of two lists": (b"]q\x00](h\x00ea.", "holds itself"),
+    "lists 100,000 deep": (nested(100_000, b"]", b"a"), "more than 50 deep"),
+    "tuples 90,000 deep": (b")" + b"\x85" * 90_000 + b".", "more than 50 deep"),
+    "100,000 marks": (b"(" * 100_000 + b"l" * 100_000 + b".", "more than 50 deep"),
+    "a billion laughs": (laughs(b"](K\x01K\x01e", b"](h?h?e", 40), "more than 10,000,000 values"),
+    "a billion laughs as a key": (
+        laughs(b"K\x01\x85", b"h?h?\x86", 40).replace(b"l.", b"}h\x28K\x01s."),
+        "a key is of the type tuple",
+    ),
+    "wide laughs": (b"(](" + b"N" * 4000 + b"eq\x00](" + b"h\x00" * 4000 + b"el.", "10,000,000"),
+    "very many lists": (b"](" + b"]" * 100_001 + b"e.", "more than 100,000 lists"),
+    "very many pickles": (b"N." * 101, "byte 200: more than 100 pickles follow"),
+    "very many memo entries": (
+        b"N" + b"".join(b"r" + struct.pack("<I", i) for i in range(500_001)) + b".",
+        "remembers more than 500,000",
+    ),
+}
+
+
+@pytest.mark.parametrize(("bomb", "what"), BOMBS.values(), ids=BOMBS.keys())
+def test_a_bomb_is_defused_in_a_sentence(bomb, what):
+    started = time.process_time()
+    with pytest.raises(InputError) as refusal:
+        load_all(bomb, "x.pdl", BUNDLE)
+    assert time.process_time() - started < 2
+    assert what in str(refusal.value)
+    assert len(str(refusal.value)) < 400
+
+
+@pytest.mark.parametrize("step", [b"N", b"\x80\x02", b"Nq\x00", b"G" + bytes(8)])
+def test_the_number_of_steps_is_bounded_whatever_they_do(step, monkeypatch):
+    monkeypatch.setattr(pickle_machine, "MAX_OPCODES", 1000)
+    assert one(b"](" + step * 400 + b"Ne.")
+    with pytest.raises(InputError, match="has more than 1,000 opcodes; split the database"):
+        one(b"](" + step * 1000 + b"Ne.")
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        (b"]", "byte 1: ends in the middle of a pickle"),
+        (b"G\x00\x00", "byte 0: announces 8 bytes where 2 are left"),
+        (b"I12", "byte 0: a line does not end"),
+        (b"K\x01K\x02.", "byte 4: stops with an unfinished value"),
+        (b"(].", "byte 2: stops with an unfinished value"),
+        (b".", "byte 0: stops with an unfinished value"),
+        (b"e.", "byte 0: goes back to a mark that is not there"),
+        (b"](a.", "byte 2: takes more values than there are"),
+        (b"K\x01K\x02a.", "byte 4: appends to something that is no list"),
+        (b"]K\x01K\x02s.", "byte 5: sets a key of something that is no dictionary"),
+        (b"(K\x01d.", "byte 3: has a key without a value"),
+        (b"}\x88Ns.", "byte 3: a key is of the type bool"),
+        (b"}G\x00\x00\x00\x00\x00\x00\x00\x00Ns.", "a key is of the type float"),
+        (b"S'abc\n.", 'byte 0: "\'abc" is no quoted string'),
+        (b"S'a\\zb'\n.", "backslash that escapes nothing"),
+        (b"X\x02\x00\x00\x00\xff\xff.", "is no valid text"),
+        (b"V\\ud800\n.", "is no valid text"),
+        (b"F1_0\n.", "byte 0: '1_0' is no number"),
+        (b"\xfe.", "byte 0: 0xfe is no pickle opcode"),
+        (b"\x80\x04].", "protocol 4, and only those of Python 2 (0 to 2) are read"),
+    ],
+)
+def test_damage_is_told_with_its_byte(data, what):
+    with pytest.raises(InputError) as refusal:
+        load_all(data, "x.pdl", frozenset())
+    assert what in str(refusal.value)
+    assert str(refusal.value).startswith("'x.pdl', byte ")
+
+
+SAMPLE = (
+    b"".join(
+        pickle.dumps(part, protocol)
+        for protocol in (0, 1, 2)
+        for part in (["signals", "name"], 2, {0: {"name": "a", "signals": [[0.5, -1.5], []]}})
+    )
+    + b"(dp0\nS'l\\xe4'\nF1.5\nsI5\n(iauthors\nBundle\n}bsU\x01xL12345678901L\ns."
+)
+
+
+@settings(max_examples=1500, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["set", "cut", "insert", "repeat"]),
+            st.integers(0, len(SAMPLE) - 1),
+            st.binary(min_size=1, max_size=6),
+        ),
+        min_size=1,
+        max_size=6,
+    )
+)
+def test_a_damaged_pickle_is_read_or_refused_and_never_anything_else(damages):
+    data = SAMPLE
+    for kind, at, new in damages:
+        if kind == "set":
+            data = data[:at] + new + data[at + len(new) :]
+        elif kind == "cut":
+            data = data[:at]
+        elif kind == "insert":
+            data = data[:at] + new + data[at:]
+        else:
+            data = data[:at] + data[max(at - 40, 0) :]
+    try:
+        values = load_all(data, "x.pdl", BUNDLE)
+    except InputError as refusal:
+        sentence = str(refusal)
+        assert sentence.startswith("'x.pdl', byte ")
+        assert sentence.isprintable()
+        assert len(sentence) < 400
+    else:
+        assert_plain(values)
+
+
+def assert_plain(value):
+    """Walk the value: nothing but plain data is in it, of these very types."""
+    if type(value) in (list, tuple):
+        for part in value:
+            assert_plain(part)
+    elif type(value) is dict:
+        for key, part in value.items():
+            assert type(key) in (str, int)
+            assert_plain(part)
+    else:
+        assert value is None or type(value) in (str, int, float, bool, Inert)

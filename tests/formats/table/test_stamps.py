@@ -1,0 +1,186 @@
+"""Stamps are repaired by the stated rules only, and each rule says what it did."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError
+from forcelab.formats.table.clocks import RawStamps
+from forcelab.formats.table.stamps import repair
+
+EPOCH = 1_657_539_356_236.0
+
+
+def repaired(values, *, per_second=1.0, absolute=False, strict=False):
+    values = np.array(values, np.float64)
+    raw = RawStamps(values, 0, per_second, absolute)
+    return repair(raw, np.arange(values.size) + 2, "reach.csv", strict=strict)
+
+
+def refusal(values, **options) -> str:
+    with pytest.raises(InputError) as caught:
+        repaired(values, strict=True, **options)
+    return str(caught.value)
+
+
+def test_good_stamps_are_shifted_to_zero_and_nothing_is_said():
+    result = repaired([5.0, 5.1, 5.3, 5.35], strict=True)
+    assert result.times.tolist() == [0.0, 5.1 - 5, 5.3 - 5, 5.35 - 5]
+    assert result.kept.tolist() == [0, 1, 2, 3]
+    assert result.start == 5.0
+    assert result.remarks == ()
+
+
+def test_rows_stamped_after_2100_are_dropped_and_counted():
+    values = EPOCH + 10 * np.arange(1000)
+    late = np.zeros(1000, bool)
+    late[100:130] = late[-11:] = True
+    values[late] += 2.6e12
+    result = repaired(values, per_second=1000, absolute=True)
+    assert result.remarks[0] == "41 rows stamped after 2100 were dropped."
+    np.testing.assert_array_equal(result.kept, np.flatnonzero(~late))
+    assert result.times[-1] == 9.88
+    assert "line 102" in refusal(values, per_second=1000, absolute=True)
+
+
+def test_stamps_before_the_clock_was_set_are_dropped():
+    values = EPOCH + 10 * np.arange(500)
+    values[:3] = [0, 10, 20]
+    result = repaired(values, per_second=1000, absolute=True)
+    assert result.kept[0] == 3
+    assert result.times[-1] == 4.96
+    assert result.remarks == (
+        "3 rows stamped more than 1000 times the recording's length away from the rest were "
+        "dropped.",
+    )
+
+
+@pytest.mark.parametrize("place", [0, 57, 99])
+def test_a_single_torn_stamp_is_dropped_wherever_it_stands(place):
+    values = np.arange(100) / 100
+    values[place] = 4e9
+    result = repaired(values)
+    assert result.kept.tolist() == [i for i in range(100) if i != place]
+    assert result.remarks[0].startswith("1 row stamped more than 1000 times")
+    assert f"line {place + 2}" in refusal(values)
+
+
+def test_a_pause_of_a_day_is_a_gap_and_nothing_is_dropped():
+    values = np.concatenate([np.arange(60), 8_640_000 + np.arange(40)]) / 100
+    result = repaired(values)
+    assert result.kept.size == 100
+    assert result.remarks == ("1 gap in the stamps, 8.64e+04 s in all, is kept as a gap.",)
+
+
+def test_of_repeated_stamps_the_first_row_is_kept():
+    values = np.arange(100) / 100
+    values[[10, 11, 50]] = values[[9, 9, 49]]
+    result = repaired(values)
+    assert result.kept.tolist() == [i for i in range(100) if i not in (10, 11, 50)]
+    assert result.remarks == (
+        "3 rows repeat the stamp before; the first row of each stamp was kept.",
+    )
+    assert "line 12" in refusal(values)
+    values = np.arange(100) / 100
+    values[10] = values[9]
+    assert repaired(values).remarks[0].startswith("1 row repeats the stamp before")
+
+
+def test_equal_bursts_are_spread_evenly_up_to_the_next_stamp():
+    values = np.repeat(np.arange(20) * 0.1, 10)
+    result = repaired(values)
+    np.testing.assert_allclose(result.times, np.arange(200) * 0.01, atol=1e-12)
+    assert result.kept.size == 200
+    assert result.remarks == (
+        "The stamps come in 20 bursts of about 10 rows with one stamp; the rows of a burst were "
+        "spread evenly up to the next stamp.",
+    )
+    assert "line 3" in refusal(values)
+
+
+def test_stamps_of_whole_seconds_are_bursts_with_a_short_first_and_last_one():
+    true = 0.73 + np.arange(1000) / 100
+    result = repaired(np.floor(true))
+    np.testing.assert_allclose(result.times, np.arange(1000) / 100, atol=1e-9)
+
+
+def test_a_burst_before_a_gap_keeps_the_usual_step():
+    values = np.repeat(np.concatenate([np.arange(10), np.arange(40, 50)]) * 0.1, 10)
+    result = repaired(values)
+    expected = np.concatenate([np.arange(100), np.arange(400, 500)]) * 0.01
+    np.testing.assert_allclose(result.times, expected, atol=1e-12)
+    assert result.remarks[1] == "1 gap in the stamps, 3 s in all, is kept as a gap."
+
+
+def test_bursts_of_unlike_length_are_not_spread():
+    values = np.repeat(np.arange(40) * 0.1, [2, 7, 4, 11] * 10)
+    assert "the first row of each stamp was kept" in repaired(values).remarks[0]
+
+
+def test_rows_out_of_order_are_dropped_with_as_few_as_possible():
+    values = np.arange(100) / 100
+    values[30] = 0.805  # ahead, and back: one row goes, not the fifty after it
+    values[60] = 0.105
+    result = repaired(values)
+    assert result.kept.tolist() == [i for i in range(100) if i not in (30, 60)]
+    assert result.remarks == ("2 rows whose stamp is out of order were dropped.",)
+    assert "line 32" in refusal(values)
+
+
+def test_a_clock_that_starts_again_is_refused_with_the_line():
+    values = np.concatenate([np.arange(100), np.arange(100)]) / 100
+    with pytest.raises(InputError, match=r"line 102: time runs backwards.*split the file"):
+        repaired(values)
+
+
+def test_gaps_are_counted_never_filled_and_refused_if_strict():
+    values = np.arange(100) / 100
+    values[40:] += 0.5
+    values[80:] += 0.05
+    result = repaired(values)
+    assert result.kept.size == 100
+    assert result.remarks == ("2 gaps in the stamps, 0.55 s in all, are kept as gaps.",)
+    assert "line 42" in refusal(values)
+    values = np.arange(100) / 100
+    values[40:] += 0.035  # 4.5 periods are none
+    assert repaired(values, strict=True).remarks == ()
+
+
+def test_rows_without_a_stamp_are_dropped():
+    values = np.arange(10) / 100
+    values[[3, 9]] = np.nan
+    result = repaired(values)
+    assert result.kept.tolist() == [0, 1, 2, 4, 5, 6, 7, 8]
+    assert result.remarks == ("2 rows without a usable stamp were dropped.",)
+    assert "line 5" in refusal(values)
+
+
+@pytest.mark.parametrize("values", [[], [1.0], [np.nan] * 9, [2.0] * 9])
+def test_too_few_stamps_are_refused_in_a_sentence(values):
+    with pytest.raises(InputError, match=r"reach\.csv.*\.$"):
+        repaired(values)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.integers(0, 60), min_size=2, max_size=40).map(sorted),
+    st.lists(st.tuples(st.integers(0, 39), st.integers(-(10**6), 10**6)), max_size=3),
+)
+def test_what_comes_out_increases_and_stands_for_rows_that_were_there(ticks, damage):
+    values = [float(tick) for tick in ticks]
+    for place, value in damage:
+        values[place % len(values)] = float(value)
+    try:
+        result = repaired(values)
+    except InputError:
+        return
+    assert (np.diff(result.times) > 0).all()
+    assert (np.diff(result.kept) > 0).all()
+    assert result.times[0] == 0
+    assert result.times.size == result.kept.size
+    # Nothing is done in silence.
+    changed = result.times.tolist() != [value - values[0] for value in values]
+    assert not changed or result.remarks
