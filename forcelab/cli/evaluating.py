@@ -154,6 +154,7 @@ def _draw_pairs(evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], pa
             pairs,
             (known[0] if known else Vocabulary()).with_actions(*evaluation.actions),
             evaluation.actions,
+            note_key="At the right: accuracy after the filters.",
         ).save(file)
 
 

@@ -87,7 +87,7 @@ def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "The project is made if it does not exist. Formats are told apart by content: tables\n"
         "(CSV, TSV, spaces), the paper's databases (*.pdl) and archives of projects. A recording\n"
         "that is there already is updated, not doubled. If one file cannot be read, nothing is\n"
-        "imported at all.",
+        "imported at all. An archive alone, into a new project, brings back everything it holds.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
@@ -163,7 +163,7 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
     )
     how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar (morlet)")
     how.add_argument(
-        "--parameter", metavar="P", type=float, help="p of a Morlet, order of a dog (5)"
+        "--parameter", metavar="P", type=float, help="p of a Morlet (5), order of a dog (2)"
     )
     how.add_argument(
         "--min-scale",

@@ -201,6 +201,8 @@ class ConfusionMatrix(Figure):
                 count = int(self.counts[row, column])
                 ink = text.ink_on(colour) if count else QColor(self.theme.frame)
                 label = f"{100 * share:.1f} %" if decimals else f"{100 * share:.0f}"
+                if not self.counts[row].any():
+                    label = "–"  # a share of nothing
                 centre = box.center()
                 up = 8.0 if with_counts else 0.0
                 text.put(painter, centre.x(), centre.y() - up, label, face=face, ink=ink, align=0.5)
