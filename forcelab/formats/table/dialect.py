@@ -258,7 +258,9 @@ def detect(rows: Sequence[str]) -> Dialect | None:
             table = _split(rows, separator)
         except ValueError:
             continue
-        for decimal in ".," if separator != "," else ".":
+        # Where commas separate, only a quoted cell can hold a decimal comma.
+        quoted = any('"' in row for row in rows)
+        for decimal in ".," if separator != "," or quoted else ".":
             found = _explain(table, separator, decimal)
             if found and (best is None or found[0] > best[0]):
                 best = found

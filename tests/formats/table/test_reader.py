@@ -106,6 +106,12 @@ class TestDialects:
         recording = load(table(text.encode(encoding)))
         assert channels(recording) == [("Kräfte x", "µm"), ("fy", "")]
 
+    def test_decimal_commas_may_stand_quoted_between_commas(self, table):
+        rows = "".join(f'"0,0{i}","{i},5"\n' for i in range(1, 6))
+        demonstration = load(table('"time [s]","fx"\n' + rows)).demonstration
+        assert demonstration.signals[:, 0].tolist() == [1.5, 2.5, 3.5, 4.5, 5.5]
+        np.testing.assert_allclose(demonstration.times, [0, 0.01, 0.02, 0.03, 0.04], atol=1e-15)
+
     def test_decimal_commas_that_come_late_are_seen(self, table):
         rows = "".join(f"{10 * i};0;0\n" for i in range(3000)) + "30000;2,5;-0,125\n"
         recording = load(table("time [ms];fx;fy\n" + rows))
