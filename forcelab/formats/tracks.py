@@ -32,12 +32,22 @@ def to_csv(tracks: Iterable[Track]) -> str:
     str
         A header and one line a segment, ``start,end,action,author``; times in seconds with as
         many digits as tell the float64 exactly.
+
+    Raises
+    ------
+    InputError
+        If a name holds a NUL, which a text table cannot hold.
     """
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(COLUMNS)
     for track in tracks:
         for segment in track.segments:
+            if "\0" in segment.action + track.author:
+                raise InputError(
+                    f"The name {segment.action!a} of {track.author!a} holds a NUL, which a text "
+                    f"table cannot hold; rename the action or its author."
+                )
             times = (repr(float(time)) for time in (segment.start, segment.end))
             writer.writerow([*times, segment.action, track.author])
     return text.getvalue()

@@ -34,6 +34,11 @@ def tracks(draw, actions=printable, authors=words):
     return Track(draw(authors), tuple(segments))
 
 
+def test_a_name_that_no_text_table_can_hold_is_refused():
+    with pytest.raises(InputError, match="NUL"):
+        to_csv([Track("Ada", (Segment(0.0, 1.0, "gr\0ab"),))])
+
+
 def test_csv_has_a_header_and_a_line_for_each_segment():
     ada = Track("Ada", (Segment(0.1, 0.30000000000000004, "grab"), Segment(0.5, 2.0, "slip, then")))
     model = Track("mlp 3", (Segment(0.25, 1e-5 + 0.25, 'the "slip"'),))
@@ -45,7 +50,10 @@ def test_csv_has_a_header_and_a_line_for_each_segment():
     )
 
 
-@given(st.lists(tracks(st.text(st.characters(exclude_categories=["Cs"]), min_size=1)), max_size=3))
+writable = st.characters(exclude_categories=["Cs"], exclude_characters="\0")
+
+
+@given(st.lists(tracks(st.text(writable, min_size=1)), max_size=3))
 def test_csv_tells_every_time_and_name_exactly(written):
     rows = list(csv.DictReader(io.StringIO(to_csv(written), newline="")))
     expected = [(s.start, s.end, s.action, t.author) for t in written for s in t.segments]
