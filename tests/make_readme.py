@@ -1,7 +1,7 @@
 """Runs the README's commands and puts their real output below them.
 
 Start it as ``python tests/make_readme.py``.
-Also renews the picture at its top.
+Also renews its pictures.
 """
 
 from __future__ import annotations
@@ -45,4 +45,5 @@ def run_blocks(text: str, folder: Path) -> str:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         README.write_text(run_blocks(README.read_text("utf-8"), Path(name)), "utf-8")
-        shutil.copyfile(Path(name) / "pairs.png", ROOT / "assets" / "pairs.png")
+        for picture in ("pairs.png", "confusion.png", "figures/clusters.png"):
+            shutil.copy(Path(name) / picture, ROOT / "assets")
