@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
+from forcelab.cli.output import printable
 from forcelab.cli.parser import build_parser
 from forcelab.errors import ForcelabError
 
@@ -35,19 +36,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
         command = import_module(f"forcelab.cli.{arguments.module}")
         status = command.run(arguments)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # it is None when the program was started with it closed
+            sys.stdout.flush()
     except ForcelabError as error:
-        print(f"forcelab: {error}", file=sys.stderr)
+        print(f"forcelab: {printable(str(error))}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
         return 130
     except BrokenPipeError:
-        # The reader (head, less) has seen enough; Python would complain again when it closes.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()  # the reader (head, less) has seen enough
         return 0
     except OSError as error:
         print(f"forcelab: {error.filename or 'the output'}: {error.strerror}.", file=sys.stderr)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 1
     return int(status or 0)
+
+
+def _drop_output() -> None:
+    """Let what is still to be written go nowhere; Python would complain again when it closes."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -14,7 +14,7 @@ def run(arguments: argparse.Namespace) -> None:
     from forcelab.gui.figures import cluster_figure, wavelet_figure
 
     folder: Path = arguments.folder
-    make_folder(folder)
+    make_folder(folder, [])
     written = []
     for name, figure in (("wavelets", wavelet_figure()), ("clusters", cluster_figure())):
         path = folder / f"{name}.{arguments.format}"

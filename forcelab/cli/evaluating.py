@@ -12,7 +12,7 @@ from joblib import cpu_count
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs, file_names
-from forcelab.cli.output import counted, json_text, percent, progress_bar, table
+from forcelab.cli.output import counted, json_text, percent, printable, progress_bar, table
 from forcelab.cli.settings import choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -35,17 +35,21 @@ def run(arguments: argparse.Namespace) -> None:
         job = evaluate_tasks(project, settings, choice_from(arguments), jobs)
         evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
-    if arguments.figure is not None:
-        _draw_pairs(evaluated, vocabularies, arguments.figure)
-    if arguments.confusion is not None:
-        _draw_confusion(evaluated, arguments.confusion)
+    figures = [_file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)]
+    if not evaluated.joined:  # the names are made from the tasks, which are known only now
+        made = [path for paths in figures for path in paths]
+        json_file = None if arguments.json == Path("-") else arguments.json
+        check_outputs([*made, json_file], [arguments.project, arguments.merge])
+    _draw_pairs(evaluated, vocabularies, figures[0])
+    _draw_confusion(evaluated, figures[1])
     _tell(evaluated, arguments.json)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be written before the evaluation, not after it."""
     json_file = None if arguments.json == Path("-") else arguments.json
-    check_outputs([arguments.figure, arguments.confusion, json_file], [arguments.project])
+    inputs = [arguments.project, arguments.merge]
+    check_outputs([arguments.figure, arguments.confusion, json_file], inputs)
     figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     if figures:
         from forcelab.gui.figures.canvas import check_suffix
@@ -82,7 +86,7 @@ def _report(evaluation: Evaluation) -> str:
     rows += [_row(single, after) for single, after in pairs]
     seconds = ", ".join(f"{name} {spent:.2f} s" for name, spent in evaluation.seconds.items())
     parts = [
-        f"{evaluation.title}: preset {settings.preset}, {settings.classifier}, "
+        f"{printable(evaluation.title)}: preset {settings.preset}, {settings.classifier}, "
         f"stride {settings.stride}, seed {settings.seed}; "
         f"{counted(len(evaluation.tested), 'demonstration')} at {evaluation.rate:.6g} Hz, "
         f"{counted(len(evaluation.actions), 'action')}",
@@ -122,19 +126,24 @@ def _actions(evaluation: Evaluation, raw: Scores) -> str:
     return table(rows, right=[1])
 
 
-def _file_for_each(evaluated: Evaluated, path: Path) -> list[Path]:
+def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
     """A file for each evaluation: unless one was asked for, its task stands in the name."""
+    if path is None:
+        return []
     if evaluated.joined:
         return [path]
     names = file_names([f"{path.stem}-{made.title}" for _, made in evaluated.evaluations])
     return [path.with_name(name + path.suffix) for name in names]
 
 
-def _draw_pairs(evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], path: Path) -> None:
+def _draw_pairs(
+    evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], files: list[Path]
+) -> None:
     """Draw the timeline pairs in the colours of the tasks' vocabularies."""
+    if not files:
+        return
     from forcelab.gui.figures import Pair, TimelinePairs
 
-    files = _file_for_each(evaluated, path)
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")
         known = [vocabularies[task] for task in tasks if task in vocabularies]
@@ -158,13 +167,14 @@ def _draw_pairs(evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], pa
         ).save(file)
 
 
-def _draw_confusion(evaluated: Evaluated, path: Path) -> None:
+def _draw_confusion(evaluated: Evaluated, files: list[Path]) -> None:
     """Draw the confusion matrix of the filtered predictions."""
+    if not files:
+        return
     import numpy as np
 
     from forcelab.gui.figures import ConfusionMatrix
 
-    files = _file_for_each(evaluated, path)
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")
         title = f"{evaluation.title}, after the filters"

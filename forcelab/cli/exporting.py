@@ -33,7 +33,7 @@ def _archive(project: Project, out: Path) -> list[Path]:
     """Write the whole project as one zip named after it."""
     from forcelab.formats.archive import write_archive
 
-    make_folder(out)
+    make_folder(out, [project.path])
     path = out / f"{project.path.resolve().stem}.zip"
     write_archive(project, path)
     return [path]
@@ -52,14 +52,14 @@ def _tracks(project: Project, out: Path, kind: str) -> list[Path]:
             wanted.append((title, tracks))
         else:
             wanted += [(f"{title} - {track.author}", (track,)) for track in tracks]
-    make_folder(out)
-    written = []
+    make_folder(out, [project.path])
+    # Not NAME.csv: that is what recordings are called.
+    suffix = ".labels.csv" if kind == "csv" else ".txt"
     names = file_names([title for title, _ in wanted])
-    for name, (_, tracks) in zip(names, wanted, strict=True):
-        path = out / f"{name}.{'csv' if kind == 'csv' else 'txt'}"
+    written = [out / f"{name}{suffix}" for name in names]
+    for path, (_, tracks) in zip(written, wanted, strict=True):
         if kind == "csv":
             write_csv(path, tracks)
         else:
             write_audacity(path, tracks[0])
-        written.append(path)
     return written

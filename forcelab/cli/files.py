@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,44 +15,51 @@ from forcelab.project import Project
 __all__ = ["check_outputs", "demonstrations_in", "file_names", "make_folder"]
 
 
-def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path]) -> None:
+def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None]) -> None:
     """Refuse files that cannot or must not be written, before the work and not after it.
 
     Parameters
     ----------
     outputs : sequence of Path or None
         Files to write; None is not asked for.
-    inputs : sequence of Path
+    inputs : sequence of Path or None
         Files and projects that are read.
 
     Raises
     ------
     InputError
-        If a folder does not exist, an output is a folder, an input or lies in an input project,
-        or two outputs are one file.
+        If a folder does not exist or may not be written, an output is a folder, an input or lies
+        in an input project, or two outputs are one file.
     """
     asked = [path for path in outputs if path is not None]
     places = [path.resolve() for path in asked]
+    read = [source.resolve() for source in inputs if source is not None]
     for path, place in zip(asked, places, strict=True):
         if not place.parent.is_dir():
             raise InputError(f"'{path}' cannot be written; its folder does not exist.")
+        if not os.access(place.parent, os.W_OK):
+            raise InputError(f"'{path}' cannot be written; its folder is not yours to write into.")
         if place.is_dir():
             raise InputError(f"'{path}' is a folder; name a file to write.")
         if places.count(place) > 1:
             raise InputError(f"'{path}' is named for two outputs; give each a file of its own.")
-        for source in (source.resolve() for source in inputs):
+        for source in read:
             if source == place or source in place.parents:
-                raise InputError(f"'{path}' is what is read here; write to another file.")
+                raise InputError(f"'{path}' is or lies in what is read here; write elsewhere.")
 
 
-def make_folder(path: Path) -> None:
+def make_folder(path: Path, inputs: Sequence[Path]) -> None:
     """Make a folder to write into, unless it is there.
 
     Raises
     ------
     InputError
-        If it cannot be made.
+        If it cannot be made, or lies in an input project.
     """
+    place = path.resolve()
+    for source in (source.resolve() for source in inputs if source.is_dir()):
+        if source == place or source in place.parents:
+            raise InputError(f"'{path}' lies in what is read here; write elsewhere.")
     try:
         path.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:

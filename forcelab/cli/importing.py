@@ -29,7 +29,7 @@ def _told(report: ImportReport) -> str:
     """The report for people."""
     lines = [f"{one.added.status:<9}  {printable(one.added.name)}" for one in report.demonstrations]
     for path, remarks in report.remarks.items():
-        lines += [f"{path.name}: {remark}" for remark in remarks]
+        lines += [printable(f"{path.name}: {remark}") for remark in remarks]
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
     total = counted(len(report.demonstrations), "recording")
     return "\n".join([*lines, f"{total}: {', '.join(counts)}."])

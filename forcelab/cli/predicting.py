@@ -17,15 +17,16 @@ from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.labels import Track, model_author
 from forcelab.recognition.storage import load
 
-SUFFIXES = {"csv": ".csv", "audacity": ".txt"}
+#: Endings of the files in a folder. They are neither those of recordings, which they must not
+#: replace, nor those of labels, which are read with the recording beside them.
+ENDINGS = {"csv": ".predicted.csv", "audacity": ".predicted.txt"}
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Recognise every demonstration, then print or write the predicted tracks."""
-    check_outputs(
-        [None if _is_folder(arguments.out) else arguments.out],
-        [arguments.recogniser, *arguments.sources],
-    )
+    inputs = [arguments.recogniser, *arguments.sources]
+    if not _is_folder(arguments.out):
+        check_outputs([arguments.out], inputs)
     recogniser = load(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
     options = ReadOptions(rate=arguments.rate, time=arguments.time)
@@ -38,14 +39,15 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json_text([_plain(name, track) for name, track in found]))
     if arguments.out is not None:
-        _write(found, arguments.out, arguments.format)
+        for path in _write(found, arguments.out, arguments.format, inputs):
+            print(path, file=sys.stderr if arguments.json else sys.stdout)
     elif not arguments.json:
         sys.stdout.write(_shown(found, arguments.format))
 
 
 def _is_folder(out: Path | None) -> bool:
-    """Whether an output is meant as a folder: it is one, or has no suffix of a file."""
-    return out is not None and (out.is_dir() or out.suffix not in SUFFIXES.values())
+    """Whether an output is meant as a folder: it is one, or is nothing yet and has no suffix."""
+    return out is not None and (out.is_dir() or not (out.exists() or out.suffix))
 
 
 def _plain(name: str, track: Track) -> dict[str, object]:
@@ -74,14 +76,17 @@ def _shown(found: list[tuple[str, Track]], kind: str) -> str:
     return text.getvalue()
 
 
-def _write(found: list[tuple[str, Track]], out: Path, kind: str) -> None:
-    """Write one file, or one file a demonstration into a folder."""
+def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Path]) -> list[Path]:
+    """Write one file, or one file a demonstration into a folder; gives what was written."""
     texts = [_text(track, kind) for _, track in found]
     if not _is_folder(out):
         if len(found) > 1:
             raise InputError(f"'{out}' is one file; {len(found)} demonstrations need a folder.")
         write_atomically(out, texts[0].encode())
-        return
-    make_folder(out)
-    for name, text in zip(file_names([name for name, _ in found]), texts, strict=True):
-        write_atomically(out / f"{name}{SUFFIXES[kind]}", text.encode())
+        return [out]
+    make_folder(out, inputs)
+    paths = [out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in found])]
+    check_outputs(paths, inputs)
+    for path, text in zip(paths, texts, strict=True):
+        write_atomically(path, text.encode())
+    return paths

@@ -16,7 +16,7 @@ from forcelab.recognition.project_runs import train_tasks
 def run(arguments: argparse.Namespace) -> None:
     """Train and write the recogniser."""
     settings = settings_from(arguments)
-    check_outputs([arguments.out], [arguments.project])
+    check_outputs([arguments.out], [arguments.project, arguments.merge])
     with Project.open(arguments.project) as project, progress_bar() as watch:
         job = train_tasks(project, settings, choice_from(arguments), arguments.out.stem)
         trained = finish(job, watch)

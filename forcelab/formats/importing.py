@@ -149,11 +149,11 @@ def _unpacking(
         infos = made.demonstrations()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
-    if not options.task or all(info.task for info in infos):
+    if options == ReadOptions(unpack=options.unpack):
         return ImportReport(demonstrations)
     remark = (
-        f"The task '{options.task}' was not used, because the archive was unpacked as it is; "
-        f"import it into a project that is there to use it."
+        "The archive was unpacked as it is, so that task, author and the other options were not "
+        "used; import it into a project that is there to use them."
     )
     return ImportReport(demonstrations, {path: (remark,)})
 
@@ -214,9 +214,16 @@ def _write(
         for file, recordings in read_files.items()
         for recording in recordings
     ]
-    with Project.creating(project) if Project.vacant(project) else Project.open(project) as opened:
-        added = opened.add_all(given)
-    return tuple(map(Imported, files, added))
+    if Project.vacant(project):
+        try:
+            with Project.creating(project) as made:
+                return tuple(map(Imported, files, made.add_all(given)))
+        except InputError:
+            if Project.vacant(project):
+                raise
+            # Another import made the project while this one was filling its own.
+    with Project.open(project) as opened:
+        return tuple(map(Imported, files, opened.add_all(given)))
 
 
 def _unsaid(demonstration: Demonstration, options: ReadOptions) -> list[Keepable]:

@@ -114,6 +114,10 @@ def evaluate_tasks(
     InputError
         If what was chosen cannot be evaluated, or no task can.
     """
+    if choice.apart and choice.test_task is not None:
+        raise InputError(
+            "Actions kept apart by task are found in no other task; join or merge them instead."
+        )
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every

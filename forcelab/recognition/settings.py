@@ -24,8 +24,8 @@ __all__ = ["CLASSIFIERS", "PRESETS", "Settings", "preset"]
 #: Classifiers by name: the paper's choice and those it was compared with.
 CLASSIFIERS = ("mlp", "naive-bayes", "decision-tree", "svm", "nearest-neighbours")
 
-#: A wavelet of this scale, in samples, already lasts hours at 1 kHz; its padding takes memory.
-LARGEST_SCALE = 2.0**20
+#: A wavelet of this scale, in samples, already lasts minutes at 1 kHz; its padding takes memory.
+LARGEST_SCALE = 2.0**17
 
 
 @dataclass(frozen=True)
@@ -111,13 +111,19 @@ class Settings:
                 "distinct names",
             ),
             "rate": (self.rate is None or _number(self.rate, 1e-6, 1e9), "a positive number of Hz"),
-            "parameter": (self.parameter is None or _number(self.parameter, 0, 1e6), "a number"),
-            "min_scale": (_number(self.min_scale, 1e-3, LARGEST_SCALE), "a number of samples"),
+            "parameter": (
+                self.parameter is None or _number(self.parameter, 0, 1e6),
+                "from 0 to 1e6",
+            ),
+            "min_scale": (
+                _number(self.min_scale, 1e-3, LARGEST_SCALE),
+                f"from 0.001 to {LARGEST_SCALE:.0f} samples",
+            ),
             "max_scale": (
                 _number(self.max_scale, 1e-3, LARGEST_SCALE),
-                f"a number of samples up to {LARGEST_SCALE:.0f}",
+                f"from 0.001 to {LARGEST_SCALE:.0f} samples",
             ),
-            "spacing": (_number(self.spacing, 1e-3, 100), "at least 0.001 octaves"),
+            "spacing": (_number(self.spacing, 1e-3, 100), "from 0.001 to 100 octaves"),
             "phase": (isinstance(self.phase, bool), "true or false"),
             "stride": (_whole(self.stride, 1), "a whole number from 1"),
             "threshold": (self.threshold is None or _number(self.threshold, 0, 1), "from 0 to 1"),

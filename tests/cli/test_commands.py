@@ -91,7 +91,7 @@ def test_list_tells_what_there_is(forcelab, project):
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
     said = forcelab("export", project, "--out", tmp_path / "csv", "--json")
     assert len(said.json["written"]) == 6
-    (track,) = read_labels(tmp_path / "csv" / "foam - foam-01.csv", ReadOptions())
+    (track,) = read_labels(tmp_path / "csv" / "foam - foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
         assert track == opened.track(opened.load("foam-01").id, "coder")
 
@@ -167,6 +167,38 @@ def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path
     said = forcelab("list", project)
     assert "\x1b" not in said.out
     assert r"a\x1b[31m\nb" in said.out
+
+
+def test_an_error_is_one_line_whatever_names_hold(forcelab, tmp_path):
+    assert r"none\nx" in forcelab("list", tmp_path / "none\nx.forcelab").sentence
+
+
+def test_an_export_replaces_no_recording_and_stays_out_of_projects(forcelab, recordings, tmp_path):
+    table = tmp_path / "foam-01.csv"
+    table.write_bytes((recordings / "foam-01.csv").read_bytes())
+    project = tmp_path / "p.forcelab"
+    forcelab("import", project, table)
+    before = table.read_bytes()
+    assert forcelab("export", project, "--out", tmp_path).status == 0
+    assert table.read_bytes() == before
+    assert "read here" in forcelab("export", project, "--out", project).sentence
+
+
+def test_closed_standard_output_is_no_traceback(project):
+    command = f"{sys.executable} -m forcelab list {project} >&-"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr
+
+
+def test_two_first_imports_at_once_both_arrive(recordings, tmp_path):
+    words = [sys.executable, "-m", "forcelab", "import", str(tmp_path / "p.forcelab")]
+    both = [
+        subprocess.Popen([*words, str(recordings / f"foam-0{i}.csv")], stdout=subprocess.DEVNULL)
+        for i in (1, 2)
+    ]
+    assert [process.wait(timeout=60) for process in both] == [0, 0]
+    with Project.open(tmp_path / "p.forcelab") as opened:
+        assert len(opened.demonstrations()) == 2
 
 
 def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):

@@ -91,6 +91,12 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
     assert "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST).sentence
 
 
+def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_path):
+    words = ["--figure", tmp_path / "u.png", "--json", tmp_path / "u-foam.png"]
+    assert "two outputs" in forcelab("evaluate", project, *FAST, *words).sentence
+    assert not list(tmp_path.glob("*.png"))
+
+
 def test_a_task_named_twice_is_one_task(forcelab, project):
     once, twice = (
         forcelab("evaluate", project, *["--task", "foam"] * times, *FAST, "--json", "-").json
@@ -106,11 +112,14 @@ def test_testing_on_what_was_trained_on_is_refused(forcelab, project):
 
 def test_outputs_are_checked_before_the_work(forcelab, project, tmp_path):
     nowhere, twice = tmp_path / "none" / "x.json", tmp_path / "a.png"
-    inside = project / "project.sqlite"
+    inside, spelling = project / "project.sqlite", tmp_path / "map.json"
+    spelling.write_text("{}")
     for words, says in [
         (["--json", nowhere], "folder does not exist"),
         (["--figure", twice, "--confusion", twice], "two outputs"),
         (["--json", inside], "what is read here"),
+        (["--json", spelling, "--merge", spelling], "what is read here"),
+        (["--test-task", "sponge", "--apart"], "join or merge"),
         (["--json", tmp_path], "is a folder"),
     ]:
         assert says in forcelab("evaluate", project, "--task", "foam", *FAST, *words).sentence

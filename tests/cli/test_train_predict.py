@@ -61,9 +61,9 @@ def test_several_demonstrations_are_written_into_a_folder(forcelab, recogniser, 
         forcelab("predict", recogniser, project, "--out", out, "--format", "audacity").status == 0
     )
     files = sorted(path.name for path in out.iterdir())
-    assert files[0] == "foam-01.txt"
+    assert files[0] == "foam-01.predicted.txt"
     assert len(files) == 6
-    start, end, action = (out / "foam-01.txt").read_text().splitlines()[0].split("\t")
+    start, end, action = (out / "foam-01.predicted.txt").read_text().splitlines()[0].split("\t")
     assert float(start) < float(end)
     assert action == "still"
 
@@ -116,6 +116,12 @@ def test_an_output_never_replaces_what_is_read(forcelab, recogniser, recordings,
     table = tmp_path / "mine.csv"
     table.write_bytes((recordings / "foam-01.csv").read_bytes())
     assert "what is read here" in forcelab("predict", recogniser, table, "--out", table).sentence
+    # Into the folder of the recording: beside it, under a name that is no recording's or label's.
+    before = table.read_bytes()
+    said = forcelab("predict", recogniser, table, "--out", tmp_path, "--format", "audacity")
+    assert said.out == f"{tmp_path / 'mine.predicted.txt'}\n"
+    assert table.read_bytes() == before
+    assert "read here" in forcelab("predict", recogniser, project, "--out", project / "x").sentence
     inside = project / "r.skops"
     words = ["train", project, "--task", "foam", *SETTINGS, "--out", inside]
     assert "what is read here" in forcelab(*words).sentence

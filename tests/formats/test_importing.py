@@ -270,7 +270,7 @@ def test_an_archive_in_an_existing_project_brings_labels_and_says_what_stayed(
 def test_a_task_for_an_archive_that_is_unpacked_whole_is_told_to_be_unused(archive, project):
     report = import_files(project, [archive], ReadOptions(task="foam"))
     (remark,) = report.remarks[archive]
-    assert "task 'foam' was not used" in remark
+    assert "task, author and the other options were not used" in remark
 
 
 def test_a_folder_that_is_no_project_is_refused_and_stays_as_it_is(tmp_path):
