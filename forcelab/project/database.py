@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -48,6 +49,8 @@ class Database:
 
     Attributes
     ----------
+    read_only : bool
+        Whether the folder or the file may not be written here.
     on_rollback : callable
         Called after a transaction came to nothing, to drop what was remembered from it.
 
@@ -63,7 +66,15 @@ class Database:
         self.on_rollback: Callable[[], None] = lambda: None
         self._timeout = timeout
         _probe(folder)
-        self._connection = self._connect("rw")
+        file, journal = folder / FILE, folder / f"{FILE}-wal"
+        self.read_only = not (os.access(folder, os.W_OK) and os.access(file, os.W_OK))
+        if self.read_only and journal.exists() and journal.stat().st_size:
+            raise InputError(
+                f"'{folder}' may only be read here and was not closed by whoever wrote it; open it "
+                f"once where it may be written."
+            )
+        # Where nothing may be written, nobody else writes either, and locks cannot be taken.
+        self._connection = self._connect("ro&immutable=1" if self.read_only else "rw")
         try:
             with _told(folder, timeout):
                 migrate(self._connection, str(folder))
@@ -102,6 +113,10 @@ class Database:
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
         """A transaction that alone may write: all of it is committed at the end, or nothing."""
+        if self.read_only:
+            raise InputError(
+                f"'{self.folder}' may only be read here; copy it to where you may write."
+            )
         with self._transaction("BEGIN IMMEDIATE"):
             yield
 

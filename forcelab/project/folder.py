@@ -107,7 +107,8 @@ class ProjectFolder:
         project = cls(folder, Database(folder, timeout))
         try:
             with files.told(f"'{folder}' cannot be opened"):
-                clear_away(project._db)
+                if not project.read_only:
+                    clear_away(project._db)
         except BaseException:
             project.close()
             raise
@@ -117,6 +118,11 @@ class ProjectFolder:
     def open_or_create(cls: type[Self], path: str | os.PathLike[str]) -> Self:
         """Open what is there; make a project where there is nothing or an empty folder."""
         return cls.create(path) if cls.vacant(path) else cls.open(path)
+
+    @property
+    def read_only(self) -> bool:
+        """Whether nothing of it may be changed here, as on a backup or another's share."""
+        return self._db.read_only
 
     def close(self) -> None:
         """Let go of the store; nothing more can be asked."""

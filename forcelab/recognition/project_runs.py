@@ -139,6 +139,8 @@ def evaluate_tasks(
             continue
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spelt for part in corpora))
+        if project.read_only:
+            continue
         project.add_run(
             "evaluate",
             settings=_told(settings, choice, tasks),
@@ -149,7 +151,7 @@ def evaluate_tasks(
         )
     if not evaluations:
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
-    remarks = (*refusals, *_idle(settings, spelt))
+    remarks = (*refusals, *_idle(settings, spelt), *_unkept(project))
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
@@ -177,6 +179,13 @@ def _idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
     """A remark on a merge map's spellings that nobody used."""
     unused = settings.merge.unused(spelt)
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
+
+
+def _unkept(project: Project) -> tuple[str, ...]:
+    """A remark where the project cannot keep the result."""
+    if not project.read_only:
+        return ()
+    return (f"'{project.path}' may only be read here, so it did not keep the result.",)
 
 
 def train_tasks(
@@ -215,17 +224,18 @@ def train_tasks(
     found = choice.corpus(project, tasks, settings)
     recogniser = yield from training(found.labelled, settings)
     content = dump(recogniser)
-    project.add_recogniser(
-        name,
-        content,
-        settings=_told(settings, choice, tasks),
-        seed=settings.seed,
-        labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
-        versions=versions(),
-    )
+    if not project.read_only:
+        project.add_recogniser(
+            name,
+            content,
+            settings=_told(settings, choice, tasks),
+            seed=settings.seed,
+            labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
+            versions=versions(),
+        )
     merged = (item.merged(settings.merge) for item in found.labelled)
     labels = {segment.action for item in merged for segment in item.segments}
-    remarks = _idle(settings, found.spelt)
+    remarks = _idle(settings, found.spelt) + _unkept(project)
     if unlearnt := sorted(labels - set(recogniser.actions)):
         remarks += (f"No sample to train on at this stride: {', '.join(unlearnt)}.",)
     return Trained(recogniser, content, remarks)

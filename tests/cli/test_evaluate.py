@@ -97,6 +97,13 @@ def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_pat
     assert not list(tmp_path.glob("*.png"))
 
 
+def test_a_project_that_may_only_be_read_is_evaluated_all_the_same(forcelab, project, monkeypatch):
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+    said = forcelab("evaluate", project, "--task", "foam", *FAST)
+    assert said.status == 0
+    assert said.err.endswith("may only be read here, so it did not keep the result.\n")
+
+
 def test_a_task_named_twice_is_one_task(forcelab, project):
     once, twice = (
         forcelab("evaluate", project, *["--task", "foam"] * times, *FAST, "--json", "-").json

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment
+from forcelab.labels import Segment, Track
 from forcelab.project import Project, database
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
 
@@ -247,3 +247,35 @@ def test_what_a_killed_creation_left_is_cleared_away_when_it_is_old(path):
             os.utime(entry, (0, 0))
     Project.create(path).close()
     assert sorted(parent.iterdir()) == sorted([now, mine, path])
+
+
+HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
+
+
+@pytest.fixture
+def read_only(monkeypatch):
+    """As if nothing might be written; root, who runs some of these tests, may write anywhere."""
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+
+
+def test_a_project_that_may_only_be_read_is_read_and_left_as_it_is(path, make, read_only):
+    with pytest.MonkeyPatch.context() as writable:
+        writable.setattr("forcelab.project.database.os.access", lambda *_: True)
+        with Project.create(path) as project:
+            id_ = project.add(make(1), [Track("anna", HOLD)]).id
+    before = {file: file.stat().st_mtime_ns for file in path.rglob("*")}
+    with Project.open(path) as project:
+        assert project.read_only
+        assert project.load(id_).id == id_
+        assert project.track(id_, "anna").segments == HOLD
+        with pytest.raises(InputError, match="may only be read here"):
+            project.edit(id_, "anna", HOLD, (), "erased")
+    assert {file: file.stat().st_mtime_ns for file in path.rglob("*")} == before
+
+
+def test_edits_that_lie_in_the_journal_are_not_overlooked(path, make, monkeypatch):
+    with Project.create(path) as project:
+        project.add(make(1))
+        monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+        with pytest.raises(InputError, match="was not closed"):
+            Project.open(path)
