@@ -30,27 +30,31 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError(f"--jobs is 1 or more, not {arguments.jobs}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
-    _check_outputs(arguments)
+    asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    _check_outputs(arguments, asked)
+    _check_suffixes(asked)
     with Project.open(arguments.project) as project, progress_bar() as watch:
         job = evaluate_tasks(project, settings, choice_from(arguments), jobs)
         evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
-    figures = [_file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)]
-    if not evaluated.joined:  # the names are made from the tasks, which are known only now
-        made = [path for paths in figures for path in paths]
-        json_file = None if arguments.json == Path("-") else arguments.json
-        check_outputs([*made, json_file], [arguments.project, arguments.merge])
-    _draw_pairs(evaluated, vocabularies, figures[0])
-    _draw_confusion(evaluated, figures[1])
+    pairs, matrices = (
+        _file_for_each(evaluated, path) for path in (arguments.figure, arguments.confusion)
+    )
+    # Names made from the tasks are known only now.
+    _check_outputs(arguments, [*pairs, *matrices])
+    _draw_pairs(evaluated, vocabularies, pairs)
+    _draw_confusion(evaluated, matrices)
     _tell(evaluated, arguments.json)
 
 
-def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Refuse what cannot be written before the evaluation, not after it."""
+def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
+    """Refuse figures and a JSON file that cannot be written or would replace what is read."""
     json_file = None if arguments.json == Path("-") else arguments.json
-    inputs = [arguments.project, arguments.merge]
-    check_outputs([arguments.figure, arguments.confusion, json_file], inputs)
-    figures = [path for path in (arguments.figure, arguments.confusion) if path is not None]
+    check_outputs([*figures, json_file], [arguments.project, arguments.merge])
+
+
+def _check_suffixes(figures: list[Path]) -> None:
+    """Refuse a kind of picture there is not before the evaluation, not after it."""
     if figures:
         from forcelab.gui.figures.canvas import check_suffix
 
@@ -70,7 +74,7 @@ def _tell(evaluated: Evaluated, json_file: Path | None) -> None:
     else:
         print("\n\n".join(_report(evaluation) for _, evaluation in evaluated.evaluations))
     for sentence in evaluated.remarks:
-        print(f"forcelab: {sentence}", file=sys.stderr)
+        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
 
 
 def _report(evaluation: Evaluation) -> str:
