@@ -114,11 +114,6 @@ class ProjectFolder:
             raise
         return project
 
-    @classmethod
-    def open_or_create(cls: type[Self], path: str | os.PathLike[str]) -> Self:
-        """Open what is there; make a project where there is nothing or an empty folder."""
-        return cls.create(path) if cls.vacant(path) else cls.open(path)
-
     @property
     def read_only(self) -> bool:
         """Whether nothing of it may be changed here, as on a backup or another's share."""

@@ -35,7 +35,7 @@ __all__ = ["Project"]
 class Project(ProjectFolder):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
-    Made by :meth:`create`, :meth:`open` or :meth:`open_or_create`; a context manager. Everything is
+    Made by :meth:`create` or :meth:`open`; a context manager. Everything is
     on the disk when a method returns. Several processes may have one project open; each thread
     opens its own. A demonstration is told by its id, except in :meth:`load`.
 

@@ -30,7 +30,6 @@ def test_a_created_project_is_empty_and_opens_again(path):
         assert project.demonstrations() == () == project.tasks() == project.authors()
     with Project.open(path) as project:
         assert project.path == path
-    with Project.open_or_create(path) as project:
         assert project.runs() == ()
     header = (path / "project.sqlite").read_bytes()[:100]
     assert struct.unpack(">I", header[68:72])[0] == APPLICATION_ID
@@ -39,7 +38,7 @@ def test_a_created_project_is_empty_and_opens_again(path):
 
 def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
     path.mkdir()
-    Project.open_or_create(path).close()
+    Project.create(path).close()
     before = contents(path)
     with pytest.raises(InputError, match="not empty") as caught:
         Project.create(path)
