@@ -44,13 +44,18 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"forcelab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_demo(commands)
+    _add_simulate(commands)
     _add_import(commands)
     _add_list(commands)
     _add_evaluate(commands)
     _add_train(commands)
     _add_predict(commands)
     _add_export(commands)
+    _add_plan(commands)
     _add_figures(commands)
+    _add_measure(commands)
+    _add_realism(commands)
     _add_doctor(commands)
     return parser
 
@@ -76,6 +81,58 @@ def _command(
 
 def _json_flag(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def _add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "demo",
+        "demonstrating",
+        "make the sample project",
+        "Thirty simulated demonstrations of five tasks, with force, video and the labels of two\n"
+        "coders, and a recogniser. It takes its name once it is complete; where it is already,\n"
+        "nothing is changed.",
+    )
+    parser.add_argument(
+        "folder",
+        metavar="DIR",
+        type=Path,
+        nargs="?",
+        default=Path("sample.forcelab"),
+        help="project folder to make (default: sample.forcelab)",
+    )
+    _json_flag(parser)
+
+
+def _add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "simulate",
+        "simulating",
+        "simulate demonstrations with a physical model of the tongs",
+        "They go into a project, which is made if it does not exist, labelled by two simulated\n"
+        "coders. The same task and seed give the same demonstrations: number 2 is the same\n"
+        "whether 3 or 30 are made, filmed or not.",
+    )
+    parser.add_argument(
+        "--task", required=True, help="LEGO, cartridge, stylus, marker or foam (whatever the case)"
+    )
+    parser.add_argument(
+        "--count", metavar="N", type=int, required=True, help="number of demonstrations"
+    )
+    parser.add_argument("--seed", metavar="S", type=int, required=True, help="of everything random")
+    parser.add_argument("--out", metavar="PROJECT", type=Path, required=True, help=PROJECT)
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        default=1000.0,
+        help="samples a second, 50 to 4000 (1000)",
+    )
+    parser.add_argument(
+        "--no-video", dest="video", action="store_false", help="forces and labels only"
+    )
+    _json_flag(parser)
 
 
 def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -144,6 +201,11 @@ def _add_settings(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
     )
+    _add_changes(parser)
+
+
+def _add_changes(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's features, classifier and filters."""
     how = parser.add_argument_group(
         "settings", "Where not given, the preset's; in brackets that of preset paper."
     )
@@ -265,6 +327,26 @@ def _add_export(commands: Commands[argparse.ArgumentParser]) -> None:
     _json_flag(parser)
 
 
+def _add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "plan",
+        "planning",
+        "tell what is computed of a demonstration, and what is left out",
+        "With these settings, or those of a trained recogniser. Of a simulated demonstration also\n"
+        "which states the mechanics have and which parts the scene does without. Nothing of it is\n"
+        "computed.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--recogniser", metavar="FILE", type=Path, help="with this one's settings, from train"
+    )
+    parser.set_defaults(merge=None)
+    _add_changes(parser)
+    _json_flag(parser)
+
+
 def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = _command(
         commands,
@@ -277,6 +359,47 @@ def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder to write into")
     parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg")
     _json_flag(parser)
+
+
+def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "measure",
+        "measuring",
+        "measure error against run time",
+        "contact: the solvers of the simulated tongs. Every row has its error and against what,\n"
+        "the median CPU time of five interleaved repetitions with its spread, and the memory;\n"
+        "* marks those that no other beats in both error and time (Pareto front).",
+    )
+    parser.add_argument("what", metavar="WHAT", choices=("contact",), help="contact")
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
+    )
+    parser.add_argument(
+        "--figure", metavar="FILE", type=Path, help="draw error against time (.svg, .pdf or .png)"
+    )
+    parser.add_argument("--quick", action="store_true", help="less of it, in three repetitions")
+
+
+def _add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "realism",
+        "comparing",
+        "put the simulated tongs beside real recordings",
+        "Simulates the tasks that the project has labelled recordings of, and compares durations,\n"
+        "forces, spectra, noise and how well preset paper recognises both; ! marks what is more\n"
+        "than a factor of 2 apart.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--author", help="whose labels, where there are several coders")
+    parser.add_argument(
+        "--count", metavar="N", type=int, default=10, help="demonstrations to simulate (10)"
+    )
+    parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the simulation (1)")
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write the figures as JSON; - prints them"
+    )
 
 
 def _add_doctor(commands: Commands[argparse.ArgumentParser]) -> None:

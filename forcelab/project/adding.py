@@ -18,7 +18,7 @@ from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.database import Database, Value
 from forcelab.project.edits import Tracks
-from forcelab.project.loading import DEMONSTRATIONS, known_ids, read_signals
+from forcelab.project.loading import DEMONSTRATIONS, TRUTH, known_ids, read_signals
 from forcelab.project.records import Added, Incoming
 from forcelab.project.runs import RECOGNISERS
 from forcelab.project.vocabularies import extend_vocabulary
@@ -71,6 +71,8 @@ class _Adding:
             files.write_array(self.staged / "signals.npy", d.signals)
         if d.video is not None:
             self.video = files.copy_named(d.video.path, self.staged, "video-").name
+        if self.given.truth is not None:
+            files.write_json(self.staged / TRUTH, self.given.truth)
 
     def write(self) -> None:
         """Move the files to their place and write the rows, inside a transaction."""
@@ -81,12 +83,14 @@ class _Adding:
             self.made_home = True
             (self.home / files.UNCOMMITTED).touch()
         self.home.mkdir(exist_ok=True)
+        if self.given.truth is not None:
+            self.changed |= not files.same(self.staged / TRUTH, self.home / TRUTH)
         files.move_into(self.home, self.staged)
         self._write_row()
         for track in self.given.tracks:
             self._write_track(track)
         if self.changed:
-            extend_vocabulary(self.database, self._task(), self.id)
+            extend_vocabulary(self.database, self._task(), self.id, self.given.vocabulary)
 
     def take_back(self) -> None:
         """Remove the files of a demonstration that will not be in the project after all."""

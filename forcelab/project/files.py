@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import json
 import os
 import re
 import secrets
 import shutil
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,10 +31,13 @@ __all__ = [
     "leftovers",
     "move_into",
     "read_array",
+    "read_json",
+    "same",
     "staging",
     "told",
     "vacant",
     "write_array",
+    "write_json",
 ]
 
 #: Lies in a demonstration's folder until the store knows the demonstration.
@@ -90,6 +95,48 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[np.float64]:
     if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != np.float64:
         raise InputError(f"The file '{path}' does not hold {shape} numbers; {cure}.")
     return array
+
+
+def write_json(path: Path, value: Mapping[str, Any]) -> None:
+    """Write a JSON object, forced to the disk.
+
+    Raises
+    ------
+    InputError
+        If a text in it is not valid Unicode.
+    """
+    try:
+        content = (json.dumps(dict(value), ensure_ascii=False) + "\n").encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"The text {error.object!a} is not valid Unicode; rename it.") from error
+    with path.open("xb") as stream:
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def read_json(path: Path) -> dict[str, Any] | None:
+    """Read a JSON object; None where there is no file.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged.
+    """
+    try:
+        value = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(f"The file '{path}' is damaged; import it again from a copy.") from error
+    if not isinstance(value, dict):
+        raise InputError(f"The file '{path}' holds no JSON object; import it again from a copy.")
+    return value
+
+
+def same(one: Path, other: Path) -> bool:
+    """Whether two small files have the same content; a missing one has none."""
+    return other.exists() and one.read_bytes() == other.read_bytes()
 
 
 def copy_named(source: Path, folder: Path, prefix: str) -> Path:

@@ -7,6 +7,7 @@ import re
 import sqlite3
 from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +16,26 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.project.database import Database
-from forcelab.project.files import read_array
+from forcelab.project.files import read_array, read_json
 from forcelab.project.records import DemonstrationInfo
 
 __all__ = [
     "DEMONSTRATIONS",
+    "TRUTH",
     "infos",
     "known_id",
     "known_ids",
     "load",
     "natural_order",
     "read_signals",
+    "truth",
 ]
 
 #: Name of the folder that holds one folder per demonstration.
 DEMONSTRATIONS = "demonstrations"
+
+#: Name of the file in a demonstration's folder that holds what was told as its truth.
+TRUTH = "truth.json"
 
 _SHORTEST_PREFIX = 6
 
@@ -105,6 +111,11 @@ def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDA
     """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
     n, c = row["samples"], len(_channels(row))
     return read_array(home / "times.npy", (n,)), read_array(home / "signals.npy", (n, c))
+
+
+def truth(database: Database, id_: str) -> dict[str, Any] | None:
+    """What was told as the truth of a demonstration; None where nothing was."""
+    return read_json(database.folder / DEMONSTRATIONS / known_id(database, id_) / TRUTH)
 
 
 def _find(database: Database, key: str) -> sqlite3.Row:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from typing import Any, Final, Literal, get_args
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment, Segments, Track
+from forcelab.vocabulary import Vocabulary
 
 __all__ = [
     "EDIT_KINDS",
@@ -67,12 +68,21 @@ class Incoming:
     keep : collection of "task" or "grid_rate"
         What stays as it is where the demonstration is in the project already, because nobody said
         anything about it.
+    vocabulary : Vocabulary
+        How the actions of the task look, where the task does not have them yet and look and key
+        are free.
+    truth : mapping, optional
+        What no recording tells but whoever simulated it knows, such as the true times of the
+        video's frames; anything that JSON can hold. It is kept aside, and nothing is trained or
+        scored on it.
     """
 
     demonstration: Demonstration
     tracks: tuple[Track, ...] = ()
     source: str = ""
     keep: Collection[Keepable] = ()
+    vocabulary: Vocabulary = field(default_factory=Vocabulary)
+    truth: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

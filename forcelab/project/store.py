@@ -14,7 +14,7 @@ from forcelab.project.adding import add_all
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
 from forcelab.project.folder import ProjectFolder
-from forcelab.project.loading import infos, known_id, known_ids, load, natural_order
+from forcelab.project.loading import infos, known_id, known_ids, load, natural_order, truth
 from forcelab.project.records import (
     Added,
     Author,
@@ -73,7 +73,8 @@ class Project(ProjectFolder):
         Name, task, rate and video become those given, but for what is to be kept; without a video,
         the one there stays. Where another demonstration of the task has the name, a number is put
         after it. An author's track is imported if there is none or it is as last imported; if it
-        was edited since, it stays. Actions that the task's vocabulary lacks are added to it.
+        was edited since, it stays. Actions that the task's vocabulary lacks are added to it, with
+        the looks that were given where these are free.
 
         Parameters
         ----------
@@ -117,6 +118,16 @@ class Project(ProjectFolder):
             truncated or another one.
         """
         return load(self._db, key)
+
+    def truth(self, demonstration: str) -> dict[str, Any] | None:
+        """What was told as the truth when it was added; None for all but simulated ones.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or the file is damaged.
+        """
+        return truth(self._db, demonstration)
 
     # Labels
 

@@ -26,14 +26,28 @@ def write_vocabulary(database: Database, task: str, vocabulary: Vocabulary) -> N
     )
 
 
-def extend_vocabulary(database: Database, task: str, demonstration: str) -> None:
-    """Add the actions of a demonstration's tracks that a task's vocabulary lacks."""
+def extend_vocabulary(database: Database, task: str, demonstration: str, looks: Vocabulary) -> None:
+    """Add the actions that a task's vocabulary lacks.
+
+    These are first those of `looks`, as they look there where that is free, then the others of the
+    demonstration's tracks.
+    """
     rows = database.all(
         "SELECT action FROM segment JOIN track ON track.id = segment.track "
         "WHERE demonstration = ? GROUP BY action ORDER BY min(start), action",
         demonstration,
     )
     old = vocabularies(database).get(task, Vocabulary())
-    new = old.with_actions(*(row["action"] for row in rows))
+    new = _joined(old, looks).with_actions(*(row["action"] for row in rows))
     if new != old:
         write_vocabulary(database, task, new)
+
+
+def _joined(old: Vocabulary, looks: Vocabulary) -> Vocabulary:
+    """Add the actions that are missing; one whose look or key is taken gets free ones."""
+    for action in looks:
+        if action.name in old:
+            continue
+        free = all(action.look != a.look and action.key not in ("", a.key) for a in old)
+        old = Vocabulary((*old, action)) if free else old.with_actions(action.name)
+    return old

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-import warnings
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
+from forcelab.processes import shared
 from forcelab.recognition.examples import Examples
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
@@ -67,21 +66,11 @@ def in_processes(
     folds: Sequence[Fold], settings: Settings, jobs: int
 ) -> Generator[Progress, None, list[FoldResult]]:
     """Work off the folds in several processes; every finished fold is progress."""
-    from joblib import Parallel, delayed
-
-    work = (delayed(_worked)(fold, settings) for fold in folds)
-    with _deaf_to_interrupts():
-        coming = Parallel(n_jobs=jobs, return_as="generator")(work)
     results: list[FoldResult] = []
-    try:
+    with closing(shared(partial(_worked, settings=settings), folds, jobs)) as coming:
         for result in coming:
             results.append(result)
             yield Progress(len(results), len(folds), "recognising")
-    finally:
-        with warnings.catch_warnings():
-            # joblib finds it worth a warning that somebody stops early.
-            warnings.simplefilter("ignore", UserWarning)
-            coming.close()
     return results
 
 
@@ -101,16 +90,3 @@ def _working(fold: Fold, settings: Settings, where: str) -> Generator[Progress, 
 def _worked(fold: Fold, settings: Settings) -> FoldResult:
     """A fold in a process of its own, where nobody watches."""
     return finish(_working(fold, settings, ""))
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes started here ignore Ctrl+C, which a terminal sends to all: the parent ends them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -22,7 +22,10 @@ from forcelab.project import Project
 from forcelab.recognition.settings import CLASSIFIERS, PRESETS
 from forcelab.signals.wavelets import WAVELETS
 
-COMMANDS = ["import", "list", "evaluate", "train", "predict", "export", "figures", "doctor"]
+COMMANDS = [
+    "demo", "simulate", "import", "list", "evaluate", "train", "predict", "export", "plan",
+    "figures", "doctor",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -286,8 +289,10 @@ def test_json_is_the_same_through_a_pipe(project):
 
 def test_every_command_of_the_parser_can_be_run():
     given = {
+        "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
         "import": ["p", "f"], "list": ["p"], "evaluate": ["p"], "train": ["p", "--out", "o"],
-        "predict": ["r", "f"], "export": ["p", "--out", "o"], "figures": ["d"], "doctor": [],
+        "predict": ["r", "f"], "export": ["p", "--out", "o"],
+        "plan": ["p", "d"], "figures": ["d"], "doctor": [],
     }  # fmt: skip
     assert list(given) == COMMANDS
     for command, words in given.items():

@@ -7,6 +7,7 @@
     demonstrations/ID/demonstration.json     name, task, channels, rate, video, source
     demonstrations/ID/times.npy signals.npy  seconds (n,) and channels (n, c), 64-bit numbers
     demonstrations/ID/video-DIGEST.mp4       the video, if there is one
+    demonstrations/ID/truth.json             what a simulation knows of it, if it is simulated
     demonstrations/ID/tracks.json            every author's segments as they are now
     edits.json                               every edit ever made, the first one first
     recognisers.json recognisers/ID.skops    recognisers, and how they were made

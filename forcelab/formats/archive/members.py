@@ -48,7 +48,7 @@ _ID = "[0-9a-f]{32}"
 _VIDEO = r"video-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
 _MEMBER = re.compile(
     r"(forcelab|vocabularies|edits|recognisers|runs)\.json"
-    rf"|demonstrations/{_ID}/(demonstration\.json|tracks\.json|times\.npy|signals\.npy|{_VIDEO})"
+    rf"|demonstrations/{_ID}/(demonstration\.json|tracks\.json|truth\.json|times\.npy|signals\.npy|{_VIDEO})"
     rf"|recognisers/{_ID}\.skops"
 )
 _FOLDER = re.compile(rf"demonstrations/({_ID}/)?|recognisers/")

@@ -21,14 +21,14 @@ from forcelab.formats.archive.values import (
 )
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.labels import Track
-from forcelab.project import Edit, LabelsUsed, Project
+from forcelab.project import Edit, Incoming, LabelsUsed, Project
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["read", "read_archive", "sniff"]
 
 _STAYED = (
-    "The edits, vocabularies, models' predictions, recognisers and runs stayed in the archive; "
-    "importing it by itself into a new project brings everything."
+    "The edits, vocabularies, models' predictions, truths, recognisers and runs stayed in the "
+    "archive; importing it by itself into a new project brings everything."
 )
 
 
@@ -73,8 +73,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
             for id_ in members.ids():
                 demonstration, source = _demonstration(members, id_, Path(scratch))
-                added = project.add(demonstration, source=source)
-                if added.name != demonstration.name:
+                truth = _truth(members, id_)
+                added = project.add_all([Incoming(demonstration, source=source, truth=truth)])
+                if added[0].name != demonstration.name:
                     raise InputError(f"The archive '{path}' has two '{demonstration.name}'.")
         try:
             numbers = project.replay(_edits(members))
@@ -156,6 +157,12 @@ def _demonstration(
     if demonstration.id != id_:
         raise InputError(f"The content of {members.where(home)} does not match its id.")
     return demonstration, field(record, "source", str, where)
+
+
+def _truth(members: Members, id_: str) -> dict[str, Any] | None:
+    """What a simulation knows of a demonstration; None where nothing was told."""
+    name = f"demonstrations/{id_}/truth.json"
+    return _object(members, name) if name in members else None
 
 
 def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:

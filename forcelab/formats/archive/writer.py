@@ -76,6 +76,8 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer)
         )
     if d.video:
         out.file(f"{home}/{d.video.path.name}", d.video.path)
+    if (truth := project.truth(info.id)) is not None:
+        out.json(f"{home}/truth.json", truth)
     kinds = {author.name: author.kind for author in project.authors()}
     tracks = [
         {

@@ -1,0 +1,264 @@
+"""Error against run time: a panel for each size, a mark for each setting, the best ones joined."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
+from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
+
+from forcelab.errors import InputError
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import LogAxis, draw_bottom, draw_left
+from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.curves import CURVES, curve_pen
+from forcelab.measure.rows import Row, Table
+
+__all__ = ["Tradeoff"]
+
+MARGIN = 24.0
+#: Room for the numbers of the upward axis, and for half of the last one across.
+LEFT, RIGHT = 84.0, 36.0
+PLOT_WIDTH, PLOT_HEIGHT = 440.0, 290.0
+COLUMNS, APART = 2, 36.0
+HEADING = 44.0
+#: Above a plot: its size and its reference. Below: the axis and what could not be drawn.
+NAME_ROOM, AXIS_ROOM, NOTE_ROOM = 40.0, 38.0, 22.0
+PANEL = NAME_ROOM + PLOT_HEIGHT + AXIS_ROOM + NOTE_ROOM + 14.0
+#: Half a mark's width, and what is left free between a mark and its text, in pixels.
+MARK, GAP = 4.5, 3.0
+#: Of the boxes that keep labels off the front's line, in pixels.
+STEP = 4.0
+COLOURS = (*CURVES, "#1c1f24")
+#: Corners of the marks, in units of their half width; none is a circle.
+SHAPES: tuple[tuple[tuple[float, float], ...], ...] = (
+    (),
+    ((-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)),
+    ((0, -1.15), (1.1, 0.85), (-1.1, 0.85)),
+    ((0, -1.3), (1.3, 0), (0, 1.3), (-1.3, 0)),
+    ((0, 1.15), (1.1, -0.85), (-1.1, -0.85)),
+)
+KEY = "Filled and joined: no other is both faster and more exact (Pareto front)."
+ZERO = "At the lower edge: no error at all."
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where a row is drawn."""
+
+    row: Row
+    spot: QPointF
+    colour: QColor
+    shape: int
+
+    @property
+    def box(self) -> QRectF:
+        """What the mark covers."""
+        return QRectF(self.spot.x() - MARK, self.spot.y() - MARK, 2 * MARK, 2 * MARK)
+
+
+@dataclass(frozen=True)
+class Tradeoff(Figure):
+    """A table of error against run time, on logarithmic axes that all panels share.
+
+    Parameters
+    ----------
+    table : Table
+        At least one row was not refused. At most 25 names can be told apart by colour and shape.
+    theme : Theme
+        Colours apart from the marks'.
+
+    Raises
+    ------
+    InputError
+        If every row was refused.
+    """
+
+    table: Table
+    theme: Theme = LIGHT
+
+    def __post_init__(self) -> None:
+        if not any(row.point for row in self.table.rows):
+            raise InputError(f"'{self.table.title}' has nothing to draw; every row was refused.")
+
+    @property
+    def title(self) -> str:  # type: ignore[override]
+        """The table's."""
+        return self.table.title
+
+    @property
+    def size(self) -> QSizeF:
+        """Width and height in pixels."""
+        columns = min(COLUMNS, len(self.table.sizes))
+        width = LEFT + columns * PLOT_WIDTH + (columns - 1) * APART + RIGHT
+        lines = math.ceil(len(self.table.sizes) / COLUMNS)
+        return QSizeF(width, MARGIN + HEADING + lines * PANEL + MARGIN - 14.0)
+
+    def box(self, panel: int) -> QRectF:
+        """Where the plot of a size lies, in pixels."""
+        line, column = divmod(panel, COLUMNS)
+        top = MARGIN + HEADING + line * PANEL + NAME_ROOM
+        return QRectF(LEFT + column * (PLOT_WIDTH + APART), top, PLOT_WIDTH, PLOT_HEIGHT)
+
+    def axes(self, panel: int) -> tuple[LogAxis, LogAxis]:
+        """From seconds and from errors to pixels."""
+        box = self.box(panel)
+        (fast, slow), (exact, coarse) = self._ranges
+        across = LogAxis(fast, slow, box.left(), box.right())
+        return across, LogAxis(exact, coarse, box.bottom(), box.top())
+
+    def paint(self, painter: QPainter) -> None:
+        """Draw title, key and a panel for each size."""
+        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
+        room = self.size.width() - 2 * MARGIN
+        heading, small = text.font(14, bold=True), text.font(10)
+        title = text.elided(self.title, heading, room)
+        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+        key = text.elided(KEY, small, room)
+        text.put(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
+        for panel in range(len(self.table.sizes)):
+            self._paint_frame(painter, panel)
+            marks = self.marks(panel)
+            front = sorted((m for m in marks if m.row.pareto), key=lambda m: m.spot.x())
+            line = [mark.spot for mark in front]
+            painter.setPen(curve_pen(QColor(self.theme.frame), 2.0))
+            painter.drawPolyline(QPolygonF(line))
+            for mark in marks:
+                self._paint_mark(painter, mark)
+            self._paint_labels(painter, self.box(panel), marks, list(_along(line)))
+
+    def marks(self, panel: int) -> tuple[Mark, ...]:
+        """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
+        across, up = self.axes(panel)
+        names = list(dict.fromkeys(row.name for row in self.table.rows))
+        found = []
+        for row in self.table.of(self.table.sizes[panel]):
+            if row.point is not None:
+                seconds, error = row.point
+                spot = QPointF(across.at(seconds), up.at(max(error, up.start)))
+                turn, i = divmod(names.index(row.name), len(COLOURS))
+                found.append(Mark(row, spot, QColor(COLOURS[i]), (i + turn) % len(SHAPES)))
+        return tuple(found)
+
+    @cached_property
+    def _ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Whole decades with all seconds, and with all errors but 0, inside."""
+        points = [row.point for row in self.table.rows if row.point is not None]
+        errors = [error for _, error in points if error > 0] or [1.0]
+        return _decades([seconds for seconds, _ in points]), _decades(errors)
+
+    def _paint_frame(self, painter: QPainter, panel: int) -> None:
+        """Draw a panel's names, grid, axes and note."""
+        box, (across, up) = self.box(panel), self.axes(panel)
+        size = self.table.sizes[panel]
+        rows = self.table.of(size)
+        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
+        bold, small = text.font(bold=True), text.font(10)
+        name = text.elided(size, bold, box.width())
+        text.put(painter, box.left(), box.top() - 30, name, face=bold, ink=ink)
+        reference = text.elided(f"Against {rows[0].reference}.", small, box.width())
+        text.put(painter, box.left(), box.top() - 13, reference, face=small, ink=muted)
+        painter.setPen(QPen(QColor(self.theme.grid), 1.0))
+        for value, _ in across.marks(10.0, upright=False):
+            painter.drawLine(QLineF(across.at(value), box.top(), across.at(value), box.bottom()))
+        for value, _ in up.marks(10.0, upright=True):
+            painter.drawLine(QLineF(box.left(), up.at(value), box.right(), up.at(value)))
+        draw_bottom(painter, across, box.bottom(), self.table.seconds, self.theme)
+        first = panel % COLUMNS == 0
+        draw_left(painter, up, box.left(), self.table.error, self.theme, numbers=first)
+        note = text.elided(_note(rows), small, box.width())
+        below = box.bottom() + AXIS_ROOM + NOTE_ROOM / 2
+        text.put(painter, box.left(), below, note, face=small, ink=muted)
+
+    def _paint_mark(self, painter: QPainter, mark: Mark) -> None:
+        """Draw a mark: filled on the front, hollow elsewhere."""
+        painter.setPen(curve_pen(mark.colour, 1.6))
+        painter.setBrush(mark.colour if mark.row.pareto else QColor(self.theme.background))
+        corners = SHAPES[mark.shape]
+        if corners:
+            painter.drawPolygon([mark.spot + QPointF(x, y) * MARK for x, y in corners])
+        else:
+            painter.drawEllipse(mark.spot, MARK, MARK)
+
+    def _paint_labels(
+        self, painter: QPainter, box: QRectF, marks: Sequence[Mark], line: Sequence[QRectF]
+    ) -> None:
+        """Write each name once, then the settings that have room, those of the front first."""
+        taken = [*line, *(mark.box for mark in marks)]
+        named: dict[str, list[Mark]] = {}
+        for mark in marks:
+            named.setdefault(mark.row.name, []).append(mark)
+        for name, its in named.items():
+            bold = text.font(10, bold=True)
+            label = text.elided(name, bold, box.width() / 3)
+            places = [place for mark in its for place in _places(mark.spot, label, bold, box)]
+            # A name is written in any case: where it covers least.
+            best = min(places, key=lambda place: _covered(place, taken))
+            taken.append(best)
+            _write(painter, best, label, bold, its[0].colour)
+        small, muted = text.font(9), QColor(self.theme.muted)
+        for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
+            label = text.elided(mark.row.setting, small, box.width() / 3)
+            places = list(_places(mark.spot, label, small, box))
+            free = [place for place in places if not _covered(place, taken)]
+            if free:
+                taken.append(free[0])
+                _write(painter, free[0], label, small, muted)
+
+
+def _decades(values: Sequence[float]) -> tuple[float, float]:
+    """The nearest powers of ten that leave a little room around all values."""
+    low, high = math.log10(min(values)) - 0.1, math.log10(max(values)) + 0.1
+    return 10.0 ** math.floor(low), 10.0 ** math.ceil(high)
+
+
+def _note(rows: Sequence[Row]) -> str:
+    """What a panel cannot show: refusals, and errors of 0."""
+    refused = [f"{row.name}, {row.setting}" for row in rows if row.refusal]
+    sentences = [f"Refused: {'; '.join(refused)}."] if refused else []
+    if any(row.error == 0 for row in rows):
+        sentences.append(ZERO)
+    return " ".join(sentences)
+
+
+def _places(spot: QPointF, label: str, face: QFont, box: QRectF) -> Iterator[QRectF]:
+    """Boxes around a mark where its label may stand, moved into the plot: the best ones first."""
+    wide, high = text.width(label, face), face.pixelSize() + 2.0
+    out, near = MARK + GAP, MARK
+    for left, top in (
+        (out, -high / 2),
+        (-out - wide, -high / 2),
+        (-wide / 2, -out - high),
+        (-wide / 2, out),
+        (near, -near - high),
+        (near, near),
+        (-near - wide, -near - high),
+        (-near - wide, near),
+    ):
+        x = min(max(spot.x() + left, box.left() + 2), box.right() - 2 - wide)
+        y = min(max(spot.y() + top, box.top() + 2), box.bottom() - 2 - high)
+        yield QRectF(x, y, wide, high)
+
+
+def _along(line: Sequence[QPointF]) -> Iterator[QRectF]:
+    """Small boxes that cover a polyline, so that no label is written across it."""
+    for start, end in pairwise(line):
+        length = QLineF(start, end).length()
+        for i in range(math.ceil(length / STEP)):
+            spot = QLineF(start, end).pointAt(i * STEP / length)
+            yield QRectF(spot.x() - STEP / 2, spot.y() - STEP / 2, STEP, STEP)
+
+
+def _covered(place: QRectF, taken: Sequence[QRectF]) -> float:
+    """Area of what a label would cover."""
+    common = [place.intersected(other) for other in taken]
+    return sum(box.width() * box.height() for box in common)
+
+
+def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:
+    """Write a label into its box."""
+    text.put(painter, place.left(), place.center().y(), label, face=face, ink=ink)

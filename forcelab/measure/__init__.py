@@ -1,0 +1,1 @@
+"""Measurements: error against run time, and the simulated beside the real."""

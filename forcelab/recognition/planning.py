@@ -1,0 +1,139 @@
+"""What is computed to recognise a demonstration, what is left out, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.recognition.settings import Settings
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import frequencies, usual_scales
+
+__all__ = ["Part", "planned"]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Something that costs time or memory where it is computed.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``"video decoder"``.
+    computed : bool
+        Whether it is, or is left out.
+    why : str
+        What it is computed from, or why it is not.
+    """
+
+    name: str
+    computed: bool
+    why: str
+
+
+def planned(
+    demonstration: Demonstration, authors: Sequence[str], settings: Settings
+) -> tuple[Part, ...]:
+    """Tell what is computed of a demonstration; nothing of it is computed here.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+    authors : sequence of str
+        Whose tracks there are.
+    settings : Settings
+        Of the recogniser; where they name no rate the demonstration's own is meant.
+
+    Returns
+    -------
+    tuple of Part
+        In the order of the computation.
+
+    Raises
+    ------
+    InputError
+        If a wanted channel is missing.
+    """
+    return (
+        *_beside(demonstration, authors),
+        *_features(demonstration, settings),
+        *_after(settings),
+    )
+
+
+def _beside(demonstration: Demonstration, authors: Sequence[str]) -> Iterator[Part]:
+    """Video and timelines."""
+    video = demonstration.video
+    yield Part(
+        "video decoder",
+        video is not None,
+        "there is a video" if video else "there is no video, and OpenCV is not loaded",
+    )
+    yield Part(
+        "timelines",
+        bool(authors),
+        f"labelled by {', '.join(authors)}" if authors else "nothing is labelled",
+    )
+
+
+def _features(demonstration: Demonstration, settings: Settings) -> Iterator[Part]:
+    """From recorded columns to feature vectors."""
+    recorded = demonstration.channels
+    try:
+        channels = channel_map(recorded, settings.channels)
+    except InputError as error:
+        raise InputError(f"Demonstration '{demonstration.name}': {error}") from error
+    rate = settings.rate or demonstration.rate
+    scales, wavelet = settings.scales, settings.mother
+    hertz = frequencies(scales, rate, wavelet)
+    yield Part(
+        f"{len(scales)} scales",
+        True,
+        f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
+        f"{hertz[0]:.3g} to {hertz[-1]:.3g} Hz",
+    )
+    for name, places in zip(channels.names, channels.columns, strict=True):
+        columns = ", ".join(recorded[channels.recorded[place]].name for place in places)
+        yield Part(f"channel {name}", True, f"from {columns}")
+    every = channel_map(recorded)
+    for name in every.names:
+        if name not in channels.names:
+            yield Part(f"channel {name}", False, "the settings do not name it")
+    for column, channel in enumerate(recorded):
+        if column not in channels.recorded:
+            yield Part(f"column {channel.name}", False, "no channel that is computed needs it")
+    samples = max(1, round(demonstration.duration * rate))
+    usual = usual_scales(samples, settings.min_scale, settings.spacing)
+    wider = usual[len(scales) :]
+    if len(wider):
+        sizes = ", ".join(f"{scale:g}" for scale in wider)
+        yield Part(f"scales of {sizes} samples", False, "wider than the settings' largest scale")
+    width = len(channels.names) * len(scales)
+    yield Part("log magnitudes", True, f"{width} a time step")
+    yield Part(
+        "phases",
+        settings.phase,
+        f"{width} a time step" if settings.phase else "the settings switch them off",
+    )
+
+
+def _after(settings: Settings) -> Iterator[Part]:
+    """From feature vectors to a filtered timeline."""
+    yield Part(f"classifier {settings.classifier}", True, "one decision a time step")
+    yield Part(
+        "probabilities",
+        settings.needs_probabilities,
+        "the threshold filter needs them"
+        if settings.needs_probabilities
+        else "no filter that is on needs them",
+    )
+    filters = (
+        ("threshold filter", settings.threshold, "below {:g}: unlabelled"),
+        ("median filter", settings.median, "over {:g} samples"),
+        ("drop filter", settings.drop, "shorter than {:g} of the shortest trained one: unlabelled"),
+    )
+    for name, value, what in filters:
+        why = "the settings switch it off" if value is None else what.format(value)
+        yield Part(name, value is not None, why)

@@ -1,0 +1,1 @@
+"""The simulated tongs: contact mechanics, choreographies, sensors, coders and video."""

@@ -1,0 +1,129 @@
+"""What the hand wants: smooth commands for jaws, arm and wrist, as cubic splines of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+__all__ = ["KNOT_STEP", "Command", "minimum_jerk", "tremor", "wander"]
+
+Array = NDArray[np.float64]
+
+#: Distance of the splines' knots, s: a sixteenth of the period of the fastest tremor and less than
+#: a quarter of the fastest tap.
+KNOT_STEP = 5e-3
+
+
+def minimum_jerk(times: Array, start: float, duration: float) -> Array:
+    """How far a reach is after `times`, from 0 to 1: ``10 u^3 - 15 u^4 + 6 u^5``.
+
+    References
+    ----------
+    T. Flash, N. Hogan, "The coordination of arm movements: an experimentally confirmed
+    mathematical model", Journal of Neuroscience 5 (1985) 1688-1703.
+    """
+    u = np.clip((times - start) / duration, 0.0, 1.0)
+    return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
+
+
+def tremor(times: Array, rng: np.random.Generator, low: float = 8.0, high: float = 12.0) -> Array:
+    """Physiological tremor of unit variance between `low` and `high` Hz: a few beating tones."""
+    tones = 6
+    frequencies = rng.uniform(low, high, tones)
+    phases = rng.uniform(0.0, 2.0 * np.pi, tones)
+    sum_ = np.sin(2.0 * np.pi * frequencies[:, None] * times + phases[:, None]).sum(axis=0)
+    return np.asarray(sum_ * np.sqrt(2.0 / tones))
+
+
+def wander(times: Array, rng: np.random.Generator, cutoff: float = 3.0) -> Array:
+    """Slow wandering of unit variance with a spectrum that falls off beyond `cutoff` Hz."""
+    tones = 24
+    frequencies = cutoff * np.geomspace(0.05, 3.0, tones)
+    weights = np.sqrt(np.gradient(frequencies)) / (1.0 + (frequencies / cutoff) ** 2)
+    phases = rng.uniform(0.0, 2.0 * np.pi, tones)
+    waves = np.sin(2.0 * np.pi * frequencies[:, None] * times + phases[:, None])
+    return np.asarray(weights @ waves * np.sqrt(2.0 / (weights @ weights)))
+
+
+@dataclass(frozen=True)
+class Command:
+    """Commands of a batch of demonstrations, twice continuously differentiable in time.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (k, m, 4, c)
+        Of the cubics of k splines between their knots, highest power first, one for each of c
+        commands. After the last knot the last cubic goes on.
+    lanes : ndarray of int, shape (b,)
+        Which spline each lane follows: lanes may share one, which is not copied then.
+    """
+
+    coefficients: Array
+    lanes: NDArray[np.intp]
+
+    @classmethod
+    def through(cls, values: Sequence[Array]) -> Command:
+        """Commands through values at the knots.
+
+        Parameters
+        ----------
+        values : sequence of ndarray, each of shape (m_i + 1, c)
+            One for each lane; the shorter ones hold their last value, from where on they are only
+            once continuously differentiable.
+        """
+        longest = max(len(value) for value in values)
+        cubics = []
+        for value in values:
+            # Each lane's spline is its own: it must not depend on how long its neighbours are.
+            cubic = CubicSpline(KNOT_STEP * np.arange(len(value)), value, bc_type="clamped").c
+            held = np.zeros((4, longest - len(value), value.shape[1]))
+            held[3] = value[-1]
+            cubics.append(np.concatenate([cubic, held], axis=1))
+        stacked = np.ascontiguousarray(np.stack(cubics).transpose(0, 2, 1, 3))
+        return cls(stacked, np.arange(len(stacked)))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of lanes and of commands."""
+        return len(self.lanes), self.coefficients.shape[-1]
+
+    @property
+    def duration(self) -> float:
+        """Time of the last knot, s."""
+        return KNOT_STEP * self.coefficients.shape[1]
+
+    def subset(self, lanes: NDArray[np.intp]) -> Command:
+        """The commands of some lanes; one may be taken more than once."""
+        return Command(self.coefficients, self.lanes[lanes])
+
+    def driving(self, stiffness: Array, damping: Array) -> Command:
+        """The commands as the forces ``k c + b c'`` with which springs and dampers drive.
+
+        Parameters
+        ----------
+        stiffness, damping : ndarray, shape (c, b)
+            k and b of each command and lane.
+        """
+        cubic = self.coefficients[self.lanes]
+        slope = np.zeros_like(cubic)
+        slope[:, :, 1:] = cubic[:, :, :3] * np.array([3.0, 2.0, 1.0])[:, None]
+        k, b = stiffness.T[:, None, None], damping.T[:, None, None]
+        return Command(k * cubic + b * slope, np.arange(len(self.lanes)))
+
+    def at(self, times: Array) -> Array:
+        """The commands at some instants, shape (c, b).
+
+        Parameters
+        ----------
+        times : ndarray, shape (b,)
+            One for each lane, from 0 on; any number of times where there is one lane only.
+        """
+        interval = (times * (1.0 / KNOT_STEP)).astype(np.intp)
+        np.minimum(interval, self.coefficients.shape[1] - 1, out=interval)
+        a, b, c, d = self.coefficients[self.lanes, interval].transpose(1, 2, 0)
+        u = times - KNOT_STEP * interval
+        return ((a * u + b) * u + c) * u + d

@@ -1,0 +1,367 @@
+"""Equations of motion of the tongs, the body between their jaws and whatever holds it.
+
+Coordinates: the distances s of the two jaws from the tongs' middle, the body's x, the places p of
+tongs and body along each axis of the arm, and the angles a of wrist and cap. With N the normal
+force of a jaw, f its friction on the body and c what the hand commands:
+
+    jaw        m s'' = k (c - s) + b (c' - s') + N + touch + tap
+    body       M x'' = N_left - N_right + table + socket + holder
+    tongs      m p'' = k (c - p) + b (c' - p') - f_left - f_right + width
+    body       M p'' = f_left + f_right - width + table + socket + holder (- M g along z)
+    wrist      J a'' = k (c - a) + b (c' - a') - r (f_left + f_right)
+    cap        I a'' = r (f_left + f_right) - thread
+
+A jaw presses where ``w - s -+ x > 0``, w being the body's half width at the height of the jaws;
+where w varies along z, the contact pushes along z as well ("width"), as energy demands. The laws
+of contact are in :mod:`forcelab.simulation.contact`, table and socket in
+:mod:`forcelab.simulation.surroundings`, the numbers in :mod:`forcelab.simulation.scene`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.simulation import contact
+from forcelab.simulation.hand import Command
+from forcelab.simulation.layout import Layout
+from forcelab.simulation.profile import width_at
+from forcelab.simulation.scene import Jaws, Scene
+from forcelab.simulation.stacking import stacked
+from forcelab.simulation.surroundings import (
+    STRAIGHTEN,
+    sliding_friction,
+    socket_push,
+    table_under,
+)
+from forcelab.simulation.system import Array
+from forcelab.simulation.tolerances import hand_numbers, state_scales
+
+__all__ = ["Mechanics"]
+
+#: Bristles bent to this share of what they bear slip; below it they stick.
+SLIP = 0.95
+#: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
+FELT = 0.05
+#: A body this far above the table has left its socket, m.
+CLEAR = 5e-4
+#: Left jaw, right jaw: the sign of the force with which each pushes the body along x.
+SIDES = np.array([[1.0], [-1.0]])
+
+ENTERS, LEAVES = "into the socket", "out of the socket"
+
+
+class Mechanics:
+    """A batch of demonstrations of scenes with the same parts: a `System` for the solvers.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        One for each lane; they have the same parts but their own numbers.
+    command : Command
+        One lane for each scene, with the commands of :attr:`Layout.commands`.
+    drive : Command, optional
+        The same commands as forces, where they are known already.
+
+    Raises
+    ------
+    InputError
+        If scenes differ in their parts, or the commands do not fit.
+    """
+
+    def __init__(
+        self, scenes: Sequence[Scene], command: Command, drive: Command | None = None
+    ) -> None:
+        self.scenes = tuple(scenes)
+        self.command = command
+        self.layout = layout = Layout.of(self.scenes[0])
+        self.lanes = len(self.scenes)
+        if any(scene.parts != self.scenes[0].parts for scene in self.scenes):
+            raise InputError("Scenes that are computed together must have the same parts.")
+        if command.shape != (self.lanes, len(layout.commands)):
+            raise InputError("A scene needs one command for each jaw and axis, and the taps.")
+        self.names = layout.names
+        p, d, a = len(layout.coordinates), len(layout.driven), len(layout.axes)
+        self.positions, self.velocities = np.arange(p), np.arange(p, 2 * p)
+        self._x, self._held, self._along = d, slice(d, d + 1 + a), slice(d + 1, d + 1 + a)
+        self._rub = slice(2 * p, 2 * p + 2 * len(layout.rubbing))
+        self._slide = slice(self._rub.stop, self._rub.stop + len(layout.sliding))
+        self._p = numbers = stacked(self.scenes)
+        self._stiffness, self._damping, self._mass = hand_numbers(layout, numbers)
+        self._drive = drive or command.driving(
+            np.concatenate([self._stiffness, np.ones((1, self.lanes))]),
+            np.concatenate([self._damping, np.zeros((1, self.lanes))]),
+        )
+        hertzian = any(scene.body.exponent != 1.0 for scene in self.scenes)
+        self._exponent = numbers.body.exponent if hertzian else None
+        self._pads: SimpleNamespace | None = None
+        if layout.rubbing:
+            self._pads = (numbers.arm or numbers.thread).pads
+            self._grip_share = np.stack([np.ones(self.lanes), self._pads.asymmetry])
+        self._tilt = sensor_tilts(self.scenes[0].jaws)
+        self.scales = state_scales(layout, numbers)
+        self.events = self._event_names()
+
+    def rates(self, times: Array, states: Array) -> Array:
+        """Derivatives of the states, shape (s, b); see `System`."""
+        rates: Array = self.look(times, states).rates
+        return rates
+
+    def lane(self, number: int) -> Mechanics:
+        """One demonstration by itself; see `System`."""
+        return self.subset(np.array([number]))
+
+    def subset(self, lanes: NDArray[np.intp]) -> Mechanics:
+        """Some of the demonstrations; see `System`."""
+        scenes = [self.scenes[i] for i in lanes]
+        return Mechanics(scenes, self.command.subset(lanes), self._drive.subset(lanes))
+
+    def jump(self, event: int, rising: bool, state: Array) -> Array:
+        """The state right after an event: the body enters or leaves the socket."""
+        meaning = self.events[event].split("|")[0 if rising else 1]
+        if meaning not in {ENTERS, LEAVES}:
+            return state
+        after = state.copy()
+        after[-1] = float(meaning == ENTERS)
+        return after
+
+    def watched(self, times: Array, states: Array) -> Array:
+        """The event functions, shape (e, b); see `System`."""
+        seen = self.look(times, states)
+        rows = [*seen.depth, seen.touch]
+        if self._p.profile is not None:
+            # Closed jaws overlap with the tip, which ends there, by as much as with each other.
+            rows[:2] = np.minimum(seen.depth, seen.width.tip)
+        if self._pads is not None:
+            bent = np.sqrt((states[self._rub].reshape(-1, 2, len(times)) ** 2).sum(axis=0))
+            # Fades with the contact, so that losing it ends the slip without a jump.
+            felt = np.minimum(seen.normal / FELT, 1.0)
+            rows += list(bent * self._pads.stiffness / seen.limit * felt - SLIP)
+        if self.layout.thread:
+            rows.append(np.abs(states[-1]) * self._p.thread.stiffness / seen.bears - SLIP)
+        if self.layout.ground:
+            rows.append(seen.ground)
+        if self.layout.socket:
+            socket, inside = self._p.socket, states[-1] > 0.5
+            y, z = states[self._along]
+            off, clear = np.abs(y - socket.place), -seen.ground
+            near = np.minimum(socket.tolerance - off, seen.ground)
+            # A body above the rim need not be lifted clear of it to leave sideways.
+            aside = np.minimum(clear, off - 2.0 * socket.tolerance)
+            rows += [
+                np.where(inside, socket.tolerance, near),
+                np.where(inside, np.maximum(clear - CLEAR, aside), -CLEAR),
+                np.where(inside, -z, 0.0) - socket.snap_depth,
+            ]
+        return np.stack(rows)
+
+    def _event_names(self) -> tuple[str, ...]:
+        """What the rows of :meth:`watched` mean."""
+        names = [f"{jaw} jaw: contact made|{jaw} jaw: contact lost" for jaw in ("left", "right")]
+        names.append("jaws meet|jaws part")
+        if self._pads is not None:
+            names += [f"{jaw} jaw: slip begins|{jaw} jaw: slip ends" for jaw in ("left", "right")]
+        if self.layout.thread:
+            names.append("cap slips|cap sticks")
+        if self.layout.ground:
+            names.append("body set down|body lifted")
+        if self.layout.socket:
+            names += [f"{ENTERS}|", f"{LEAVES}|", "snap in|snap out"]
+        return tuple(names)
+
+    def look(self, times: Array, states: Array) -> SimpleNamespace:
+        """Everything at some instants: the rates of the states, and the forces behind them.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+            One for each lane, or any number for a system of one lane.
+        states : ndarray, shape (s, n)
+
+        Returns
+        -------
+        SimpleNamespace
+            ``rates`` (s, n); of the jaws ``depth`` and ``normal`` (2, n), m and N, ``touch`` (n,),
+            by how much they overlap, ``pressed`` (2, n), all that presses on them, and ``tap``.
+            Where jaws rub, ``friction`` (directions, 2, n) on the body and its ``limit`` (n,).
+            Where there is a table, ``ground`` (n,), how deep the body stands in it.
+        """
+        p, count, d = self._p, len(self.positions), self._x
+        q, v = states[:count], states[count : 2 * count]
+        rates = np.empty_like(states)
+        rates[:count] = v
+        force = np.zeros_like(q)
+        seen = SimpleNamespace(rates=rates)
+        drive = self._drive.at(times)
+        force[:d] = drive[:-1] - self._stiffness * q[:d] - self._damping * v[:d]
+
+        half, stiffness = p.body.half_width, p.body.stiffness
+        depth_rate = -v[:2] - SIDES * v[d]
+        if p.profile is not None:
+            seen.width = width_at(q[d - 1] - q[-1], half, p.profile)
+            half, stiffness = seen.width.half, stiffness * seen.width.left
+            depth_rate += seen.width.slope * (v[d - 1] - v[-1])
+        seen.depth = half - q[:2] - SIDES * q[d]
+        seen.normal = contact.hunt_crossley(
+            seen.depth, depth_rate, stiffness, p.body.damping, self._exponent
+        )
+        seen.touch = -(q[0] + q[1])
+        pressed = seen.normal
+        if (seen.touch > 0.0).any():
+            pressed = pressed + contact.hunt_crossley(
+                seen.touch, -(v[0] + v[1]), p.jaws.touch, p.body.damping
+            )
+        force[0] += drive[-1]
+        force[:2] += pressed
+        force[d] = seen.normal[0] - seen.normal[1]
+        if self._pads is not None:
+            self._rub_along(seen, states, force, self._pads)
+        if p.profile is not None:
+            self._widen(seen, force)
+        if self.layout.thread:
+            self._turn(seen, states, force)
+        if self.layout.ground:
+            self._stand(seen, states, force)
+        if p.holder is not None:
+            held = self._held
+            force[held] -= p.holder.stiffness * q[held] + p.holder.damping * v[held]
+        elif self.layout.axes[-1:] == ("z",):
+            force[-1] -= p.body.mass * p.gravity
+        np.divide(force, self._mass, out=rates[count : 2 * count])
+        if self.layout.socket:
+            rates[-1] = 0.0
+        seen.pressed = pressed
+        seen.tap = drive[-1]
+        return seen
+
+    def felt(self, times: Array, states: Array) -> Array:
+        """What the sensors' domes feel in a system of one lane.
+
+        Parameters
+        ----------
+        times : ndarray, shape (n,)
+        states : ndarray, shape (s, n)
+
+        Returns
+        -------
+        ndarray, shape (6, n)
+            fx, fy, fz of the left sensor, then of the right one: x along the scene's y, y along
+            its z, z normal and negative in compression, as the tilted sensors see them. The
+            domes' own inertia is felt too.
+        """
+        seen = self.look(times, states)
+        count, dome = len(self.positions), self._p.jaws.dome
+        acceleration = seen.rates[count:]
+        forces = np.zeros((2, 3, len(times)))
+        forces[:, 2] = dome * acceleration[:2] - seen.pressed
+        forces[0, 2] -= seen.tap
+        if self.layout.thread:
+            inertia = dome * self._p.thread.radius * acceleration[2]
+            forces[:, 0] = (seen.friction[0] + inertia) * SIDES
+        for row, axis in enumerate(self.layout.axes):
+            inertia = dome * acceleration[2 + row]
+            forces[:, "yz".index(axis)] = -seen.friction[row] - inertia
+        if self._p.profile is not None:
+            forces[:, 1] += seen.widening
+        return (self._tilt @ forces).reshape(6, -1)
+
+    def _rub_along(
+        self, seen: SimpleNamespace, states: Array, force: Array, pads: SimpleNamespace
+    ) -> None:
+        """Friction of the jaws: drives the body, holds back tongs and wrist."""
+        v, d = states[len(self.positions) :], self._x
+        if self.layout.thread:
+            sliding = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
+        else:
+            sliding = v[2:d] - v[self._along]
+        bristles = states[self._rub].reshape(len(sliding), 2, -1)
+        seen.friction, rate, limit = sliding_friction(
+            seen.normal * self._grip_share, sliding[:, None], bristles, pads
+        )
+        seen.limit = limit[0]
+        seen.rates[self._rub] = rate.reshape(2 * len(sliding), -1)
+        if not self.layout.thread:
+            both = seen.friction.sum(axis=1)
+            force[2:d] -= both
+            force[self._along] = both
+
+    def _widen(self, seen: SimpleNamespace, force: Array) -> None:
+        """Push tongs and body apart along z where the body's width varies."""
+        body, width = self._p.body, seen.width
+        stored = contact.hunt_crossley_energy(seen.depth, body.stiffness, self._exponent)
+        seen.widening = -seen.normal * width.slope - stored * width.left_slope
+        both = seen.widening.sum(axis=0)
+        force[self._x - 1] += both
+        force[-1] -= both
+
+    def _turn(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
+        """Turn the cap: the jaws' friction turns it, the thread holds it back."""
+        thread, cap_rate = self._p.thread, states[2 * len(self.positions) - 1]
+        torque = thread.radius * seen.friction[0].sum(axis=0)
+        # The thread's bristles are told per newton metre: its limit at rest is static / kinetic.
+        speed = np.abs(cap_rate)
+        seen.bears = bears = contact.bristle_limit(
+            speed, thread.static / thread.kinetic, np.ones_like(speed), thread.stribeck
+        )
+        bristle = states[-1]
+        bent = contact.bristle_rate(cap_rate[None], bristle[None], thread.stiffness, bears)
+        seen.rates[-1] = bristle_rate = bent[0]
+        held = contact.lugre(
+            thread.kinetic,
+            cap_rate,
+            bristle,
+            bristle_rate,
+            thread.stiffness,
+            thread.damping,
+            thread.viscous,
+        )
+        force[self._x - 1] -= torque
+        force[-1] = torque - held
+
+    def _stand(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
+        """Table and socket under the body."""
+        p, count = self._p, len(self.positions)
+        place, speed = states[:count][self._held], states[count : 2 * count][self._held]
+        table = table_under(place[1:], speed[1:], p.socket)
+        seen.ground = table.depth
+        normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)
+        if p.socket is not None:
+            normal = normal * (1.0 - states[-1])
+        friction, seen.rates[self._slide], _ = sliding_friction(
+            normal, speed[:-1], states[self._slide], p.ground.friction
+        )
+        push = force[self._held]
+        push[-1] += normal
+        push[:-1] -= friction
+        if table.slope is not None:
+            push[1] -= normal * table.slope
+        if p.socket is not None:
+            inside = states[-1]
+            if inside.any():
+                socket, seen.rates[-2] = socket_push(
+                    place, speed, states[-2], inside, p.socket, p.body.damping
+                )
+                push += socket
+            else:
+                seen.rates[-2] = -states[-2] / STRAIGHTEN
+
+
+def sensor_tilts(jaws: Jaws) -> Array:
+    """Rotations, shape (2, 3, 3), from the scene's axes to those of the tilted sensors."""
+    turns = []
+    for tilt, azimuth in (
+        (jaws.tilt_left, jaws.azimuth_left),
+        (jaws.tilt_right, jaws.azimuth_right),
+    ):
+        towards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+        across = np.array([-towards[1], towards[0], 0.0])
+        normal = np.array([0.0, 0.0, 1.0])
+        tilted = np.cos(tilt) * towards - np.sin(tilt) * normal
+        frame = np.array([towards, across, normal])
+        turned = [tilted, across, np.sin(tilt) * towards + np.cos(tilt) * normal]
+        turns.append(frame.T @ np.array(turned))
+    return np.stack(turns)

@@ -1,0 +1,151 @@
+"""The camera's clock: when a frame was really taken, and what the file says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+
+__all__ = ["RATE", "Camera", "Filmed"]
+
+Array = NDArray[np.float64]
+
+#: Nominal frames a second, as the file states them.
+RATE = 30.0
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera with a clock of its own.
+
+    Parameters
+    ----------
+    offset : float
+        Force time at which the video begins, s; negative when the camera ran before the sensors.
+    drift : float
+        By what share the camera's second is longer than the sensors', such as 30e-6. At most 1e-3
+        either way.
+    jitter : float
+        Standard deviation of the instants at which the shutter opens, s; at most 2 ms.
+    late : int
+        Number of frames that come late: by 0.3 to 0.8 of a frame's time.
+    tail : float
+        Seconds for which the camera goes on after the force recording's end.
+    seed : int
+        Of jitter and late frames.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range.
+    """
+
+    offset: float = 0.0
+    drift: float = 0.0
+    jitter: float = 0.0
+    late: int = 0
+    tail: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("offset", -60.0, 60.0),
+            ("drift", -1e-3, 1e-3),
+            ("jitter", 0.0, 2e-3),
+            ("late", 0, 1000),
+            ("tail", 0.0, 60.0),
+            ("seed", 0, 2**63 - 1),
+        ):
+            if not low <= getattr(self, name) <= high:
+                raise InputError(
+                    f"A camera's {name} must lie between {low:g} and {high:g}, "
+                    f"not {getattr(self, name)}."
+                )
+
+    @classmethod
+    def drawn(cls, rng: np.random.Generator) -> Camera:
+        """A camera as people have them: tens of ppm wrong, a few frames late.
+
+        It starts at most 0.4 s before and 0.15 s after the sensors, and ends after them, so that
+        it sees every tap that is not at the very edge.
+        """
+        return cls(
+            offset=float(rng.uniform(-0.4, 0.15)),
+            drift=float(rng.choice([-1.0, 1.0]) * rng.uniform(15e-6, 60e-6)),
+            jitter=float(rng.uniform(2e-4, 6e-4)),
+            late=int(rng.integers(2, 6)),
+            tail=float(rng.uniform(0.0, 0.4)),
+            seed=int(rng.integers(2**63)),
+        )
+
+    @property
+    def clock(self) -> ClockMap:
+        """From the file's timestamps to force time; true but for jitter and late frames."""
+        return ClockMap(offset=self.offset, rate=1.0 + self.drift)
+
+    def shots(self, duration: float) -> tuple[Array, Array, NDArray[np.intp]]:
+        """The frames of a force recording.
+
+        Parameters
+        ----------
+        duration : float
+            Of the force recording, s.
+
+        Returns
+        -------
+        video, force : ndarray, shape (n,)
+            The file's timestamp of each frame, and the force time of the instant that it shows,
+            both rising.
+        late : ndarray of int, shape (m,)
+            Which frames are late.
+
+        Raises
+        ------
+        InputError
+            If the camera starts after the recording's end.
+        """
+        length = float(self.clock.to_device(duration + self.tail))
+        count = int(np.ceil(length * RATE))
+        if count < 1:
+            raise InputError(
+                f"The camera starts at {self.offset:g} s, after the recording's end at "
+                f"{duration:g} s; let it start earlier."
+            )
+        rng = np.random.default_rng(self.seed)
+        video = np.arange(count) / RATE
+        # Bounded, so that a frame is never shown before the one that was taken before it.
+        shaken = self.jitter * np.clip(rng.standard_normal(count), -2.5, 2.5)
+        late = np.sort(rng.permutation(count)[: self.late])
+        shaken[late] += rng.uniform(0.3, 0.8, late.size) / RATE
+        return video, self.clock.to_force(video) + shaken, late
+
+
+@dataclass(frozen=True)
+class Filmed:
+    """A video of a performance, and what its camera knew.
+
+    Parameters
+    ----------
+    path : Path
+        The video.
+    stamps : Path
+        Table of the true times beside it: frame, video_seconds, force_seconds.
+    video_seconds, force_seconds : ndarray, shape (n,)
+        The file's timestamp of each frame, and the force time of the instant that it shows.
+    clock : ClockMap
+        The true map from the file's timestamps to force time.
+    late : ndarray of int, shape (m,)
+        Which frames were taken late.
+    """
+
+    path: Path
+    stamps: Path
+    video_seconds: Array
+    force_seconds: Array
+    clock: ClockMap
+    late: NDArray[np.intp]

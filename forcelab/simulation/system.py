@@ -1,0 +1,73 @@
+"""What a solver needs to know of a mechanical system: a batch of initial value problems."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Array", "System"]
+
+Array = NDArray[np.float64]
+
+
+class System(Protocol):
+    """A batch of independent problems of one structure; each is a lane, a column of the state.
+
+    Attributes
+    ----------
+    names : tuple of str, length s
+        What the states are.
+    lanes : int
+        Number of problems, b.
+    positions, velocities : ndarray of int, shape (p,)
+        Rows such that ``rates(t, y)[positions] == y[velocities]`` exactly.
+    events : tuple of str, length e
+        What it means when an event function falls and rises through zero, as
+        ``"rising meaning|falling meaning"``; an empty meaning is no event.
+    scales : ndarray, shape (s, b)
+        How large a change of each state moves a force of the lane by about one newton: what turns
+        a tolerance in newtons into one for each state.
+    """
+
+    names: tuple[str, ...]
+    lanes: int
+    positions: NDArray[np.intp]
+    velocities: NDArray[np.intp]
+    events: tuple[str, ...]
+    scales: Array
+
+    def rates(self, times: Array, states: Array) -> Array:
+        """Derivatives of the states.
+
+        Parameters
+        ----------
+        times : ndarray, shape (b,)
+            Each lane has its own time.
+        states : ndarray, shape (s, b)
+
+        Returns
+        -------
+        ndarray, shape (s, b)
+            A new array.
+        """
+
+    def watched(self, times: Array, states: Array) -> Array:
+        """The event functions, shape (e, b): continuous while no jump happens."""
+
+    def jump(self, event: int, rising: bool, state: Array) -> Array:
+        """The state (s,) of one lane right after an event; the same where nothing jumps."""
+
+    def lane(self, number: int) -> System:
+        """One lane as a system of its own.
+
+        Its methods also take any number of columns: n times and states of shape (s, n) of that one
+        lane, which is how a finished trajectory is looked at all at once.
+        """
+
+    def subset(self, lanes: NDArray[np.intp]) -> System:
+        """Some of the lanes, in the order given, as a system of their own.
+
+        A solver goes on with these when the others are finished.
+        """

@@ -1,0 +1,146 @@
+"""The tasks of the paper: each has a recipe, a choreography and a true course of actions."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from importlib import import_module
+
+import numpy as np
+
+from forcelab.jobs import Progress
+from forcelab.simulation.hand import Command
+from forcelab.simulation.layout import Layout
+from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.motion import Event, Motion, Performance
+from forcelab.simulation.scene import TASKS, Scene, Task
+from forcelab.simulation.solvers import Rosenbrock, Solver, integrating
+from forcelab.simulation.system import Array
+from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
+from forcelab.simulation.tasks.course import Course, true_actions
+from forcelab.simulation.tasks.recipe import recipe
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["RATE", "SOLVER", "actions_of", "performing", "scene_of", "vocabulary"]
+
+#: At which forces and motion are sampled, Hz: above twice what the sensors' filters let through.
+RATE = 4000.0
+#: Chosen from the table of `forcelab measure contact`: the largest tolerance that leaves less than
+#: a millinewton of error, root mean square, in every task.
+SOLVER: Solver = Rosenbrock(tolerance=3e-4)
+
+
+def actions_of(task: Task) -> tuple[str, ...]:
+    """The actions of a task, in the order of its vocabulary."""
+    return recipe(task).actions
+
+
+def vocabulary(task: Task) -> Vocabulary:
+    """The vocabulary of a task; an action looks the same in all tasks."""
+    every = dict.fromkeys(action for one in TASKS for action in actions_of(one))
+    common = Vocabulary().with_actions(*every)
+    return Vocabulary(tuple(common[action] for action in actions_of(task)))
+
+
+def _staged(task: Task, seed: int, number: int, *, taps: bool) -> Choreography:
+    """One demonstration's scene and what the hand does in it."""
+    # One stream for each demonstration: the others change nothing about it.
+    stream = np.random.SeedSequence([seed, number, TASKS.index(task)])
+    rng = np.random.default_rng(stream)
+    scene = recipe(task).drawn_scene(rng)
+    choreography = import_module(f"forcelab.simulation.tasks.{task.lower()}")
+    hand = recipe(task).drawn_hand(rng, (*HAND, *choreography.HAND))
+    played = Choreography(scene, hand, rng, taps=taps)
+    choreography.play(played)
+    played.end()
+    return played
+
+
+def scene_of(task: Task, seed: int, number: int) -> Scene:
+    """The scene of one demonstration."""
+    return _staged(task, seed, number, taps=False).scene
+
+
+def performing(
+    task: Task, seed: int, numbers: Sequence[int], *, taps: bool, solver: Solver = SOLVER
+) -> Generator[Progress, None, tuple[Performance, ...]]:
+    """Perform demonstrations of a task, all at once.
+
+    Parameters
+    ----------
+    task : str
+    seed : int
+        Of everything random, together with task and number.
+    numbers : sequence of int
+        Which demonstrations. None depends on the others but in its last digits, which rounding
+        leaves to what is computed beside it.
+    taps : bool
+        Whether a finger taps the left sensor before and after the task.
+    solver : Solver, optional
+        How the equations of motion are solved.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    tuple of Performance
+        In the order of `numbers`.
+
+    Raises
+    ------
+    InputError
+        If a motion cannot be resolved.
+    """
+    played = [_staged(task, seed, number, taps=taps) for number in numbers]
+    system = Mechanics(
+        [one.scene for one in played], Command.through([one.values() for one in played])
+    )
+    start = np.zeros((len(system.names), len(played)))
+    for lane, one in enumerate(played):
+        for row, name in enumerate(system.layout.coordinates):
+            start[row, lane] = one.start[name]
+    # The last step of a lane is cut short only after its end, whether it is the longest or not.
+    times = np.arange(0.0, max(one.t for one in played) + AFTERWARDS, 1.0 / RATE)
+    solution = yield from integrating(system, start, times, solver)
+    performances = []
+    for lane, one in enumerate(played):
+        kept = slice(0, int(np.searchsorted(times, one.t)))
+        performances.append(
+            _performance(
+                one,
+                system.lane(lane),
+                times[kept],
+                solution.states[kept, :, lane].T,
+                tuple(event for event in solution.events[lane] if event.time < one.t),
+            )
+        )
+    return tuple(performances)
+
+
+def _performance(
+    played: Choreography, system: Mechanics, times: Array, states: Array, events: tuple[Event, ...]
+) -> Performance:
+    """One demonstration from its states, of shape (s, n)."""
+    rows = {name: states[row] for row, name in enumerate(Layout.of(played.scene).names)}
+    still = np.zeros(len(times))
+
+    def stacked(*names: str) -> Array:
+        return np.stack([rows.get(name, still) for name in names], axis=1)
+
+    motion = Motion(
+        times=times,
+        jaws=stacked("left jaw", "right jaw"),
+        tongs=stacked("tongs y", "tongs z", "wrist angle"),
+        body=stacked("body x", "body y", "body z", "cap angle"),
+        normal=system.look(times, states).normal.T,
+    )
+    return Performance(
+        scene=played.scene,
+        motion=motion,
+        forces=system.felt(times, states).T,
+        rate=RATE,
+        actions=true_actions(played.phases, Course(motion, events)),
+        events=events,
+        taps=played.taps,
+    )

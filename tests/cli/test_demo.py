@@ -1,0 +1,78 @@
+"""``forcelab demo``."""
+
+import shlex
+import subprocess
+import sys
+
+import brief
+import pytest
+
+from forcelab.cli import demonstrating, main
+from forcelab.project import Project
+from forcelab.simulation import production
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The sample project in a folder with a space, and what was said when it was made."""
+    folder = tmp_path_factory.mktemp("a lab")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(production, "performing", brief.performing)
+        patch.setattr(production, "_filmed", brief.filmed)
+        patch.setattr(demonstrating, "cpu_count", lambda: 1)
+        assert main(["demo", str(folder / "my sample.forcelab")]) == 0
+    return folder / "my sample.forcelab"
+
+
+def test_a_second_time_it_says_so_and_changes_nothing(forcelab, made):
+    before = (made / "project.sqlite").stat().st_mtime_ns
+    said = forcelab("demo", made, "--json")
+    assert said.json == {
+        "project": str(made),
+        "made": False,
+        "tasks": ["cartridge", "foam", "LEGO", "marker", "stylus"],
+        "demonstrations": 30,
+        "recognisers": ["LEGO"],
+    }
+    assert "there already" in forcelab("demo", made).out
+    assert (made / "project.sqlite").stat().st_mtime_ns == before
+
+
+def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, monkeypatch):
+    monkeypatch.chdir(made.parent)
+    said = forcelab("demo", made)
+    proposed = [line for line in said.out.splitlines() if line.startswith("  forcelab ")]
+    assert len(proposed) == 2
+    for line in proposed:
+        words = shlex.split(line)[1:]
+        extra = ["--classifier", "naive-bayes", "--max-scale", "64", "--jobs", "1"]
+        assert forcelab(*words, *(extra if words[0] == "evaluate" else [])).status == 0
+    assert (made.parent / "pairs.svg").exists()
+
+
+def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(demonstrating, "making", lambda path, _: made_at(path))
+    assert forcelab("demo").out.startswith("Made sample.forcelab: ")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["sample.forcelab"]
+
+
+def made_at(path):
+    Project.create(path).close()
+    yield from ()
+    return True
+
+
+def test_what_is_something_else_is_refused_in_one_sentence(forcelab, tmp_path):
+    (tmp_path / "thesis.txt").write_text("mine")
+    assert "choose another" in forcelab("demo", tmp_path).sentence
+    assert "cannot become a new project" in forcelab("demo", tmp_path / "no" / "x").sentence
+
+
+def test_where_it_is_already_neither_opencv_nor_scikit_learn_is_loaded(made):
+    script = (
+        "import sys; from forcelab.cli import main; status = main(['demo', sys.argv[1], '--json'])"
+        "; loaded = {'cv2', 'sklearn', 'scipy', 'PySide6'} & set(sys.modules)"
+        "; sys.exit(status or bool(loaded) and str(loaded))"
+    )
+    subprocess.run([sys.executable, "-c", script, made], check=True, capture_output=True)

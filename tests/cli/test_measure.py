@@ -1,0 +1,118 @@
+"""``forcelab measure``."""
+
+import json
+import re
+
+import pytest
+
+from forcelab.cli import main
+from forcelab.jobs import Progress
+from forcelab.measure import contact
+from forcelab.measure.rows import Row, Table, with_front
+
+ROWS = with_front(
+    [
+        Row(name, f"tolerance {e:g} N", size, "Radau, tolerance 1 uN", e, t, t / 50, 10**6 * i,
+            {"largest (N)": 3 * e})
+        for size in ("foam, 6 lanes x 1 s", "snap, 6 lanes x 1 s")
+        for i, (name, e, t) in enumerate((("explicit", 1e-2, 0.1), ("Radau", 1e-4, 12.0)), 1)
+    ]
+    + [Row("LSODA", "tolerance 1 mN", "snap, 6 lanes x 1 s", "Radau, tolerance 1 uN",
+           refusal="It takes more than 9 steps.")]
+)  # fmt: skip
+TABLE = Table("Contact mechanics", "error (N rms)", "CPU s per simulated s", ROWS)
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The measurement replaced by a ready table; holds what it was asked for."""
+    calls = []
+
+    def tabulate(*, quick=False):
+        calls.append(quick)
+        yield Progress(0, 1, "springs")
+        return TABLE
+
+    monkeypatch.setattr(contact, "tabulate", tabulate)
+    return calls
+
+
+def test_the_table_has_every_row_aligned_under_its_unit(forcelab, asked):
+    said = forcelab("measure", "contact")
+    assert (said.status, said.err, asked) == (0, "", [False])
+    blocks = said.out.strip().split("\n\n")
+    assert len(blocks) == 3
+    for block in blocks[1:]:
+        title, header, *lines = block.splitlines()
+        assert title in TABLE.sizes
+        ends = [match.end() for match in re.finditer(r"\S+( \S+)*", header)]
+        for line in (line for line in lines if line.startswith("*")):
+            cells = list(re.finditer(r"\S+( \S+)*", line))
+            # Numbers end where their header ends.
+            assert [cell.end() for cell in cells][3:] == ends[2:]
+            assert re.fullmatch(r"\d\.\d\de-\d\d", cells[3].group())
+    assert "0.100" in blocks[1]
+    assert "12.0" in blocks[1]
+    assert "Error against Radau, tolerance 1 uN." in blocks[1]
+
+
+def test_refused_rows_are_shown_with_their_sentence(forcelab, asked):
+    said = forcelab("measure", "contact")
+    assert re.search(r"^ +LSODA +tolerance 1 mN +refused$", said.out, re.M)
+    assert "Refused: LSODA, tolerance 1 mN: It takes more than 9 steps." in said.out
+
+
+def test_json_and_figure_are_written(forcelab, asked, tmp_path):
+    file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
+    said = forcelab("measure", "contact", "--json", file, "--figure", figure)
+    assert said.status == 0
+    assert "foam, 6 lanes x 1 s" in said.out
+    content = json.loads(file.read_text())
+    assert tuple(Row(**row) for row in content["rows"]) == ROWS
+    assert {"machine", "versions"} <= set(content)
+    assert "cartridge" not in figure.read_text()
+    assert "snap, 6 lanes x 1 s" in figure.read_text()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["front.svg", "rows.json"]
+
+
+def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):
+    said = forcelab("measure", "contact", "--json", "-")
+    assert len(said.json["rows"]) == 5
+    assert said.err == ""
+
+
+def test_quick_is_passed_on(forcelab, asked):
+    assert forcelab("measure", "contact", "--quick").status == 0
+    assert asked == [True]
+
+
+@pytest.mark.parametrize(
+    ("option", "file", "words"),
+    [
+        ("--json", "missing/rows.json", "its folder does not exist"),
+        ("--json", "", "is a folder"),
+        ("--figure", "missing/front.svg", "its folder does not exist"),
+        ("--figure", "front.jpg", ".svg, .pdf or .png"),
+    ],
+)
+def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
+    forcelab, asked, tmp_path, option, file, words
+):
+    said = forcelab("measure", "contact", option, tmp_path / file)
+    assert words in said.sentence
+    assert asked == []
+
+
+def test_one_file_for_both_outputs_is_refused(forcelab, asked, tmp_path):
+    path = tmp_path / "both.svg"
+    said = forcelab("measure", "contact", "--json", path, "--figure", path)
+    assert "two outputs" in said.sentence
+    assert asked == []
+
+
+def test_something_else_to_measure_is_refused_with_what_there_is(capsys):
+    assert main(["measure", "weather"]) == 2
+    said = capsys.readouterr().err
+    assert "weather" in said
+    assert "contact" in said
+    assert "Traceback" not in said

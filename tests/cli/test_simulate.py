@@ -1,0 +1,154 @@
+"""``forcelab simulate``."""
+
+import os
+import subprocess
+import sys
+
+import brief
+import pytest
+
+from forcelab.cli import simulating
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.simulation import production
+from forcelab.simulation.adding import simulating as job
+from forcelab.simulation.origin import origins
+
+FOAM = ["simulate", "--task", "foam", "--seed", "7"]
+
+
+#: Brief performances in a process of its own.
+BRIEFLY = (
+    "import sys, brief; from forcelab.cli import main, simulating;"
+    "from forcelab.simulation import production;"
+    "production.performing = brief.performing; simulating.cpu_count = lambda: 1;"
+)
+
+
+def run_apart(script, words, **environment):
+    """Run a script in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", script, *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **environment},
+    )
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Brief performances instead of the mechanics, in this process."""
+    monkeypatch.setattr(production, "performing", brief.performing)
+    monkeypatch.setattr(simulating, "cpu_count", lambda: 1)
+
+
+def content(path):
+    """What a project tells, but for when it was told."""
+    with Project.open(path) as project:
+        return {
+            info.id: (info, project.tracks(info.id), project.truth(info.id))
+            for info in project.demonstrations()
+        }, project.vocabularies()
+
+
+def test_the_same_seed_gives_the_same_demonstrations_in_every_project(quick, forcelab, tmp_path):
+    said = forcelab(*FOAM, "--count", "2", "--out", tmp_path / "one")
+    assert said.out.splitlines()[-1] == "2 demonstrations: 2 new, 0 updated, 0 unchanged."
+    forcelab(*FOAM, "--count", "3", "--out", tmp_path / "two")
+    (one, vocabularies), (two, same) = content(tmp_path / "one"), content(tmp_path / "two")
+    assert same == vocabularies
+    assert len(two) == 3
+    assert {id_: two[id_] for id_ in one} == one
+    names = [{file.name for file in (tmp_path / at).rglob("video-*.mp4")} for at in ("one", "two")]
+    assert len(names[0]) == 2
+    assert names[0] < names[1]  # they are named by their content
+
+
+def test_once_more_is_unchanged_and_more_of_them_are_added(quick, forcelab, tmp_path):
+    project = tmp_path / "lab.forcelab"
+    for count, statuses in ((1, ["new"]), (2, ["unchanged", "new"])):
+        words = [*FOAM, "--count", count, "--out", project, "--no-video", "--json"]
+        told = forcelab(*words).json
+        assert [one["status"] for one in told["demonstrations"]] == statuses
+        assert told["project"] == str(project)
+    listed = forcelab("list", project, "--json").json["demonstrations"]
+    assert [one["name"] for one in listed] == ["foam-7-01", "foam-7-02"]
+    assert not any(one["video"] for one in listed)
+
+
+def test_actions_that_a_task_has_already_keep_their_looks(quick, forcelab, project):
+    with Project.open(project) as opened:
+        before = opened.vocabulary("foam")
+    forcelab(*FOAM, "--count", "1", "--out", project, "--no-video")
+    with Project.open(project) as opened:
+        now = opened.vocabulary("foam")
+    assert tuple(now)[: len(before)] == tuple(before)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--task", "sponge"], "'sponge' to simulate; there are LEGO, cartridge, stylus, marker"),
+        (["--count", "0"], "not 0"),
+        (["--seed", "-1"], "not -1"),
+        (["--rate", "1"], "not at 1 Hz"),
+        (["--rate", "nan"], "not at nan Hz"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused(forcelab, tmp_path, words, sentence):
+    out = tmp_path / "lab.forcelab"
+    said = forcelab(*FOAM, "--count", "1", "--out", out, *words)
+    assert sentence in said.sentence
+    assert not out.exists()
+
+
+def test_what_is_no_project_or_may_only_be_read_is_refused_before_the_work(
+    forcelab, project, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(production, "performing", None)  # not reached
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "notes.txt").write_text("mine")
+    words = [*FOAM, "--count", "1", "--out"]
+    assert "not a forcelab project" in forcelab(*words, tmp_path / "folder").sentence
+    if os.geteuid() != 0:  # who may write everywhere is refused nothing
+        project.chmod(0o555)
+        assert "may only be read" in forcelab(*words, project).sentence
+        project.chmod(0o755)
+
+
+def test_stopped_before_the_end_nothing_is_added(quick, project, tmp_path):
+    before = content(project)
+    for path in (project, tmp_path / "new.forcelab"):
+        making = job(path, origins("foam", 2, 7, 1000.0), video=False)
+        for _ in range(4):
+            next(making)
+        making.close()
+    assert content(project) == before
+    assert not (tmp_path / "new.forcelab").exists()
+    finish(job(project, origins("foam", 2, 7, 1000.0), video=False))
+    assert len(content(project)[0]) == len(before[0]) + 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs limits of POSIX")
+@pytest.mark.parametrize("video", [True, False])
+def test_a_full_disk_is_one_sentence_and_adds_nothing(tmp_path, video):
+    out = tmp_path / "lab.forcelab"
+    script = BRIEFLY + (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000));"
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    words = [*FOAM, "--count", "1", "--out", str(out), *([] if video else ["--no-video"])]
+    done = run_apart(script, words, TMPDIR=str(tmp_path))
+    assert done.returncode == 1, done.stderr
+    assert done.stderr.count("forcelab: ") == 1
+    assert "Traceback" not in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_video_opencv_is_never_loaded(tmp_path):
+    script = BRIEFLY + "status = main(sys.argv[1:]); sys.exit(status or 'cv2' in sys.modules)"
+    words = [*FOAM, "--count", "1", "--out", str(tmp_path / "lab.forcelab")]
+    for more, loaded in (["--no-video"], False), ([], True):
+        assert run_apart(script, [*words, *more]).returncode == loaded

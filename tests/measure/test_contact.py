@@ -1,0 +1,239 @@
+import re
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress, finish
+from forcelab.measure import contact
+from forcelab.measure.contact import REFERENCES, SETTINGS, Setting, measuring
+from forcelab.measure.contact_cases import Case, Problem
+from forcelab.measure.rows import Row
+from forcelab.measure.timing import Timed
+from forcelab.simulation.solvers import (
+    Explicit,
+    Lsoda,
+    Radau,
+    SemiImplicit,
+    Solver,
+    integrate,
+)
+
+TIMES = np.linspace(0.0, 0.1, 51)
+SPRINGS = (400.0, 2500.0)
+
+
+class Oscillators:
+    """Undamped masses of 1 kg on springs, one a lane: x = cos(sqrt(k) t)."""
+
+    names = ("place", "speed")
+    positions, velocities = np.array([0]), np.array([1])
+    events = ()
+
+    def __init__(self, *springs):
+        self.springs = np.array(springs)
+        self.lanes = len(springs)
+        self.scales = np.stack([1 / self.springs, 1 / np.sqrt(self.springs)])
+
+    def rates(self, _times, states):
+        return np.stack([states[1], -self.springs * states[0]])
+
+    def watched(self, _times, states):
+        return np.empty((0, states.shape[1]))
+
+    def jump(self, _event, _rising, state):
+        return state
+
+    def lane(self, number):
+        return type(self)(self.springs[number])
+
+    def subset(self, lanes):
+        return type(self)(*self.springs[lanes])
+
+
+class Broken(Oscillators):
+    """Asks for more than any solver can follow."""
+
+    def rates(self, _times, states):
+        return states**2 * 1e9 + 1e9
+
+
+def problem(*springs, system=Oscillators):
+    made = system(*springs)
+    start = np.tile([[1.0], [0.0]], made.lanes)
+
+    def forces(times, states):
+        return made.springs * states[:, :1]
+
+    return Problem(made, start, TIMES, forces)
+
+
+def case(name="springs", springs=SPRINGS, system=Oscillators):
+    return Case(name, lambda: problem(*springs, system=system))
+
+
+def setting(solver, words="as given"):
+    return Setting(type(solver).__name__, words, solver)
+
+
+FINE = (setting(Explicit(1e-6), "tolerance 1 uN"), setting(Lsoda(1e-5), "tolerance 10 uN"))
+
+
+def measured(solvers, *cases, repetitions=1, references=FINE):
+    settings = [setting(solver, str(i)) for i, solver in enumerate(solvers)]
+    return finish(measuring(cases or (case(),), settings, repetitions, references))
+
+
+def told(row):
+    """How far apart the two references are, as the row says."""
+    return float(re.search(r"differs by (\S+) N rms", row.reference)[1])
+
+
+def closed_form():
+    return (np.array(SPRINGS) * np.cos(np.sqrt(SPRINGS) * TIMES[:, None]))[:, None]
+
+
+@pytest.mark.parametrize(
+    "solver", [Explicit(1e-2), SemiImplicit(1e-4), Lsoda(1e-2), Radau(1e-2)], ids=repr
+)
+def test_the_error_is_the_distance_from_the_truth(solver):
+    (row,) = measured([solver])
+    states = integrate(Oscillators(*SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, solver).states
+    differences = np.array(SPRINGS) * states[:, :1] - closed_form()
+    rms = np.sqrt((differences**2).mean(axis=0)).ravel()
+    # Of the two lanes, the worse one counts.
+    assert row.error == pytest.approx(rms.max(), rel=1e-3)
+    assert rms.min() < 0.8 * rms.max()
+    assert row.further == {"largest (N)": pytest.approx(np.abs(differences).max(), rel=1e-3)}
+
+
+def test_a_step_ten_times_as_long_errs_ten_times_as_much():
+    long, short = measured([SemiImplicit(5e-4), SemiImplicit(5e-5)])
+    assert long.error / short.error == pytest.approx(10, rel=0.1)  # of first order
+
+
+def test_the_reference_says_how_well_it_is_known_itself():
+    (row,) = measured([SemiImplicit(1e-4)])
+    assert row.reference.startswith("Explicit, tolerance 1 uN; Lsoda, tolerance 10 uN, differs")
+    one, other = (
+        integrate(Oscillators(*SPRINGS), np.tile([[1.0], [0.0]], 2), TIMES, s.solver).states
+        for s in FINE
+    )
+    apart = np.sqrt(((np.array(SPRINGS) * (one - other)[:, :1]) ** 2).mean(axis=0)).max()
+    assert told(row) == pytest.approx(apart, rel=0.06)
+    assert np.abs(np.array(SPRINGS) * one[:, :1] - closed_form()).max() < 1e-4
+
+
+def test_no_error_is_told_below_what_the_reference_can_see():
+    coarse = (setting(Radau(1e-3), "coarse"), setting(SemiImplicit(1e-4), "coarser"))
+    (row,) = measured([Radau(1e-3)], references=coarse)
+    # The very same solution as the reference; but that is off itself.
+    assert row.error == pytest.approx(told(row), rel=0.06)
+    assert row.error > 1.0
+    assert row.further == {"largest (N)": 0.0}
+
+
+@pytest.mark.parametrize("lanes", [1, 4])
+def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
+    def timed(ways, repetitions):
+        yield Progress(0, 1, "")
+        return tuple(Timed((0.1, 0.2), 12.0, 0.4, 1) for _ in ways)
+
+    monkeypatch.setattr(contact, "timed_ways", timed)
+    (row,) = measured([SemiImplicit(1e-4)], case(springs=(400.0,) * lanes))
+    assert row.size == f"springs, {lanes} {'lane' if lanes == 1 else 'lanes'} x 0.1 s"
+    assert row.seconds == pytest.approx(12.0 / (0.1 * lanes))
+    assert row.spread == pytest.approx(0.4 / (0.1 * lanes))
+
+
+def test_memory_is_at_least_what_the_result_takes():
+    (row,) = measured([SemiImplicit(1e-4)])
+    assert row.peak_bytes >= TIMES.size * 2 * 2 * 8
+
+
+def test_a_solver_that_refuses_is_a_row_with_its_sentence():
+    stopped = replace(Explicit(1e-3), max_steps=3)
+    first, refusing, last = measured([SemiImplicit(2.5e-4), stopped, SemiImplicit(5e-4)])
+    assert "steps" in refusing.refusal
+    assert refusing.refusal.endswith(".")
+    assert refusing.point is None
+    assert refusing.reference == first.reference
+    assert (first.pareto, refusing.pareto, last.pareto) == (True, False, True)
+
+
+def test_forces_that_are_not_finite_are_refused():
+    def forces(times, states):
+        # Only the coarse solution is that far off.
+        off = np.abs(states[:, :1] - np.cos(20.0 * times)[:, None, None])
+        return np.where(off > 3e-3, np.nan, 400.0 * states[:, :1])
+
+    made = problem(400.0)
+    away = Case("springs", lambda: Problem(made.system, made.start, made.times, forces))
+    coarse, fine = measured([SemiImplicit(1e-3), SemiImplicit(1e-4)], away)
+    assert "not finite" in coarse.refusal
+    assert fine.refusal == ""
+
+
+def test_a_case_without_a_reference_refuses_all_its_rows_and_no_others():
+    bad = case("wild", system=Broken)
+    rows = measured([SemiImplicit(1e-4), Radau(1e-3)], bad, case("tame"))
+    assert [row.size.split(",")[0] for row in rows] == ["wild", "wild", "tame", "tame"]
+    assert all(row.refusal.startswith("There is no reference: ") for row in rows[:2])
+    assert all(row.point for row in rows[2:])
+
+
+def test_rows_come_case_by_case_in_the_order_of_the_settings():
+    solvers = [SemiImplicit(5e-4), Explicit(1e-2)]
+    rows = measured(solvers, case("a"), case("b", (100.0,)))
+    assert [(row.size[0], row.setting) for row in rows] == [
+        ("a", "0"), ("a", "1"), ("b", "0"), ("b", "1"),
+    ]  # fmt: skip
+    assert all(any(row.pareto for row in rows if row.size[0] == name) for name in "ab")
+
+
+def test_a_measurement_can_be_stopped_at_any_progress():
+    job = measuring((case(),), [setting(SemiImplicit(1e-4))], 5, FINE)
+    texts = [next(job).text for _ in range(3)]
+    job.close()
+    assert texts == [
+        "springs, reference",
+        "springs, SemiImplicit, as given, memory",
+        "springs, SemiImplicit, as given",
+    ]
+
+
+def test_no_repetition_is_refused():
+    with pytest.raises(InputError, match="not 0"):
+        measured([SemiImplicit(1e-4)], repetitions=0)
+
+
+@pytest.mark.parametrize(("quick", "lanes", "repetitions"), [(False, 6, 5), (True, 2, 3)])
+def test_quick_is_less_of_the_same(monkeypatch, quick, lanes, repetitions):
+    asked = {}
+
+    def noted(cases, settings, times):
+        asked.update(lanes={c.make().system.lanes for c in cases}, times=times, settings=settings)
+        yield Progress(0, 1, "")
+        return (Row("a", "b", "c", "d", refusal="No."),)
+
+    monkeypatch.setattr(contact, "measuring", noted)
+    table = finish(contact.tabulate(quick=quick))
+    assert (asked["lanes"], asked["times"]) == ({lanes}, repetitions)
+    left_out = [s for s in SETTINGS if s not in asked["settings"]]
+    # Of each solver the last, which is the finest.
+    assert left_out == ([s for i, s in enumerate(SETTINGS) if i % 3 == 2] if quick else [])
+    assert "N" in table.error
+    assert "CPU s" in table.seconds
+
+
+def test_every_solver_there_is_is_measured_with_several_settings():
+    for kind in get_args(Solver):
+        assert sum(type(s.solver) is kind for s in SETTINGS) >= 3
+
+
+def test_the_references_are_of_two_kinds_and_two_decades_tighter_than_all_else():
+    assert len({type(r.solver) for r in REFERENCES}) == 2
+    tightest = min(s.solver.tolerance for s in SETTINGS if not isinstance(s.solver, SemiImplicit))
+    assert all(r.solver.tolerance <= tightest / 99 for r in REFERENCES)

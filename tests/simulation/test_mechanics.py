@@ -1,0 +1,458 @@
+"""The equations of motion against energy, momentum and closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scenes import (
+    FREE,
+    SCENES,
+    SLIPPERY,
+    energy,
+    follow,
+    mechanics,
+    named,
+    power,
+    scattered,
+    state,
+    without_losses,
+)
+from scipy.optimize import brentq
+
+from forcelab.errors import InputError
+from forcelab.simulation.hand import Command
+from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.scene import Holder, Jaws, Pads, Thread
+
+COMMANDS = {"left jaw": 0.018, "right jaw": 0.017, "tap": 0.5}
+LOSSLESS = [name for name in SCENES if name != "twist"]
+seeds = st.integers(0, 2**32 - 1)
+
+
+def stacked_lanes(name: str, lanes: int) -> Mechanics:
+    """Lanes of one kind that differ in mass and command."""
+    scene = SCENES[name]
+    scenes = [replace(scene, body=replace(scene.body, mass=0.02 * (i + 1))) for i in range(lanes)]
+    width = len(mechanics(scene).layout.commands)
+    rng = np.random.default_rng(3)
+    return Mechanics(scenes, Command.through([0.02 * rng.random((9, width)) for _ in scenes]))
+
+
+@settings(max_examples=5, deadline=None)
+@pytest.mark.parametrize("name", SCENES)
+@given(seed=seeds)
+def test_nothing_undriven_gives_energy_away(name, seed):
+    system = mechanics(SCENES[name], COMMANDS)
+    states = scattered(system, np.random.default_rng(seed), 1000)
+    gained = power(system, states, COMMANDS)
+    assert gained.max() < 1e-5  # W, of tens
+    assert np.median(gained) < -1e-4
+
+
+@settings(max_examples=5, deadline=None)
+@pytest.mark.parametrize("name", LOSSLESS)
+@given(seed=seeds)
+def test_without_damping_and_friction_energy_is_neither_lost_nor_gained(name, seed):
+    system = mechanics(without_losses(SCENES[name]), COMMANDS)
+    states = scattered(system, np.random.default_rng(seed), 1000)
+    # Across the kink where contact begins, the difference quotient is off by K v^2 h.
+    assert np.abs(power(system, states, COMMANDS)).max() < 1e-3
+    assert np.median(np.abs(power(system, states, COMMANDS))) < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "end", "extent"),
+    [
+        # From the thick part over the rim and the taper until nothing is between the jaws.
+        ("tapering", {"left jaw": 0.019, "right jaw": 0.019, "tongs z rate": 2.0}, 0.025, 0.045),
+        # Across the click, onto the bottom and back.
+        (
+            "socket",
+            {
+                "left jaw": 0.019,
+                "right jaw": 0.019,
+                "tongs y": 0.02,
+                "body y": 0.0203,
+                "body z rate": -0.8,
+                "body x": 1e-3,
+                "in the socket": 1.0,
+            },
+            0.015,
+            0.004,
+        ),
+    ],
+)
+def test_energy_is_kept_all_along_a_motion_through_width_and_click(name, start, end, extent):
+    scene = replace(without_losses(SCENES[name]), gravity=0.0)
+    scene = replace(scene, arm=replace(scene.arm, stiffness=0.0))
+    system = mechanics(scene, {"left jaw": 0.012, "right jaw": 0.012})
+    motion = follow(system, state(system, start), end, "DOP853", rtol=1e-8, atol=1e-10)
+    q = named(system, motion.y)
+    moved = q["tongs z"] if name == "tapering" else -q["body z"]
+    assert moved.max() > extent
+    held = energy(system, motion.y, {"left jaw": 0.012, "right jaw": 0.012})
+    assert np.ptp(held) < 1e-6 * held[0]
+
+
+def test_a_body_that_is_let_fall_and_bounces_only_loses_energy():
+    scene = replace(SCENES["lift"], body=replace(SCENES["lift"].body, damping=0.2))
+    system = mechanics(scene, {"left jaw": 0.0199, "right jaw": 0.0199})
+    grip = {"left jaw": 0.0199, "right jaw": 0.0199}
+    start = state(system, {**grip, "body z": 0.03, "body x rate": 0.2, "tongs z": 0.01})
+    motion = follow(system, start, 0.15, rtol=1e-6, atol=1e-10)
+    held = energy(system, motion.y, grip)
+    q = named(system, motion.y)
+    assert q["body z"].min() < 0.0
+    # What the bristles store is not counted: they give a little of it back.
+    assert np.diff(held).max() < 1e-4 * held[0]
+    assert held[-1] < 0.2 * held[0]
+
+
+@given(seed=seeds)
+@settings(max_examples=10, deadline=None)
+def test_forces_between_jaws_body_tongs_and_cap_keep_momentum(seed):
+    rng = np.random.default_rng(seed)
+    for name in ("grip", "curved", "tapering", "twist"):
+        scene = replace(SCENES[name], jaws=FREE, holder=None, gravity=0.0)
+        if scene.arm:
+            scene = replace(scene, arm=replace(scene.arm, stiffness=0.0, damping=0.0))
+        if scene.thread:
+            loose = Thread(0.008, 2e-6, 1e-12, 1e-12, wrist_stiffness=0.0, wrist_damping=0.0)
+            scene = replace(scene, thread=loose)
+        system = mechanics(scene)
+        q = named(system, system.rates(np.zeros(200), scattered(system, rng, 200)))
+        jaws, body = scene.jaws.mass, scene.body.mass
+        right, left = q["right jaw rate"], q["left jaw rate"]
+        along_x = jaws * right - jaws * left + body * q["body x rate"]
+        assert np.abs(along_x).max() < 1e-9 * np.abs(jaws * right).max()
+        pairs = []
+        if scene.arm:
+            pairs = [(scene.arm.mass * q["tongs z rate"], body * q["body z rate"])]
+        if scene.thread:
+            wrist = scene.thread.wrist_inertia * q["wrist angle rate"]
+            pairs = [(wrist, scene.thread.inertia * q["cap angle rate"])]
+        for one, other in pairs:
+            assert np.abs(one + other).max() < 1e-9 * np.abs(one).max() > 0
+
+
+@pytest.mark.parametrize("name", ["grip", "curved"])
+def test_a_static_grip_presses_as_springs_in_series_do(name):
+    scene = SCENES[name]
+    body, jaws = scene.body, scene.jaws
+    left, right = 0.016, 0.0155
+    stiff_left, stiff_right = jaws.stiffness, jaws.asymmetry * jaws.stiffness
+
+    def gap(force: float) -> float:
+        sunk = 2.0 * (force / body.stiffness) ** (1.0 / body.exponent)
+        jaws_apart = left + right + force / stiff_left + force / stiff_right
+        return 2.0 * body.half_width - jaws_apart - sunk
+
+    force = brentq(gap, 0.0, 100.0, xtol=1e-13)
+    system = mechanics(scene, {"left jaw": left, "right jaw": right})
+    sunk = (force / body.stiffness) ** (1.0 / body.exponent)
+    place = left + force / stiff_left
+    balance = state(
+        system,
+        {
+            "left jaw": place,
+            "right jaw": right + force / stiff_right,
+            "body x": body.half_width - place - sunk,
+        },
+    )
+    assert np.abs(system.rates(np.zeros(1), balance[:, None])).max() < 1e-8
+
+    apart = state(system, {"left jaw": 0.03, "right jaw": 0.025})
+    rest = follow(system, apart, 3.0).y[:, -1]
+    felt = system.felt(np.zeros(1), rest[:, None])[:, 0]
+    assert felt[[2, 5]] == pytest.approx([-force, -force], abs=1e-6)
+    assert rest[:3] == pytest.approx(balance[:3], abs=1e-8)
+
+
+def test_a_body_that_nothing_touches_falls_freely_and_leaves_the_tongs_alone():
+    system = mechanics(SCENES["lift"], {"left jaw": 0.05, "right jaw": 0.05})
+    open_ = {"left jaw": 0.05, "right jaw": 0.05, "body z": 1.0, "body z rate": 0.3}
+    end = named(system, follow(system, state(system, open_), 0.3).y[:, -1])
+    assert end["body z"] == pytest.approx(1.0 + 0.3 * 0.3 - 0.5 * 9.81 * 0.09, abs=1e-9)
+    assert end["body z rate"] == pytest.approx(0.3 - 9.81 * 0.3, abs=1e-8)
+    assert end["tongs z"] == 0.0
+    assert end["left jaw"] == pytest.approx(0.05, abs=1e-12)
+
+
+def test_a_drop_on_the_table_is_that_of_spring_and_dashpot_until_they_would_pull():
+    scene = SCENES["lift"]
+    mass, stiffness, damping = scene.body.mass, scene.ground.stiffness, scene.ground.damping
+    system = mechanics(scene, {"left jaw": 0.05, "right jaw": 0.05})
+    speed = 0.4
+    start = state(system, {"left jaw": 0.05, "right jaw": 0.05, "body z rate": -speed})
+
+    rest = -mass * 9.81 / stiffness
+    decay = damping / (2.0 * mass)
+    omega = np.sqrt(stiffness / mass - decay**2)
+
+    def place(t):
+        a, b = -rest, (-speed - decay * rest) / omega
+        wave = a * np.cos(omega * t) + b * np.sin(omega * t)
+        slope = omega * (b * np.cos(omega * t) - a * np.sin(omega * t))
+        shrink = np.exp(-decay * t)
+        return rest + shrink * wave, shrink * (slope - decay * wave)
+
+    def push(t):
+        z, v = place(t)
+        return -stiffness * z - damping * v
+
+    free = brentq(push, 0.6 * np.pi / omega, 1.2 * np.pi / omega)
+    z_free, v_free = place(free)
+    assert z_free < 0 < v_free  # let go while the table is still dented
+
+    times = np.linspace(0.0, 2.0 * free, 200)
+    # The start is just inside: the dashpot sets in with a jump at the surface.
+    start[list(system.names).index("body z")] = -1e-15
+    motion = follow(system, start, times[-1], "DOP853", t_eval=times, max_step=free / 40)
+    flown = np.maximum(times - free, 0.0)
+    expected = place(np.minimum(times, free))[0] + v_free * flown - 0.5 * 9.81 * flown**2
+    assert named(system, motion.y)["body z"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_lifting_is_felt_as_the_grip_and_the_weight():
+    scene = SCENES["lift"]
+    weight = scene.body.mass * scene.gravity
+    force, pads = 5.0, scene.arm.pads
+    grip = scene.body.half_width - force / scene.body.stiffness
+    command = {"left jaw": grip - force / 1200.0, "right jaw": grip - force / 1200.0}
+    command["tongs z"] = 0.1 + weight / scene.arm.stiffness
+    system = mechanics(scene, command)
+    bent = 0.5 * weight / (force * pads.stiffness)
+    bristles = {"left jaw bristle z": bent, "right jaw bristle z": bent}
+    lifted = {"left jaw": grip, "right jaw": grip, "tongs z": 0.1, "body z": 0.1}
+    balance = state(system, {**lifted, **bristles})[:, None]
+    assert np.abs(system.rates(np.zeros(1), balance)).max() < 1e-9
+    felt = system.felt(np.zeros(1), balance)[:, 0].reshape(2, 3)
+    assert felt[:, 2] == pytest.approx([-force, -force])
+    assert felt[:, 1].sum() == pytest.approx(-weight)
+    assert felt[:, 0].tolist() == [0.0, 0.0]
+
+
+def test_a_twist_is_felt_the_other_way_round_by_the_other_jaw():
+    scene = replace(SCENES["twist"], jaws=Jaws(dome=0.0))
+    system = mechanics(scene, {"left jaw": 0.015, "right jaw": 0.015})
+    turning = {"left jaw": 0.019, "right jaw": 0.019, "wrist angle rate": 1.0}
+    column = state(system, turning)[:, None]
+    left, right = system.felt(np.zeros(1), column)[:, 0].reshape(2, 3)
+    # Turned anticlockwise, the left jaw moves towards -y, and the cap holds it back.
+    assert left[0] > 0.01
+    assert right[0] == -left[0]
+    assert named(system, system.rates(np.zeros(1), column))["cap angle rate"] > 0
+    assert named(system, system.rates(np.zeros(1), column))["wrist angle rate"] < 0
+
+
+def test_domes_in_the_air_feel_their_own_inertia():
+    scene = replace(SCENES["held"], jaws=Jaws(dome=0.01, asymmetry=2.0))
+    system = mechanics(scene, {"left jaw": 0.06, "right jaw": 0.06, "tongs y": 0.02})
+    column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
+    felt = system.felt(np.zeros(1), column)[:, 0]
+    sideways = -0.01 * 700.0 * 0.02 / 0.35
+    outwards = 0.01 * 1200.0 * 0.01 / 0.05
+    expected = [sideways, 0.0, outwards, sideways, 0.0, 2.0 * outwards]
+    assert felt == pytest.approx(expected, abs=1e-12)
+
+    twist = replace(SCENES["twist"], jaws=Jaws(dome=0.01))
+    system = mechanics(twist, {"left jaw": 0.05, "right jaw": 0.05, "wrist angle": 0.1})
+    column = state(system, {"left jaw": 0.05, "right jaw": 0.05})[:, None]
+    around = 0.01 * twist.thread.radius * 0.9 * 0.1 / 6e-4
+    felt = system.felt(np.zeros(1), column)[:, 0]
+    # Speeding up anticlockwise, the left dome is driven towards -y and lags towards +y.
+    assert felt == pytest.approx([around, 0, 0, -around, 0, 0], abs=1e-12)
+
+
+def test_what_moves_alone_is_held_back_by_its_own_damper():
+    scene = SCENES["held"]
+    jaws = {"left jaw": 0.05, "right jaw": 0.05}
+    system = mechanics(scene, jaws)
+    dampers = {
+        "left jaw": scene.jaws.damping / scene.jaws.mass,
+        "tongs y": scene.arm.damping / scene.arm.mass,
+        "body x": scene.holder.damping / scene.body.mass,
+        "body z": scene.holder.damping / scene.body.mass,
+    }
+    for name, expected in dampers.items():
+        moving = state(system, {**jaws, f"{name} rate": 0.1})[:, None]
+        slowed = named(system, system.rates(np.zeros(1), moving)[:, 0])
+        assert slowed[f"{name} rate"] == pytest.approx(-0.1 * expected)
+
+
+def test_a_tap_presses_the_left_dome_alone_and_pushes_its_jaw_outwards():
+    system = mechanics(SCENES["grip"], {"left jaw": 0.05, "right jaw": 0.05, "tap": 4.0})
+    pushed = state(system, {"left jaw": 0.05 + 4.0 / 1200.0, "right jaw": 0.05})[:, None]
+    assert np.abs(system.rates(np.zeros(1), pushed)).max() < 1e-9
+    assert system.felt(np.zeros(1), pushed)[:, 0] == pytest.approx([0, 0, -4.0, 0, 0, 0])
+
+
+def test_a_tilted_sensor_feels_part_of_the_grip_as_tangential_but_no_more_force():
+    straight = mechanics(SCENES["lift"], COMMANDS)
+    jaws = Jaws(tilt_left=0.2, azimuth_left=np.pi / 2.0, tilt_right=0.1)
+    tilted = mechanics(replace(SCENES["lift"], jaws=jaws), COMMANDS)
+    column = state(straight, {"left jaw": 0.018, "right jaw": 0.018, "tongs z rate": 0.01})
+    here = straight.felt(np.zeros(1), column[:, None]).reshape(2, 3)
+    there = tilted.felt(np.zeros(1), column[:, None]).reshape(2, 3)
+    assert np.linalg.norm(there, axis=1) == pytest.approx(np.linalg.norm(here, axis=1))
+    inward = -here[0, 2]
+    assert there[0, 1] == pytest.approx(here[0, 1] * np.cos(0.2) + inward * np.sin(0.2))
+    assert there[1, 0] == pytest.approx(-here[1, 2] * np.sin(0.1))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_lane_of_a_batch_is_the_same_alone_bit_for_bit(name):
+    batch = stacked_lanes(name, 5)
+    states = scattered(batch, np.random.default_rng(11), 5)
+    times = np.linspace(0.0, 0.03, 5)
+    rates, watched = batch.rates(times, states), batch.watched(times, states)
+    assert np.array_equal(rates[batch.positions], states[batch.velocities])
+    for lane in range(5):
+        alone = batch.lane(lane)
+        now, column = times[lane : lane + 1], states[:, lane : lane + 1]
+        assert np.array_equal(alone.rates(now, column)[:, 0], rates[:, lane])
+        assert np.array_equal(alone.watched(now, column)[:, 0], watched[:, lane])
+    some = batch.subset(np.array([3, 1]))
+    assert np.array_equal(some.rates(times[[3, 1]], states[:, [3, 1]]), rates[:, [3, 1]])
+    assert np.array_equal(some.scales, batch.scales[:, [3, 1]])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_lane_that_is_lost_does_not_harm_its_neighbours(name):
+    batch = stacked_lanes(name, 3)
+    states = scattered(batch, np.random.default_rng(12), 3)
+    states[0, 0], states[1, 0] = -0.01, -0.01  # jaws that meet
+    rates = batch.rates(np.zeros(3), states)
+    states[:-1, 1] = np.nan
+    lost = batch.rates(np.zeros(3), states)
+    assert np.array_equal(lost[:, [0, 2]], rates[:, [0, 2]])
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("stiffness", [1e1, 1e8])
+@pytest.mark.parametrize("mass", [1e-6, 1e2])
+def test_rates_are_finite_numbers_over_huge_ranges(name, stiffness, mass):
+    scene = SCENES[name]
+    scene = replace(scene, body=replace(scene.body, stiffness=stiffness, mass=mass))
+    system = mechanics(scene, COMMANDS)
+    rng = np.random.default_rng(2)
+    size = 10.0 ** rng.uniform(-12.0, 6.0, (len(system.names), 500))
+    states = size * rng.choice([-1.0, 1.0], size.shape)
+    if system.layout.socket:
+        states[-1] = rng.integers(0, 2, 500)
+    assert np.isfinite(system.rates(np.zeros(500), states)).all()
+    assert np.isfinite(system.watched(np.zeros(500), states)).all()
+    assert np.isfinite(system.felt(np.zeros(500), states)).all()
+    assert (system.scales > 0).all()
+    assert np.isfinite(system.scales).all()
+
+
+def test_event_functions_do_not_jump_but_where_the_state_does():
+    for name, scene in SCENES.items():
+        system = mechanics(scene, COMMANDS)
+        rng = np.random.default_rng(8)
+        one, other = scattered(system, rng, 1), scattered(system, rng, 1)
+        if system.layout.socket:
+            other[-1] = one[-1] = 1.0
+            one[-3:-1] = 0.0
+        if system.layout.ground:  # across the surface the dashpot's force jumps, and its slip
+            one[system.names.index("body z")] = other[system.names.index("body z")] = -1e-3
+        share = np.linspace(0.0, 1.0, 20001)
+        fine = system.watched(np.zeros(20001), one + share * (other - one))
+        leaps = [np.abs(np.diff(v, axis=1)).max(axis=1) for v in (fine, fine[:, ::10])]
+        assert (leaps[0] <= 0.2 * leaps[1] + 1e-12).all(), name
+
+
+def test_contact_is_lost_at_the_tip_even_by_jaws_that_squeeze_each_other():
+    system = mechanics(SCENES["tapering"], {"left jaw": -0.01, "right jaw": -0.01})
+    shut = state(system, {"left jaw": -1e-4, "right jaw": -1e-4})
+    shut = np.repeat(shut[:, None], 2, axis=1)
+    shut[system.names.index("tongs z")] = [0.0399, 0.0401]
+    before, after = system.watched(np.zeros(2), shut)[:2].T
+    assert (before > 0).all()
+    assert (after < 0).all()
+
+
+def test_entering_and_leaving_the_socket_change_the_mode_alone():
+    system = mechanics(SCENES["socket"])
+    enters = next(i for i, name in enumerate(system.events) if name == "into the socket|")
+    leaves = next(i for i, name in enumerate(system.events) if name == "out of the socket|")
+    outside = state(system, {"body y": 0.02})
+    inside = system.jump(enters, True, outside)
+    assert inside[-1] == 1.0
+    assert np.array_equal(inside[:-1], outside[:-1])
+    assert np.array_equal(system.jump(enters, False, outside), outside)
+    assert np.array_equal(system.jump(leaves, True, inside), outside)
+    assert np.array_equal(system.jump(0, True, inside), inside)
+
+
+@pytest.mark.parametrize(
+    ("places", "leaves"),
+    [
+        ({"body y": 0.02, "body z": -1e-4}, False),
+        ({"body y": 0.0235, "body z": -1e-4}, False),  # the walls hold it
+        ({"body y": 0.02, "body z": 4e-4}, False),
+        ({"body y": 0.02, "body z": 6e-4}, True),
+        ({"body y": 0.0235, "body z": 4e-4}, True),  # sideways, just above the studs
+    ],
+)
+def test_a_body_leaves_the_socket_upwards_or_above_the_rim_sideways(places, leaves):
+    system = mechanics(SCENES["socket"])
+    column = state(system, {**places, "in the socket": 1.0})[:, None]
+    row = system.events.index("out of the socket|")
+    assert (system.watched(np.zeros(1), column)[row, 0] > 0) == leaves
+
+
+def test_scenes_of_different_parts_are_not_computed_together():
+    one = SCENES["grip"]
+    command = Command.through([np.zeros((3, 3))] * 2)
+    with pytest.raises(InputError, match="same parts"):
+        Mechanics([one, replace(one, holder=Holder())], command)
+    with pytest.raises(InputError, match="one command for each"):
+        Mechanics([one], command)
+
+
+def test_a_frictionless_pull_leaves_the_body_where_it_is():
+    scene = replace(SCENES["held"], arm=replace(SCENES["held"].arm, pads=SLIPPERY))
+    system = mechanics(scene, {**COMMANDS, "tongs z": 0.1})
+    end = named(system, follow(system, state(system, {"left jaw": 0.02}), 0.2).y[:, -1])
+    assert end["tongs z"] > 0.02
+    assert abs(end["body z"]) < 1e-9
+
+
+def turned(scene, angle, seconds, end):
+    """The wrist turned at an even speed for some seconds, then held; the motion and the command."""
+    count = round(end / 0.005)
+    knots = np.zeros((count + 1, 4))
+    knots[:, :2] = 0.01
+    knots[:, 2] = angle * np.minimum(np.linspace(0.0, end / seconds, count + 1), 1.0)
+    command = Command.through([knots])
+    system = Mechanics([scene], command)
+    grip = state(system, {"left jaw": 0.0171, "right jaw": 0.0171})
+    motion = follow(system, grip, end, rtol=1e-7, atol=1e-9)
+    return named(system, motion.y), command.at(motion.t)[2]
+
+
+def test_a_cap_sticks_below_the_torque_at_rest_and_turns_with_that_in_motion_above():
+    thread = Thread(0.008, 2e-6, static=0.03, kinetic=0.02, pads=Pads(2.0, 2.0))
+    scene = replace(SCENES["twist"], thread=thread)
+    give = thread.static / thread.kinetic / thread.stiffness
+
+    held, command = turned(scene, 0.6 * (thread.static / 0.9 + give), 0.5, 1.0)
+    torque = 0.9 * (command[-1] - held["wrist angle"][-1])
+    share = torque / thread.static
+    assert 0.5 < share < 0.7
+    assert held["cap angle"][-1] == pytest.approx(share * give, rel=1e-2)
+    assert abs(held["cap angle rate"][-1]) < 1e-5
+
+    moved, command = turned(scene, 0.4, 1.0, 1.0)
+    late = moved["cap angle"] > 0.2
+    speed = 0.4
+    steady = 0.02 + 0.01 * np.exp(-((speed / thread.stribeck) ** 2)) + 0.02 * thread.viscous * speed
+    middle = late & (command < 0.36)
+    torque = 0.9 * (command - moved["wrist angle"]) + 0.02 * (speed - moved["wrist angle rate"])
+    assert torque[middle] == pytest.approx(steady, rel=2e-3)

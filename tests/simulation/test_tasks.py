@@ -1,0 +1,285 @@
+"""The tasks: what is planned, what happens, and what the sensors feel of it."""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from forcelab.jobs import finish
+from forcelab.simulation.scene import TASKS
+from forcelab.simulation.tasks import RATE, actions_of, performing, scene_of, vocabulary
+from forcelab.simulation.tasks.choreography import HAND, Choreography
+from forcelab.simulation.tasks.recipe import recipe
+
+SEED = 5
+NUMBERS = (1, 2)
+#: The order of actions; coders of LEGO and cartridge may see a grab before the pull.
+ORDERS = {
+    "LEGO": "still grab hold search insert release still (grab )?pull hold release still",
+    "cartridge": "still grab hold insert release still (grab )?pull hold release still",
+    "stylus": "still grab pull slip slip_transition slipped still",
+    "marker": "still grab twist hold twist (hold twist )?release still",
+    "foam": "still grab hold release still",
+}
+#: Around a tap, jaws swing for so long, s.
+SWING = 0.25
+#: What the domes' own inertia amounts to at most while nothing is touched, N.
+INERTIA = 0.3
+
+
+@pytest.fixture(scope="module")
+def performed():
+    """Two demonstrations of every task: name -> performances."""
+    return {task: finish(performing(task, SEED, NUMBERS, taps=True)) for task in TASKS}
+
+
+@pytest.fixture(params=[f"{task} {number}" for task in TASKS for number in NUMBERS])
+def one(request, performed):
+    """Each of the demonstrations."""
+    task, number = request.param.split()
+    return performed[task][NUMBERS.index(int(number))]
+
+
+def order_of(actions):
+    """Actions in one line, neighbours of one name as one."""
+    names = [action.replace(" ", "_") for action in actions]
+    return " ".join(name for i, name in enumerate(names) if i == 0 or name != names[i - 1])
+
+
+def happened(performance, ending):
+    """Times of the events whose kind ends so."""
+    return [event.time for event in performance.events if event.kind.endswith(ending)]
+
+
+def named(performance, action):
+    return [segment for segment in performance.actions if segment.action == action]
+
+
+def untapped(performance):
+    """Samples far enough from the taps."""
+    times = performance.motion.times
+    return np.logical_and.reduce(
+        [(times < tap - 0.05) | (times > tap + SWING) for tap in performance.taps]
+    )
+
+
+def during(performance, segment):
+    times = performance.motion.times
+    return (times >= segment.start) & (times < segment.end)
+
+
+# Plans
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_every_plan_has_the_order_of_its_task(task):
+    choreography = import_module(f"forcelab.simulation.tasks.{task.lower()}")
+    for number in range(30):
+        rng = np.random.default_rng(number)
+        scene = recipe(task).drawn_scene(rng)
+        numbers = recipe(task).drawn_hand(rng, (*HAND, *choreography.HAND))
+        hand = Choreography(scene, numbers, rng, taps=True)
+        choreography.play(hand)
+        assert re.fullmatch(ORDERS[task], order_of(phase.action for phase in hand.phases))
+        assert all(one.end == pytest.approx(other.start) for one, other in pairwise(hand.phases))
+        assert all(phase.end > phase.start for phase in hand.phases)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_scene_depends_on_seed_and_number_only(task):
+    assert scene_of(task, 3, 1) == scene_of(task, 3, 1)
+    assert scene_of(task, 3, 1).task == task
+    others = [scene_of(task, 3, 2), scene_of(task, 4, 1)]
+    assert len({repr(scene) for scene in (scene_of(task, 3, 1), *others)}) == 3
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_vocabulary_names_every_action_of_the_task_and_they_look_alike_in_all(task):
+    words = vocabulary(task)
+    assert tuple(action.name for action in words.actions) == actions_of(task)
+    for other in TASKS:
+        for action in vocabulary(other).actions:
+            if action.name in actions_of(task):
+                assert action == words[action.name]
+
+
+# Actions
+
+
+def test_the_actions_have_the_order_of_the_task_without_gaps(one):
+    actions = one.actions
+    assert re.fullmatch(ORDERS[one.scene.task], order_of(action.action for action in actions))
+    assert all(a.end == b.start and a.action != b.action for a, b in pairwise(actions))
+    assert {action.action for action in actions} <= set(actions_of(one.scene.task))
+    assert min(action.duration for action in actions) >= 0.02
+    assert 2.0 < one.motion.times[-1] < 25.0
+
+
+def test_the_grab_begins_when_contact_is_made(one):
+    start = named(one, "grab")[0].start
+    contacts = [time for time in happened(one, "jaw: contact made") if time > one.actions[0].start]
+    assert start == contacts[0]
+
+
+def test_the_last_rest_begins_when_the_last_contact_is_lost(one):
+    lost = happened(one, "contact lost") + happened(one, "jaws part")
+    assert one.actions[-1].action == "still"
+    assert one.actions[-1].start == pytest.approx(max(lost), abs=0.05)
+
+
+def test_events_are_in_order_and_lie_within_the_recording(one):
+    times = [event.time for event in one.events]
+    assert times == sorted(times)
+    assert times[0] >= 0.0
+    assert times[-1] < one.motion.times[-1] + 1.0 / one.rate
+
+
+@pytest.mark.parametrize("task", ["LEGO", "cartridge"])
+def test_it_snaps_in_while_inserting_and_out_while_pulling(performed, task):
+    for one in performed[task]:
+        (inserting,), (pulling,) = named(one, "insert"), named(one, "pull")
+        assert any(inserting.start < time <= inserting.end for time in happened(one, "snap in"))
+        assert not any(time < inserting.start for time in happened(one, "snap in"))
+        assert any(pulling.start < time <= pulling.end for time in happened(one, "snap out"))
+        between = named(one, "still")[1]
+        resting = one.motion.body[during(one, between)]
+        depth, place = one.scene.socket.depth, one.scene.socket.place
+        # Let go it stays in; at the end it stands on the table again, near where it began.
+        assert np.abs(resting[:, 2] + depth).max() < 0.25 * depth
+        assert np.abs(resting[:, 1] - place).max() < 1e-3
+        assert abs(one.motion.body[-1, 2]) < 2e-3
+        assert abs(one.motion.body[-1, 1]) < 0.03
+
+
+def test_the_stylus_sticks_slips_and_slips_off_until_the_jaws_meet(performed):
+    for one in performed["stylus"]:
+        (slip,), (slipped,) = named(one, "slip"), named(one, "slipped")
+        assert slip.start == min(happened(one, "slip begins"))
+        meet = [time for time in happened(one, "jaws meet") if time > slip.start]
+        assert meet[0] - 0.1 <= slipped.start <= meet[0]
+        along = one.motion.tongs[:, 1] - one.motion.body[:, 2]
+        before = one.motion.times < slip.start - 0.01
+        # Stuck, the jaws give by the bending of the domes; in the end they are beyond the tip.
+        assert np.abs(along[before]).max() < 2e-3
+        tip = one.scene.profile.end + one.scene.profile.taper
+        assert along[during(one, slipped)][-1] > tip
+
+
+def test_the_marker_turns_with_stick_and_slip_while_it_is_twisted(performed):
+    for one in performed["marker"]:
+        cap = one.motion.body[:, 3]
+        assert np.ptp(cap) > 0.3
+        twisted = np.logical_or.reduce([during(one, s) for s in named(one, "twist")])
+        turned = np.abs(np.diff(cap))
+        assert turned[twisted[1:]].sum() > 0.7 * turned.sum()
+        speed = np.gradient(cap, one.motion.times)
+        stuck, slipping = np.abs(speed) < 0.05, np.abs(speed) > 0.5
+        # Told apart by both thresholds, as a Schmitt trigger does.
+        told = np.where(slipping, 1, np.where(stuck, 0, -1))
+        told = told[told >= 0]
+        assert np.count_nonzero(np.diff(told) == 1) >= 2
+
+
+def test_the_foam_is_lifted_while_held_and_stands_again(performed):
+    for one in performed["foam"]:
+        (hold,) = named(one, "hold")
+        height = one.motion.body[:, 2]
+        assert height[during(one, hold)].max() > 4e-3
+        assert np.argmax(height) / RATE == pytest.approx((hold.start + hold.end) / 2, abs=1.0)
+        assert abs(height[-1]) < 1e-3
+
+
+# Forces
+
+
+def test_forces_are_finite_and_of_a_size_that_hands_have(one):
+    assert np.isfinite(one.forces).all()
+    assert one.forces.shape == (len(one.motion.times), 6)
+    assert one.rate == RATE
+    forces = one.forces[untapped(one)].reshape(-1, 2, 3)
+    pressed = -forces[:, :, 2]
+    shear = np.hypot(forces[:, :, 0], forces[:, :, 1])
+    assert 1.5 < pressed.max() < 32.0
+    assert 1.0 < shear.max() < 24.0
+    # Silicone domes are pressed, never pulled; what is left is their inertia.
+    assert pressed.min() > -INERTIA - 0.4
+
+
+def test_nothing_is_felt_before_the_first_contact_and_after_the_last(one):
+    times, away = one.motion.times, untapped(one)
+    grab = named(one, "grab")[0].start
+    lost = max(happened(one, "contact lost") + happened(one, "jaws part"))
+    for rest in (away & (times < grab), away & (times > lost + 0.1)):
+        assert rest.sum() > 0.2 * RATE
+        assert np.abs(one.forces[rest]).max() < INERTIA
+
+
+@pytest.mark.parametrize("task", ["LEGO", "cartridge", "foam"])
+def test_both_jaws_press_alike_while_nothing_else_holds_the_body(performed, task):
+    one = performed[task][0]
+    grabbed = [during(one, s) for s in one.actions if s.action == "hold"]
+    left, right = np.median(one.motion.normal[np.logical_or.reduce(grabbed)], axis=0)
+    assert left == pytest.approx(right, rel=0.1)
+
+
+def test_what_presses_on_a_jaw_is_what_its_dome_feels(one):
+    calm = untapped(one) & (one.motion.normal.min(axis=1) > 0.5)
+    sizes = np.linalg.norm(one.forces[calm].reshape(-1, 2, 3), axis=2)
+    # Friction adds to it, tilted or not.
+    assert np.mean(sizes >= one.motion.normal[calm] - 0.3) > 0.99
+
+
+def test_a_finger_taps_the_left_sensor_before_and_after_the_actions(one):
+    first, last = one.taps
+    assert first + 0.015 <= one.actions[0].start
+    assert last - 0.015 >= one.actions[-1].end - 1e-9
+    times = one.motion.times
+    for tap in one.taps:
+        near = np.abs(times - tap) < 0.02
+        peak = np.argmax(-one.forces[near, 2])
+        assert 1.0 < -one.forces[near, 2][peak] < 7.0
+        assert times[near][peak] == pytest.approx(tap, abs=0.006)
+        assert np.abs(one.forces[near][:, 3:]).max() < 0.3
+
+
+def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
+    steps = []
+    (untouched,) = finish(performing("marker", SEED, [1], taps=False), steps.append)
+    done = [step.done for step in steps]
+    assert done == sorted(done)
+    assert steps[-1].done <= steps[-1].total
+    assert untouched.taps == ()
+    assert untouched.actions[0].start == 0.0
+    assert np.abs(untouched.forces[: round(0.2 * RATE)]).max() < INERTIA
+
+
+# The same again
+
+
+def test_the_same_again_is_the_same_to_the_last_bit(performed):
+    again = finish(performing("stylus", SEED, NUMBERS, taps=True))
+    for one, other in zip(performed["stylus"], again, strict=True):
+        assert one.forces.tobytes() == other.forces.tobytes()
+        assert one.motion.jaws.tobytes() == other.motion.jaws.tobytes()
+        assert (one.actions, one.events, one.taps) == (other.actions, other.events, other.taps)
+
+
+def test_a_demonstration_is_the_same_alone_and_among_others_but_for_rounding(performed):
+    # Of all tasks the stylus, which slips most, tells a difference soonest.
+    among = performed["stylus"][NUMBERS.index(2)]
+    (alone,) = finish(performing("stylus", SEED, [2], taps=True))
+    assert alone.scene == among.scene
+    assert alone.taps == among.taps
+    assert np.sqrt(np.mean((alone.forces - among.forces) ** 2)) < 1e-4
+    assert [a.action for a in alone.actions] == [a.action for a in among.actions]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_numbers_differ_in_more_than_noise(performed, task):
+    one, other = performed[task]
+    assert one.scene != other.scene
+    assert [a.end for a in one.actions] != [a.end for a in other.actions]

@@ -1,0 +1,119 @@
+"""What the program carries with it is found in a checkout and in an installed wheel."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from forcelab import assets
+from forcelab.assets import asset, read_toml
+from forcelab.errors import InputError
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder that takes the place of the program's assets."""
+    monkeypatch.setattr(assets, "FOLDERS", (tmp_path / "absent", tmp_path))
+    return tmp_path
+
+
+def test_in_a_checkout_the_assets_are_those_that_people_edit():
+    assert asset("actions.toml") == ROOT / "assets" / "actions.toml"
+    assert read_toml("actions.toml").keys() >= {"grab", "slip transition"}
+
+
+def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
+    # Without the sandbox of pip: the same wheel, and no network.
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", tmp_path],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+    )
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "installed")
+    # Somebody else's folder, as badly packaged programs leave them there.
+    (tmp_path / "installed" / "assets").mkdir()
+    script = "import forcelab.assets as a; print(a.__file__, a.asset('actions.toml'), sep='\\n')"
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "installed")},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    package = tmp_path / "installed" / "forcelab"
+    assert done.stdout.splitlines() == [
+        str(package / "assets.py"),
+        str(package / "assets_data" / "actions.toml"),
+    ]
+    carried = [
+        path.relative_to(ROOT / "assets")
+        for pattern in ("**/*.toml", "actions/*.png")
+        for path in (ROOT / "assets").glob(pattern)
+    ]
+    data = package / "assets_data"
+    packed = [path.relative_to(data) for path in data.rglob("*") if path.is_file()]
+    assert sorted(packed) == sorted(carried)
+    for path in carried:
+        assert (data / path).read_bytes() == (ROOT / "assets" / path).read_bytes()
+
+
+def test_an_asset_in_a_folder_is_found(folder):
+    (folder / "actions").mkdir()
+    (folder / "actions" / "grab.png").write_bytes(b"\x89PNG")
+    assert asset("actions/grab.png").read_bytes() == b"\x89PNG"
+    assert asset("actions", "grab.png") == asset("actions/grab.png")
+
+
+@pytest.mark.parametrize("name", ["actions/grab.png", "tasks", "."])
+def test_a_missing_asset_is_named_with_the_place_and_the_cure(folder, name):
+    (folder / "tasks").mkdir()
+    with pytest.raises(InputError) as refused:
+        asset(name)
+    assert f"file '{name}' is missing from {folder}; install forcelab again" in str(refused.value)
+
+
+def test_where_there_are_no_assets_at_all_the_sentence_names_where_they_belong(folder, monkeypatch):
+    monkeypatch.setattr(assets, "FOLDERS", (folder / "one", folder / "two"))
+    with pytest.raises(InputError, match=r"missing from .*one; install forcelab again"):
+        asset("actions.toml")
+
+
+def test_toml_is_read_in_utf_8_whatever_the_machine_speaks(folder):
+    text = 'mass = 0.02\naxes = ["y", "z"]\n[jaws]\nname = "größer"\n'
+    (folder / "foam.toml").write_text(text, "utf-8")
+    made = {"mass": 0.02, "axes": ["y", "z"], "jaws": {"name": "größer"}}
+    assert read_toml("foam.toml") == made
+
+
+@pytest.mark.parametrize("content", [b"mass = = 2", b"mass = 1\nmass = 2", b"\xff\xfe", b"[jaws"])
+def test_a_broken_file_is_named(folder, content):
+    (folder / "foam.toml").write_bytes(content)
+    with pytest.raises(
+        InputError, match=r"foam\.toml' cannot be read: .*; install forcelab again\.$"
+    ):
+        read_toml("foam.toml")
+
+
+def test_a_toml_file_that_is_missing_is_a_missing_asset(folder):
+    with pytest.raises(InputError, match=r"file 'tasks/foam\.toml' is missing from"):
+        read_toml("tasks", "foam.toml")
+
+
+def test_a_file_that_may_not_be_read_is_named(folder, monkeypatch):
+    (folder / "foam.toml").write_text("mass = 0.02", "utf-8")
+
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "read_text", refuse)
+    with pytest.raises(InputError, match=r"foam\.toml' cannot be read: Permission denied\."):
+        read_toml("foam.toml")

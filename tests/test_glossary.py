@@ -1,0 +1,131 @@
+"""The glossary tells a coder what each action is, completely and in plain sentences."""
+
+import dataclasses
+import re
+
+import pytest
+
+from forcelab import assets
+from forcelab.errors import InputError
+from forcelab.glossary import Entry, glossary
+from forcelab.vocabulary import Vocabulary
+
+#: The actions of the paper's tasks.
+ACTIONS = (
+    "still",
+    "grab",
+    "hold",
+    "search",
+    "insert",
+    "release",
+    "pull",
+    "slip",
+    "slip transition",
+    "slipped",
+    "twist",
+)
+GOOD = {
+    "sentence": "The jaws close.",
+    "starts": "A jaw touches.",
+    "ends": "The grip is firm.",
+    "unlike": "Not hold.",
+    "picture": "actions/grab.png",
+}
+
+
+@pytest.fixture
+def written(tmp_path, monkeypatch):
+    """Put a glossary of these tables, values as in TOML, in the place of the program's own."""
+    monkeypatch.setattr(assets, "FOLDERS", (tmp_path,))
+
+    def write(tables):
+        lines = []
+        for action, values in tables.items():
+            lines.append(f'["{action}"]')
+            lines += [f"{name} = {_toml(value)}" for name, value in values.items()]
+        (tmp_path / "actions.toml").write_text("\n".join(lines), "utf-8")
+
+    return write
+
+
+def _toml(value):
+    return '"' + value.replace("\n", "\\n") + '"' if isinstance(value, str) else str(value).lower()
+
+
+def test_every_action_of_the_tasks_is_explained():
+    assert tuple(entry.action for entry in glossary()) == ACTIONS
+    assert Vocabulary().with_actions(*(entry.action for entry in glossary())).names == ACTIONS
+
+
+def test_every_entry_is_short_and_says_what_it_is_not():
+    for entry in glossary():
+        texts = (entry.sentence, entry.starts, entry.ends, entry.unlike)
+        # A line of a tool tip.
+        assert max(map(len, texts)) <= 100, entry.action
+        assert entry.sentence.count(".") == 1
+        others = re.findall(r"Not ([a-z ]+)[:.]", entry.unlike)
+        assert others, entry.action
+        assert {entry.action} | set(others) <= set(ACTIONS)
+        assert entry.action not in others
+
+
+def test_pictures_are_named_for_their_actions():
+    for entry in glossary():
+        assert entry.picture == f"actions/{entry.action.replace(' ', '-')}.png"
+
+
+def test_entries_keep_the_order_of_the_file(written):
+    written({"twist": GOOD, "slip transition": GOOD, "grab": GOOD})
+    assert [entry.action for entry in glossary()] == ["twist", "slip transition", "grab"]
+    assert glossary()[2] == Entry("grab", *GOOD.values())
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"ends": None}, "'grab' must have exactly the texts sentence, starts, ends, unlike and"),
+        ({"colour": "red"}, "'grab' must have exactly the texts"),
+        ({"starts": 1.5}, "'grab' must have exactly the texts"),
+        ({"starts": True}, "'grab' must have exactly the texts"),
+        ({"sentence": ""}, "'sentence' of 'grab' must be one line of text"),
+        ({"starts": "the jaws close."}, "'starts' of 'grab' must be one line of text"),
+        ({"ends": "The jaws close"}, "'ends' of 'grab' must be one line of text"),
+        ({"unlike": "Not\nhold."}, "'unlike' of 'grab' must be one line of text"),
+        ({"ends": "The jaws close.\n"}, "'ends' of 'grab' must be one line of text"),
+        ({"picture": "actions/../../secret.png"}, "must look like actions/grab.png, not 'actions/"),
+        ({"picture": "grab.png"}, "must look like actions/grab.png, not 'grab.png'"),
+        ({"picture": "actions/grab.jpg"}, "must look like actions/grab.png"),
+    ],
+)
+def test_an_entry_that_is_not_complete_is_refused_with_a_sentence(written, changes, sentence):
+    values = {name: value for name, value in (GOOD | changes).items() if value is not None}
+    written({"still": GOOD, "grab": values})
+    with pytest.raises(InputError, match=rf"^actions\.toml: .*{re.escape(sentence)}"):
+        glossary()
+
+
+def test_a_value_outside_of_any_action_is_refused(written, tmp_path):
+    (tmp_path / "actions.toml").write_text('grab = "The jaws close."', "utf-8")
+    with pytest.raises(InputError, match="'grab' must have exactly the texts"):
+        glossary()
+
+
+@pytest.mark.parametrize("action", ["", " ", "grab ", "slip  transition"])
+def test_an_action_needs_a_plain_name(written, action):
+    written({action: GOOD})
+    with pytest.raises(InputError, match="an action needs a name of words"):
+        glossary()
+
+
+def test_entries_are_values():
+    entry = glossary()[0]
+    assert glossary()[0] == entry
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        entry.action = "grab"
+
+
+def test_a_missing_picture_is_found_out_when_it_is_asked_for(written):
+    written({"grab": GOOD})
+    (entry,) = glossary()
+    with pytest.raises(InputError, match=r"'actions/grab\.png' is missing from"):
+        assets.asset(entry.picture)

@@ -1,0 +1,150 @@
+"""The sample project: made whole or not at all, and left alone once it is there."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import brief
+import psutil
+import pytest
+
+from forcelab import sample
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import Segment
+from forcelab.project import Project
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.storage import load
+from forcelab.simulation import production
+from forcelab.simulation.scene import TASKS
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The sample project, of brief performances."""
+    path = tmp_path_factory.mktemp("whole") / "sample.forcelab"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(production, "performing", brief.performing)
+        assert finish(sample.making(path))
+    return path
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(production, "performing", brief.performing)
+    monkeypatch.setattr(production, "_filmed", brief.filmed)
+
+
+@pytest.fixture
+def copy(whole, tmp_path):
+    return Path(shutil.copytree(whole, tmp_path / "moved.forcelab"))
+
+
+def test_it_has_six_of_every_task_coded_by_two_one_or_nobody(whole):
+    with Project.open(whole) as project:
+        assert set(project.tasks()) == set(TASKS)
+        for task in TASKS:
+            authors = [info.authors for info in project.demonstrations(task)]
+            assert authors == [("Ines", "Tomas")] * 3 + [("Ines",)] * 2 + [()]
+        assert {(person.name, person.kind) for person in project.authors()} == {
+            ("Ines", "coder"),
+            ("Tomas", "coder"),
+        }
+
+
+def test_it_moves_with_its_videos_and_opens_synchronised_but_for_one_of_each_task(copy):
+    with Project.open(copy) as project:
+        for info in project.demonstrations():
+            video, truth = project.load(info.id).video, project.truth(info.id)["video"]
+            assert video.path.is_relative_to(copy)
+            assert video.path.stat().st_size > 0
+            true = ClockMap(truth["offset"], truth["rate"])
+            assert abs(true.offset) > 0
+            assert video.clock == (ClockMap() if info.name.endswith("-05") else true)
+
+
+def test_its_recogniser_was_trained_on_one_coder_and_recognises_what_nobody_labelled(whole):
+    with Project.open(whole) as project:
+        (stored,) = project.recognisers()
+        assert stored.name == "LEGO"
+        assert Settings.from_json({k: v for k, v in stored.settings.items() if k != "choice"})
+        learnt = {project.load(used.demonstration).name: used.author for used in stored.labels}
+        assert learnt == {f"LEGO-1-{number:02d}": "Ines" for number in range(1, 6)}
+        recogniser = load(project.recogniser_path(stored.id))
+        found = recogniser.predict(project.load("LEGO-1-06")).segments
+        assert {segment.action for segment in found} <= set(recogniser.actions)
+        assert found
+
+
+def test_where_it_is_already_nothing_is_done_and_what_people_did_stays(copy):
+    with Project.open(copy) as project:
+        id_ = project.load("foam-1-06").id
+        mine = (Segment(0.0, 0.2, "still"),)
+        project.edit(id_, "me", (), mine, "painted")
+    assert list(sample.making(copy)) == []
+    with Project.open(copy) as project:
+        assert project.track(id_, "me").segments == mine
+        assert len(project.demonstrations()) == 30
+
+
+def test_what_is_there_and_is_not_the_sample_project_stays_untouched(tmp_path):
+    other = tmp_path / "other.forcelab"
+    Project.create(other).close()
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "notes.txt").write_text("mine")
+    for name in ("other.forcelab", "file", "folder"):
+        with pytest.raises(InputError, match=r"is not the sample project; choose another"):
+            finish(sample.making(tmp_path / name))
+    assert (tmp_path / "file").read_text() == "mine"
+    assert [entry.name for entry in (tmp_path / "folder").iterdir()] == ["notes.txt"]
+    with Project.open(other) as project:
+        assert project.demonstrations() == ()
+
+
+@pytest.mark.parametrize("steps", [1, 12, 36])
+def test_stopped_at_any_step_it_leaves_nothing(quick, tmp_path, steps):
+    job = sample.making(tmp_path / "sample.forcelab")
+    for _ in range(steps):
+        next(job)
+    job.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_late_on_leaves_nothing(quick, monkeypatch, tmp_path):
+    monkeypatch.setattr(sample, "RECOGNISED", "sponge")
+    with pytest.raises(InputError, match="sponge"):
+        finish(sample.making(tmp_path / "sample.forcelab"))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs signals of POSIX")
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_interrupted_or_killed_it_is_not_there(tmp_path, how):
+    path = tmp_path / "sample.forcelab"
+    process = subprocess.Popen([sys.executable, "-m", "forcelab", "demo", str(path)])
+    deadline = time.monotonic() + 30
+    while not any(tmp_path.glob(".forcelab-*.part/project.sqlite")):
+        assert time.monotonic() < deadline
+        assert process.poll() is None
+        time.sleep(0.05)
+    time.sleep(0.5)
+    helpers = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(how)
+    status = process.wait(timeout=30)
+    for helper in helpers:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            helper.kill()
+    psutil.wait_procs(helpers)
+    assert Project.vacant(path)
+    if how == signal.SIGINT:
+        assert status == 130
+        assert list(tmp_path.iterdir()) == []
