@@ -11,19 +11,9 @@ from scipy.integrate import solve_ivp
 from forcelab.simulation.hand import Command
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.mechanics import Mechanics
+from forcelab.simulation.parts import Arm, Body, Ground, Holder, Jaws, Pads, Profile, Socket, Thread
 from forcelab.simulation.profile import width_at
-from forcelab.simulation.scene import (
-    Arm,
-    Body,
-    Ground,
-    Holder,
-    Jaws,
-    Pads,
-    Profile,
-    Scene,
-    Socket,
-    Thread,
-)
+from forcelab.simulation.scene import Scene
 from forcelab.simulation.stacking import stacked
 
 #: Almost no friction, with bristles that are not stiff to solve.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from forcelab.simulation.scene import Axis, Scene
+from forcelab.simulation.parts import Axis
+from forcelab.simulation.scene import Scene
 
 __all__ = ["Layout", "left_out"]
 

@@ -30,7 +30,8 @@ from forcelab.simulation import contact
 from forcelab.simulation.hand import Command
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.profile import width_at
-from forcelab.simulation.scene import Jaws, Scene
+from forcelab.simulation.readings import SIDES, dome_forces
+from forcelab.simulation.scene import Scene
 from forcelab.simulation.stacking import stacked
 from forcelab.simulation.surroundings import (
     STRAIGHTEN,
@@ -49,8 +50,6 @@ SLIP = 0.95
 FELT = 0.05
 #: A body this far above the table has left its socket, m.
 CLEAR = 5e-4
-#: Left jaw, right jaw: the sign of the force with which each pushes the body along x.
-SIDES = np.array([[1.0], [-1.0]])
 
 ENTERS, LEAVES = "into the socket", "out of the socket"
 
@@ -102,7 +101,6 @@ class Mechanics:
         if layout.rubbing:
             self._pads = (numbers.arm or numbers.thread).pads
             self._grip_share = np.stack([np.ones(self.lanes), self._pads.asymmetry])
-        self._tilt = sensor_tilts(self.scenes[0].jaws)
         self.scales = state_scales(layout, numbers)
         self.events = self._event_names()
 
@@ -254,20 +252,8 @@ class Mechanics:
             domes' own inertia is felt too.
         """
         seen = self.look(times, states)
-        count, dome = len(self.positions), self._p.jaws.dome
-        acceleration = seen.rates[count:]
-        forces = np.zeros((2, 3, len(times)))
-        forces[:, 2] = dome * acceleration[:2] - seen.pressed
-        forces[0, 2] -= seen.tap
-        if self.layout.thread:
-            inertia = dome * self._p.thread.radius * acceleration[2]
-            forces[:, 0] = (seen.friction[0] + inertia) * SIDES
-        for row, axis in enumerate(self.layout.axes):
-            inertia = dome * acceleration[2 + row]
-            forces[:, "yz".index(axis)] = -seen.friction[row] - inertia
-        if self._p.profile is not None:
-            forces[:, 1] += seen.widening
-        return (self._tilt @ forces).reshape(6, -1)
+        acceleration = seen.rates[len(self.positions) :]
+        return dome_forces(seen, acceleration, self.layout, self._p, self.scenes[0].jaws)
 
     def _rub_along(
         self, seen: SimpleNamespace, states: Array, force: Array, pads: SimpleNamespace
@@ -348,20 +334,3 @@ class Mechanics:
                 push += socket
             else:
                 seen.rates[-2] = -states[-2] / STRAIGHTEN
-
-
-def sensor_tilts(jaws: Jaws) -> Array:
-    """Rotations, shape (2, 3, 3), from the scene's axes to those of the tilted sensors."""
-    turns = []
-    for tilt, azimuth in (
-        (jaws.tilt_left, jaws.azimuth_left),
-        (jaws.tilt_right, jaws.azimuth_right),
-    ):
-        towards = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
-        across = np.array([-towards[1], towards[0], 0.0])
-        normal = np.array([0.0, 0.0, 1.0])
-        tilted = np.cos(tilt) * towards - np.sin(tilt) * normal
-        frame = np.array([towards, across, normal])
-        turned = [tilted, across, np.sin(tilt) * towards + np.cos(tilt) * normal]
-        turns.append(frame.T @ np.array(turned))
-    return np.stack(turns)

@@ -23,7 +23,8 @@ from forcelab.simulation.coders import (
     truth,
 )
 from forcelab.simulation.motion import Motion, Performance
-from forcelab.simulation.scene import Body, Jaws, Scene
+from forcelab.simulation.parts import Body, Jaws
+from forcelab.simulation.scene import Scene
 
 RATE = 500.0
 SCENE = Scene("foam", Jaws(), Body("block", mass=0.02, half_width=0.02, stiffness=500.0))

@@ -10,16 +10,7 @@ from scenes import SCENES, mechanics
 
 from forcelab.errors import InputError
 from forcelab.simulation.layout import Layout, left_out
-from forcelab.simulation.scene import (
-    Arm,
-    Body,
-    Ground,
-    Jaws,
-    Pads,
-    Profile,
-    Socket,
-    Thread,
-)
+from forcelab.simulation.parts import Arm, Body, Ground, Jaws, Pads, Profile, Socket, Thread
 
 
 def has(name, word):

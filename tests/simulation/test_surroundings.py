@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scenes import SLIPPERY
 
+from forcelab.simulation.parts import Pads, Profile, Socket
 from forcelab.simulation.profile import width_at
-from forcelab.simulation.scene import Pads, Profile, Socket
 from forcelab.simulation.stacking import stacked
 from forcelab.simulation.surroundings import (
     STRAIGHTEN,

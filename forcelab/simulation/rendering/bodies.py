@@ -8,11 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from forcelab.simulation.parts import Profile, Shape
 from forcelab.simulation.profile import width_at
 from forcelab.simulation.rendering.canvas import Canvas, Colour, Points, colour, mixed
 from forcelab.simulation.rendering.state import State
 from forcelab.simulation.rendering.view import Proportions, View
-from forcelab.simulation.scene import Profile, Scene, Shape
+from forcelab.simulation.scene import Scene
 
 __all__ = ["DRAWINGS", "Drawing", "box", "dark", "light", "stud"]
 

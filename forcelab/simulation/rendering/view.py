@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from forcelab.simulation.motion import Performance
+from forcelab.simulation.parts import Shape
 from forcelab.simulation.rendering.canvas import Points
-from forcelab.simulation.scene import Scene, Shape
+from forcelab.simulation.scene import Scene
 
 __all__ = ["Proportions", "View"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from forcelab.simulation.scene import Arm, Profile
+from forcelab.simulation.parts import Arm, Profile
 from forcelab.simulation.tasks.choreography import Choreography
 from forcelab.simulation.tasks.course import CONTACT_MADE, Course, Cue, first, last
 
