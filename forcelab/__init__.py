@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from forcelab.formats import read as read
     from forcelab.formats.importing import import_files as import_files
     from forcelab.formats.recording import ReadOptions as ReadOptions
+    from forcelab.glossary import glossary as glossary
     from forcelab.jobs import finish as finish
     from forcelab.labels import Segment as Segment
     from forcelab.labels import Track as Track
@@ -34,11 +35,14 @@ if TYPE_CHECKING:
     from forcelab.recognition.storage import load as load_recogniser
     from forcelab.recognition.storage import save as save_recogniser
     from forcelab.recognition.training import train as train
+    from forcelab.sample import making as making_sample
     from forcelab.signals.cwt import cwt as cwt
     from forcelab.signals.wavelets import DOG as DOG
     from forcelab.signals.wavelets import Haar as Haar
     from forcelab.signals.wavelets import Morlet as Morlet
     from forcelab.signals.wavelets import RealMorlet as RealMorlet
+    from forcelab.simulation.adding import simulating as simulating
+    from forcelab.simulation.tasks import performing as performing
     from forcelab.vocabulary import Vocabulary as Vocabulary
 
 #: Where each public name lives: the module, and what it is called there.
@@ -64,12 +68,16 @@ _HOMES = {
     "cwt": ("signals.cwt", "cwt"),
     "features": ("recognition.features", "features"),
     "finish": ("jobs", "finish"),
+    "glossary": ("glossary", "glossary"),
     "import_files": ("formats.importing", "import_files"),
     "leave_one_out": ("recognition.evaluation", "leave_one_out"),
     "load_recogniser": ("recognition.storage", "load"),
+    "making_sample": ("sample", "making"),
+    "performing": ("simulation.tasks", "performing"),
     "preset": ("recognition.settings", "preset"),
     "read": ("formats", "read"),
     "save_recogniser": ("recognition.storage", "save"),
+    "simulating": ("simulation.adding", "simulating"),
     "train": ("recognition.training", "train"),
 }
 

@@ -16,10 +16,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
-BLOCK = re.compile(r"```console\n(?P<content>.*?)```", re.S)
+#: Blocks; what takes long is marked "slow", and is left out where that is not asked for.
+BLOCK = re.compile(r"```console(?P<slow> slow)?\n(?P<content>.*?)```", re.S)
 
 
-def run_blocks(text: str, folder: Path) -> str:
+def run_blocks(text: str, folder: Path, *, slow: bool) -> str:
     """The text with every console block's output made anew, commands running in `folder`."""
     (folder / "assets").symlink_to(ROOT / "assets")
     (folder / "README.md").symlink_to(README)
@@ -27,6 +28,8 @@ def run_blocks(text: str, folder: Path) -> str:
     environment = {**os.environ, "PATH": f"{scripts}{os.pathsep}{os.environ['PATH']}"}
 
     def renewed(block: re.Match[str]) -> str:
+        if block["slow"] and not slow:
+            return block[0]
         command = block["content"].splitlines()[0]
         done = subprocess.run(
             ["bash", "-c", command.removeprefix("$ ")],
@@ -37,13 +40,13 @@ def run_blocks(text: str, folder: Path) -> str:
             text=True,
             check=False,
         )
-        return f"```console\n{command}\n{done.stdout.rstrip()}\n```"
+        return f"```console{block['slow'] or ''}\n{command}\n{done.stdout.rstrip()}\n```"
 
     return BLOCK.sub(renewed, text)
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        README.write_text(run_blocks(README.read_text("utf-8"), Path(name)), "utf-8")
-        for picture in ("pairs.png", "confusion.png", "figures/clusters.png"):
+        README.write_text(run_blocks(README.read_text("utf-8"), Path(name), slow=True), "utf-8")
+        for picture in ("sample.png", "pairs.png", "confusion.png", "figures/clusters.png"):
             shutil.copy(Path(name) / picture, ROOT / "assets")

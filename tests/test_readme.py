@@ -17,7 +17,7 @@ def masked(text):
 
 
 def test_every_command_prints_what_the_readme_shows(tmp_path):
-    made = run_blocks(TEXT, tmp_path)
+    made = run_blocks(TEXT, tmp_path, slow=False)
     assert masked(made) == masked(TEXT)
     assert (tmp_path / "pairs.png").read_bytes().startswith(b"\x89PNG")
 

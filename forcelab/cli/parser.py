@@ -15,6 +15,7 @@ in; coders give each stretch of it an action; a recogniser learns the actions fr
 wavelet features; human and predicted timelines come out as pairs.
 
 A first session:
+  forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
   forcelab import   lab.forcelab recordings/*.csv --task stylus
   forcelab list     lab.forcelab
   forcelab evaluate lab.forcelab --task stylus --stride 10 --figure pairs.svg
@@ -53,6 +54,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_predict(commands)
     _add_export(commands)
     _add_plan(commands)
+    _add_actions(commands)
     _add_figures(commands)
     _add_measure(commands)
     _add_realism(commands)
@@ -344,6 +346,19 @@ def _add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.set_defaults(merge=None)
     _add_changes(parser)
+    _json_flag(parser)
+
+
+def _add_actions(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = _command(
+        commands,
+        "actions",
+        "explaining",
+        "explain the actions that coders label",
+        "What each is, how to decide where it starts and ends, and what it is not to be mistaken\n"
+        "for; with a picture of its beginning and its end.",
+    )
+    parser.add_argument("actions", metavar="ACTION", nargs="*", help="only these (all)")
     _json_flag(parser)
 
 

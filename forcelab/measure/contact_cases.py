@@ -174,7 +174,7 @@ def _tugs(lanes: int) -> Problem:
 
 def _snap(lanes: int) -> Problem:
     """A brick is pulled out of its socket and pushed in again until it clicks."""
-    body = Body("brick", mass=0.004, half_width=0.008, stiffness=4e4)
+    body = Body("brick", mass=0.012, half_width=0.008, stiffness=6e4)
     socket = Socket(
         place=0.0, depth=2e-3, friction=3.0, snap=5.0, snap_depth=1.2e-3, snap_width=4e-4
     )

@@ -67,7 +67,7 @@ def carry_and_fumble(hand: Choreography, action: str) -> None:
     """Carry the body to its socket, and feel with it where it goes in."""
     arm, socket = _parts(hand)
     held, fumbled = hand.lasts("hold"), hand.lasts("fumble")
-    off = hand.between(0.35, 0.75) * socket.pitch * (1.0 if hand.chance(0.5) else -1.0)
+    off = hand.between(0.5, 0.8) * socket.pitch * (1.0 if hand.chance(0.5) else -1.0)
     hand.move("tongs z", hand.hand["lift"], hand.t + 0.05 * held, 0.45 * held)
     hand.move("tongs y", socket.place + off, hand.t + 0.25 * held, 0.65 * held)
     hand.move("tongs z", HOVER, hand.t + 0.7 * held, 0.3 * held)
@@ -78,7 +78,7 @@ def carry_and_fumble(hand: Choreography, action: str) -> None:
     feels = max(1, round(fumbled / 0.35))
     for feel in range(feels):
         start = hand.t + 0.12 + feel * (fumbled - 0.2) / feels
-        swing = hand.between(0.15, 0.3) * socket.pitch
+        swing = hand.between(0.2, 0.35) * socket.pitch
         end = min(start + hand.between(0.3, 0.7), hand.t + fumbled)
         hand.wiggle("tongs y", start, end, swing, hand.between(1.5, 4.5))
         if hand.chance(0.4):
