@@ -20,7 +20,7 @@ from forcelab.simulation.origin import Origin
 from forcelab.simulation.production import Order, producing
 from forcelab.simulation.scene import TASKS, Task
 
-__all__ = ["Beside", "comparing"]
+__all__ = ["Beside", "comparing", "simulated_beside"]
 
 #: Real recordings start and end this long before and after what is labelled, s.
 LEAD = 0.08
@@ -85,17 +85,33 @@ def comparing(
             )
         for task in tasks:
             real = corpus(project, (task,), author).labelled
-            simulated = yield from _simulated(task, count, seed, jobs)
+            simulated = yield from simulated_beside(task, count, seed, jobs)
             rows = realism(simulated, real, PUBLISHED)
             rows += yield from recognition(simulated, real, PUBLISHED, jobs=jobs)
             result.append(Beside(task, len(simulated), len(real), rows))
     return tuple(result)
 
 
-def _simulated(
+def simulated_beside(
     task: Task, count: int, seed: int, jobs: int
 ) -> Generator[Progress, None, list[Labelled]]:
-    """Simulated demonstrations of a task, without video."""
+    """Simulate demonstrations of a task as the paper's were recorded: without video and taps.
+
+    Parameters
+    ----------
+    task : str
+    count, seed, jobs : int
+        As of :func:`comparing`.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    list of Labelled
+        By the first of the simulated coders.
+    """
     coder = CODERS[0].name
     orders = [
         Order(Origin(task, seed, number), coders=(coder,), video=False)

@@ -35,8 +35,8 @@ def play(hand: Choreography) -> None:
 
     # The jaws come fast, knock against the block, and squeeze.
     close, squeeze = hand.lasts("close"), hand.lasts("squeeze")
-    touch, lag = hand.t - 0.5 * close, hand.between(-0.02, 0.05)
-    hand.grip(hand.hand["grip"] * hand.between(0.05, 0.3), touch, close, lag)
+    touch, lag = hand.t - 0.5 * close, hand.between(0.0, 0.08)
+    hand.grip(hand.hand["grip"] * hand.between(0.1, 0.45), touch, close, lag)
     hand.grip(hand.hand["grip"], hand.t + hand.between(0.3, 0.7) * close, squeeze, lag)
     hand.phase("grab", hand.lasts("grab"), first(*CONTACT_MADE))
 
