@@ -2,11 +2,15 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
+from pathlib import Path
 
+import psutil
 import pytest
 
-from forcelab.errors import InputError
+from forcelab.errors import ForcelabError, InputError
 from forcelab.processes import shared
 
 
@@ -52,3 +56,43 @@ def test_interrupts_of_the_terminal_reach_this_process_alone():
     before = signal.getsignal(signal.SIGINT)
     assert not any(shared(hears_interrupts, range(4), 2))
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def killed(number):
+    if number == 1:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def test_a_process_that_is_killed_is_told_in_a_sentence():
+    with pytest.raises(ForcelabError, match=r"ended from outside.* short of memory"):
+        list(shared(killed, range(4), 2))
+
+
+ORPHANS = """
+import os, time
+from test_processes import shared, waiting
+for _ in shared(waiting, range(2), 2):
+    pass
+"""
+
+
+def waiting(_):
+    print(os.getpid(), flush=True)
+    time.sleep(60)
+
+
+def test_the_processes_end_when_the_one_that_started_them_is_killed():
+    parent = subprocess.Popen(
+        [sys.executable, "-c", ORPHANS],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    with parent:
+        workers = [int(parent.stdout.readline()) for _ in range(2)]
+        parent.kill()
+    assert len(set(workers)) == 2
+    _, alive = psutil.wait_procs([psutil.Process(w) for w in workers if psutil.pid_exists(w)], 10)
+    assert not alive

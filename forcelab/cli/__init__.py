@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 
 from forcelab.cli.output import printable
 from forcelab.cli.parser import build_parser
-from forcelab.errors import ForcelabError
+from forcelab.cli.stopping import Stopped, stoppable
+from forcelab.errors import ForcelabError, UnclearAuthorError
 
 __all__ = ["main"]
 
@@ -26,7 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     -------
     int
         0 when all went well, 1 when the data or a setting stands in the way, 2 when the command
-        line itself is wrong, 130 after Ctrl+C.
+        line itself is wrong, 130 after Ctrl+C, 128 and the signal's number after another one.
     """
     try:
         arguments = build_parser().parse_args(argv)
@@ -34,24 +36,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         return stop.code if isinstance(stop.code, int) else 2
     try:
         # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
-        command = import_module(f"forcelab.cli.{arguments.module}")
-        status = command.run(arguments)
+        with stoppable():
+            command = import_module(f"forcelab.cli.{arguments.module}")
+            status = command.run(arguments)
         if sys.stdout is not None:  # it is None when the program was started with it closed
             sys.stdout.flush()
     except ForcelabError as error:
-        print(f"forcelab: {printable(str(error))}", file=sys.stderr)
+        print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
-        return 130
+        return 128 + (stop.number if isinstance(stop, Stopped) else signal.SIGINT)
     except BrokenPipeError:
         _drop_output()  # the reader (head, less) has seen enough
-        return 0
+        status = 0
     except OSError as error:
         print(f"forcelab: {error.filename or 'the output'}: {error.strerror}.", file=sys.stderr)
         _drop_output()
         return 1
     return int(status or 0)
+
+
+def _sentence(error: ForcelabError) -> str:
+    """An error's sentence, with the option that cures it where the error cannot know of one."""
+    if isinstance(error, UnclearAuthorError):
+        return f"{str(error).removesuffix('.')} (--author)."
+    return str(error)
 
 
 def _drop_output() -> None:

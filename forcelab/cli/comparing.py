@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from dataclasses import asdict
 
 from joblib import cpu_count
 
-from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs
-from forcelab.cli.output import counted, json_text, progress_bar, table
+from forcelab.cli.output import counted, json_path, progress_bar, report, table
 from forcelab.jobs import finish
 from forcelab.measure.beside import Beside, comparing
 from forcelab.measure.realism import FACTOR, MARK, cells
@@ -17,8 +16,7 @@ from forcelab.measure.realism import FACTOR, MARK, cells
 
 def run(arguments: argparse.Namespace) -> None:
     """Compare, print the tables, and write what was asked for."""
-    json_file: Path | None = None if arguments.json == Path("-") else arguments.json
-    check_outputs([json_file], [])
+    check_outputs([json_path(arguments.json)], [arguments.project])
     job = comparing(
         arguments.project,
         author=arguments.author,
@@ -28,10 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
     )
     with progress_bar("comparing") as watch:
         compared = finish(job, watch)
-    content = json_text([_plain(one) for one in compared]) + "\n"
-    if json_file is not None:
-        write_atomically(json_file, content.encode())
-    print(content if arguments.json == Path("-") else _told(compared) + "\n", end="")
+    report(_told(compared), [_plain(one) for one in compared], arguments.json)
 
 
 def _told(compared: tuple[Beside, ...]) -> str:
@@ -50,15 +45,5 @@ def _plain(one: Beside) -> dict[str, object]:
         "task": one.task,
         "simulated": one.simulated,
         "real": one.real,
-        "rows": [
-            {
-                "name": row.name,
-                "unit": row.unit,
-                "simulated": row.simulated,
-                "real": row.real,
-                "ratio": row.ratio,
-                "alike": row.alike,
-            }
-            for row in one.rows
-        ],
+        "rows": [asdict(row) | {"ratio": row.ratio, "alike": row.alike} for row in one.rows],
     }

@@ -10,9 +10,8 @@ from typing import Any
 
 from joblib import cpu_count
 
-from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs, file_names
-from forcelab.cli.output import counted, json_text, percent, printable, progress_bar, table
+from forcelab.cli.output import counted, json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings import choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -49,8 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
     """Refuse figures and a JSON file that cannot be written or would replace what is read."""
-    json_file = None if arguments.json == Path("-") else arguments.json
-    check_outputs([*figures, json_file], [arguments.project, arguments.merge])
+    check_outputs([*figures, json_path(arguments.json)], [arguments.project, arguments.merge])
 
 
 def _check_suffixes(figures: list[Path]) -> None:
@@ -63,21 +61,16 @@ def _check_suffixes(figures: list[Path]) -> None:
 
 
 def _tell(evaluated: Evaluated, json_file: Path | None) -> None:
-    """Print the scores, or JSON where that was asked for on standard output."""
+    """Print the scores and write the JSON that was asked for."""
     results = [evaluation.to_json() for _, evaluation in evaluated.evaluations]
     several = {"evaluations": results, "remarks": list(evaluated.remarks)}
     content: Any = results[0] if evaluated.joined else several
-    if json_file is not None and json_file != Path("-"):
-        write_atomically(json_file, (json_text(content) + "\n").encode())
-    if json_file == Path("-"):
-        print(json_text(content))
-    else:
-        print("\n\n".join(_report(evaluation) for _, evaluation in evaluated.evaluations))
+    report("\n\n".join(_told(each) for _, each in evaluated.evaluations), content, json_file)
     for sentence in evaluated.remarks:
         print(f"forcelab: {printable(sentence)}", file=sys.stderr)
 
 
-def _report(evaluation: Evaluation) -> str:
+def _told(evaluation: Evaluation) -> str:
     """The scores of one evaluation as tables."""
     settings = evaluation.settings
     raw, raw_each = evaluation.scores("raw")

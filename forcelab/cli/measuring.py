@@ -6,18 +6,16 @@ import argparse
 from importlib import import_module
 from pathlib import Path
 
-from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs
-from forcelab.cli.output import json_text, printable, progress_bar, table
+from forcelab.cli.output import json_path, printable, progress_bar, report, table
 from forcelab.jobs import finish
 from forcelab.measure.rows import FRONT, Table
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
-    json_file: Path | None = None if arguments.json == Path("-") else arguments.json
     figure: Path | None = arguments.figure
-    check_outputs([json_file, figure], [])
+    check_outputs([json_path(arguments.json), figure], [])
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 
@@ -26,17 +24,14 @@ def run(arguments: argparse.Namespace) -> None:
     module = import_module(f"forcelab.measure.{arguments.what}")
     with progress_bar("measuring") as watch:
         measured: Table = finish(module.tabulate(quick=arguments.quick), watch)
-    content = json_text(measured.to_json()) + "\n"
-    if json_file is not None:
-        write_atomically(json_file, content.encode())
-    print(content if arguments.json == Path("-") else _report(measured) + "\n", end="")
+    report(_told(measured), measured.to_json(), arguments.json)
     if figure is not None:
         from forcelab.gui.figures.tradeoff import Tradeoff
 
         Tradeoff(measured).save(figure)
 
 
-def _report(measured: Table) -> str:
+def _told(measured: Table) -> str:
     """All rows as text, size by size, with what they were compared with and what was refused."""
     parts = [f"{measured.title}. {FRONT} no other is both faster and more exact."]
     for size in measured.sizes:

@@ -6,11 +6,22 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
+from forcelab.atomic import write_atomically
 from forcelab.jobs import Progress
 
-__all__ = ["counted", "json_text", "percent", "printable", "progress_bar", "table"]
+__all__ = [
+    "counted",
+    "json_path",
+    "json_text",
+    "percent",
+    "printable",
+    "progress_bar",
+    "report",
+    "table",
+]
 
 WIDTH = 24
 
@@ -55,6 +66,30 @@ def percent(share: float | None) -> str:
 def json_text(value: Any) -> str:
     """A value as JSON for people and programs, never with NaN."""
     return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def json_path(json_file: Path | None) -> Path | None:
+    """The file that ``--json`` names; None where it names none, or ``-``: standard output."""
+    return None if json_file == Path("-") else json_file
+
+
+def report(told: str, content: Any, json_file: Path | None) -> None:
+    """Print a report and write it as JSON to a file, or print the JSON alone where that is ``-``.
+
+    Parameters
+    ----------
+    told : str
+        For people.
+    content : object
+        The same as plain values.
+    json_file : Path, optional
+        What ``--json`` names; None where it was not given.
+    """
+    text = json_text(content)
+    path = json_path(json_file)
+    if path is not None:
+        write_atomically(path, (text + "\n").encode())
+    print(told if path == json_file else text)
 
 
 @contextmanager

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings, preset
+
+if TYPE_CHECKING:
+    from forcelab.recognition.project_runs import Choice
 
 __all__ = ["choice_from", "settings_from"]
 
@@ -62,5 +64,8 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:
     """Which demonstrations the command line means."""
+    # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
+    from forcelab.recognition.project_runs import Choice
+
     test_task = getattr(arguments, "test_task", None)
     return Choice(tuple(arguments.task or ()), test_task, arguments.author, arguments.apart)

@@ -178,7 +178,8 @@ class _Adding:
                 f"left out."
             )
             return
-        source = self.given.source.encode("utf-8", "backslashreplace").decode()
+        source = self.given.labels_from or self.given.source
+        source = source.encode("utf-8", "backslashreplace").decode()
         origin = f" from {source}" if source else ""
         what = f"{len(track.segments)} segments imported{origin}"
         self.tracks.edit(id_, author, current, track.segments, what, kind="import")

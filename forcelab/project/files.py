@@ -196,16 +196,29 @@ def appearing(path: Path) -> Iterator[Path]:
             if _PART.fullmatch(old.name) and old.is_dir() and _abandoned(old):
                 shutil.rmtree(old, ignore_errors=True)
     part = path.with_name(f".forcelab-{secrets.token_hex(8)}.part")
-    part.mkdir()
+    try:
+        part.mkdir()
+    except OSError as error:  # in the name that the user knows
+        raise OSError(error.errno, error.strerror, str(path)) from error
     try:
         yield part
         sync_folder(part)
         if path.exists():
-            path.rmdir()
+            _clear(path)
         part.rename(path)
         sync_folder(path.parent)
     finally:
         shutil.rmtree(part, ignore_errors=True)
+
+
+def _clear(path: Path) -> None:
+    """Remove an empty folder; somebody else may have been quicker and filled it."""
+    try:
+        path.rmdir()
+    except OSError as error:
+        raise InputError(
+            f"'{path}' was made by somebody else meanwhile; look at it, or choose another name."
+        ) from error
 
 
 def _abandoned(folder: Path) -> bool:

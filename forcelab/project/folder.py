@@ -74,6 +74,8 @@ class ProjectFolder:
         if not cls.vacant(path):
             what = "the folder is not empty" if path.is_dir() else "it is a file"
             raise InputError(f"{refused}: {what}; choose another name.")
+        if not path.parent.is_dir():
+            raise InputError(f"{refused}: there is no folder '{path.parent}'; make it first.")
         part = path
         try:
             with files.told(refused), files.appearing(path) as part:

@@ -65,6 +65,8 @@ class Incoming:
         Coders' labels that came with it, at most one track an author.
     source : str
         Where it was read from, for people.
+    labels_from : str
+        What the tracks were read from, where that is not the source.
     keep : collection of "task" or "grid_rate"
         What stays as it is where the demonstration is in the project already, because nobody said
         anything about it.
@@ -80,6 +82,7 @@ class Incoming:
     demonstration: Demonstration
     tracks: tuple[Track, ...] = ()
     source: str = ""
+    labels_from: str = ""
     keep: Collection[Keepable] = ()
     vocabulary: Vocabulary = field(default_factory=Vocabulary)
     truth: Mapping[str, Any] | None = None

@@ -3,6 +3,7 @@
 import json
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -24,7 +25,7 @@ from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
     "demo", "simulate", "import", "list", "evaluate", "train", "predict", "export", "plan",
-    "figures", "doctor",
+    "actions", "figures", "measure", "realism", "doctor",
 ]  # fmt: skip
 
 
@@ -34,6 +35,12 @@ def test_every_command_has_a_manual_and_json(capsys, command):
     manual = capsys.readouterr().out
     assert "--json" in manual
     assert "usage: forcelab" in manual
+
+
+def test_the_list_of_commands_is_that_of_the_manual(capsys):
+    assert main(["--help"]) == 0
+    listed = capsys.readouterr().out.partition("\ncommands:\n")[2]
+    assert re.findall(r"^    (\w+) ", listed, re.M) == COMMANDS
 
 
 def test_the_manual_names_every_choice_there_is(capsys):

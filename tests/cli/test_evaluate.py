@@ -282,8 +282,15 @@ def test_a_single_labelled_demonstration_is_too_few(forcelab, recordings, tmp_pa
 def test_two_coders_must_be_told_apart(forcelab, project, recordings):
     forcelab("import", project, recordings / "foam-01.csv", "--author", "Ada", "--task", "foam")
     sentence = forcelab("evaluate", project, "--task", "foam", *FAST).sentence
-    assert "coder, Ada; say whose to use" in sentence
+    assert "coder, Ada; say whose to use (--author)." in sentence
     assert forcelab("evaluate", project, *FAST, "--author", "coder").status == 0
+
+
+def test_where_no_task_has_a_single_coder_it_is_said_once(forcelab, project, recordings):
+    for task, name in (("foam", "foam-01"), ("sponge", "sponge-11")):
+        forcelab("import", project, recordings / f"{name}.csv", "--author", "Ada", "--task", task)
+    sentence = forcelab("evaluate", project, *FAST).sentence
+    assert sentence == "forcelab: There are labels of coder, Ada; say whose to use (--author).\n"
 
 
 def test_models_are_never_trained_on(forcelab, project):

@@ -48,7 +48,7 @@ def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
     file.write_text("mine")
     with pytest.raises(InputError, match="is a file"):
         Project.create(file)
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="there is no folder .*make it first"):
         Project.create(path.with_name("missing") / "deeper")
     assert sorted(p.name for p in path.parent.iterdir()) == ["file", "study.forcelab"]
 

@@ -1,0 +1,51 @@
+"""Being told to stop: by Ctrl+C, by the system, or by a terminal that is closed."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+__all__ = ["Stopped", "stoppable"]
+
+#: What else ends a program besides Ctrl+C; Windows has no SIGHUP.
+SIGNALS = ("SIGTERM", "SIGHUP")
+
+
+class Stopped(KeyboardInterrupt):
+    """A signal asked to stop; what was begun is cleaned up as after Ctrl+C.
+
+    Attributes
+    ----------
+    number : int
+        Of the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """Within the block, signals to end raise `Stopped`; once, so that cleaning up is not cut."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number: int, _: FrameType | None) -> None:
+        signal.signal(number, signal.SIG_IGN)
+        raise Stopped(number)
+
+    known = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
+    # One that is ignored already stays so: that is how nohup keeps a program alive.
+    heard = [number for number in known if signal.getsignal(number) is signal.SIG_DFL]
+    for number in heard:
+        signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number in heard:
+            signal.signal(number, signal.SIG_DFL)

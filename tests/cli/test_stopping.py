@@ -1,0 +1,30 @@
+"""Being told to stop ends a command as Ctrl+C does."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+
+@pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path, sent):
+    number = getattr(signal, sent)
+    command = [sys.executable, "-m", "forcelab", "simulate", "--task", "LEGO", "--count", "6"]
+    running = subprocess.Popen(
+        [*command, "--seed", "3", "--out", "new.forcelab", "--no-video"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    process, deadline = psutil.Process(running.pid), time.monotonic() + 60
+    while not process.children() and time.monotonic() < deadline:
+        time.sleep(0.05)  # until it shares the work
+    time.sleep(0.5)
+    running.send_signal(number)
+    _, said = running.communicate(timeout=60)
+    assert said == "forcelab: stopped; nothing was left half done.\n"
+    assert running.returncode == 128 + number
+    assert list(tmp_path.iterdir()) == []
