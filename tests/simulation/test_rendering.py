@@ -17,6 +17,7 @@ from forcelab.labels import Segment
 from forcelab.simulation.motion import Motion
 from forcelab.simulation.rendering import Camera, picture, render, rendering
 from forcelab.simulation.rendering.stage import Stage
+from forcelab.simulation.rendering.view import drawn_height
 
 DOME = (0x11, 0x9D, 0xA4)
 ARM = (0x3C, 0x42, 0x50)
@@ -24,7 +25,8 @@ FOAM = (0xF2, 0xC1, 0x4E)
 BRICK = (0xD6, 0x3A, 0x2F)
 CAP = (0x6A, 0x4C, 0x93)
 SKIN = (0xE3, 0xB1, 0x8C)
-SPARK = (0xD8, 0x1B, 0x78)
+SPARK = (0xFF, 0xD2, 0x1F)
+STREAK = (0x0F, 0x5C, 0x73)
 CAMERA = Camera(offset=-0.2, drift=40e-6, jitter=4e-4, late=3, tail=0.1, seed=5)
 
 
@@ -88,14 +90,17 @@ def test_the_gap_between_the_domes_is_that_of_the_jaws():
     true = at(motion, motion.jaws.sum(axis=1), times)
     line = np.polyfit(true, gaps, 1)
     assert np.ptp(true) > 0.015
-    assert line[0] > 2000  # pixels a metre: the tongs are large enough to see
+    assert line[0] > 1700  # pixels a metre: the tongs are large enough to see
     assert np.polyval(line, true) == pytest.approx(gaps, abs=3.5)
 
 
 def test_domes_climb_along_the_stylus_as_the_tongs_do():
     performance = staged("stylus", taps=())
     motion, stage = performance.motion, Stage(performance)
-    times = np.arange(2.4, 3.4, 0.1)
+    # Up to the thick end, which is stretched.
+    end = performance.scene.profile.end - performance.scene.profile.rim_length
+    times = np.arange(2.4, 3.4, 0.05)
+    times = times[at(motion, motion.tongs[:, 1], times) < 0.9 * end]
     rows = np.array([domes(stage.frame(time))[2] for time in times])
     heights = at(motion, motion.tongs[:, 1], times)
     line = np.polyfit(heights, rows, 1)
@@ -195,11 +200,12 @@ def test_a_fingertip_touches_the_left_dome_at_the_tap_and_is_gone_before_and_aft
     tap = TAPS[0]
     assert np.nonzero(finger(tap))[1].min() == pytest.approx(domes(without.frame(tap))[0], abs=5)
     assert np.nonzero(finger(tap + 0.1))[1].min() > domes(without.frame(tap + 0.1))[0] + 15
-    assert [near(with_finger.frame(tap + late), SPARK, 25).any() for late in (-0.05, 0, 0.05)] == [
-        False,
-        True,
-        False,
-    ]
+    # Wherever the frames fall, the first one at or after the tap has rays, and three have them.
+    for phase in (0.001, 0.011, 0.032):
+        frames = [with_finger.frame(tap + phase + n / 30) for n in range(-2, 5)]
+        rays = [near(frame, SPARK, 25).sum() for frame in frames]
+        assert [count > 0 for count in rays] == [False, False, True, True, True, False, False]
+        assert rays[2] > rays[3] > rays[4]
     assert not finger(tap - 0.3).any()
     assert not finger(tap + 0.3).any()
 
@@ -212,8 +218,117 @@ def test_a_drag_that_moves_nothing_yet_is_seen():
     def foot(image):
         return np.nonzero(near(image, ARM, 8))[0].max()
 
-    assert domes(strained)[:2] == pytest.approx(domes(free)[:2], abs=1)
-    assert 2 <= foot(free) - foot(strained) <= 15  # the arms run ahead, upwards
+    assert domes(strained)[:2] == pytest.approx(domes(free)[:2], abs=3)
+    assert 5 <= foot(free) - foot(strained) <= 15  # the arms run ahead, upwards
+
+
+def test_a_twist_that_turns_nothing_yet_is_seen():
+    performance = staged("marker", taps=())
+    twisted = performance.forces + np.array([4.0, 0.0, 0.0, -4.0, 0.0, 0.0])
+    free, strained = picture(performance, 2.0), picture(replace(performance, forces=twisted), 2.0)
+
+    def feet(image):
+        """How much lower the right arm's foot is than the left one's."""
+        rows, columns = np.nonzero(near(image, ARM, 8))
+        left = columns < 0.5 * (columns.min() + columns.max())
+        return rows[~left].max() - rows[left].max()
+
+    assert abs(feet(free)) <= 1
+    # The arms run ahead the way in which the tongs then turn: the right one comes nearer.
+    assert feet(strained) >= 6
+    assert feet(picture(performance, 2.3)) > 0
+
+
+def test_a_stylus_that_gives_way_in_its_vice_rises_visibly():
+    performance = staged("stylus", taps=())
+    motion = performance.motion
+    risen = replace(
+        motion,
+        body=motion.body + np.array([0.0, 0.0, 0.002, 0.0]),
+        tongs=motion.tongs + np.array([0.0, 0.002, 0.0]),
+    )
+    before, after = (
+        domes(Stage(replace(performance, motion=moved)).frame(1.5))[2] for moved in (motion, risen)
+    )
+    assert before - after > 8
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.floats(0.008, 0.04), st.floats(0.005, 0.02), st.floats(0.0005, 0.003), st.floats(0.01, 0.1)
+)
+def test_drawn_heights_rise_without_jumps_and_are_true_below_the_rim(end, taper, rim, beyond):
+    profile = replace(SCENES["stylus"].profile, end=end, taper=taper, rim_length=rim)
+    heights = np.linspace(-0.02, end + taper + beyond, 4000)
+    slopes = np.diff(drawn_height(heights, profile)) / np.diff(heights)
+    assert slopes.min() > 0
+    assert slopes.max() < 20
+    shaft = heights[heights < end - 1.1 * rim]
+    assert drawn_height(shaft, profile) == pytest.approx(shaft, abs=1e-12)
+    # What takes the domes longest is seen best.
+    climb = np.array([end - rim, end - 0.4 * rim])
+    assert np.diff(drawn_height(climb, profile))[0] > 6 * np.diff(climb)[0]
+
+
+def test_streaks_are_drawn_only_while_the_domes_slide():
+    performance = staged("stylus", taps=())
+    motion, stage = performance.motion, Stage(performance)
+
+    def streaks(time):
+        return near(stage.frame(time), STREAK, 8).sum()
+
+    sliding = [3.0, 3.1, 3.2]
+    assert (at(motion, np.gradient(motion.tongs[:, 1], motion.times), sliding) > 0.02).all()
+    assert min(streaks(time) for time in sliding) > 15
+    # Open, gripping, held, and free again.
+    assert max(streaks(time) for time in (0.5, 1.45, 2.0, 4.6)) == 0
+
+
+def test_the_hand_stays_in_the_picture_when_the_tongs_have_slipped_off():
+    stage = Stage(staged("stylus", taps=()))
+    before, after = stage.frame(1.5), stage.frame(4.6)
+    skin = near(after, SKIN, 12)
+    assert skin.sum() > 0.6 * near(before, SKIN, 12).sum()
+    # Fingers and palm: above the arms, too, there is a good part of it.
+    top = np.nonzero(near(after, ARM, 8))[0].min()
+    assert skin[:top].any(axis=1).sum() > 12
+
+
+def leaning(image):
+    """How much lower the right end of a brick's lower edge is than the left one, pixels a pixel."""
+    brick = near(image, BRICK, 12)
+    columns = np.nonzero(brick.sum(axis=0) > 12)[0]
+    inner = columns[len(columns) // 4 : -len(columns) // 8]
+    lowest = [np.nonzero(brick[:, column])[0].max() for column in inner]
+    return np.polyfit(inner, lowest, 1)[0]
+
+
+def test_a_brick_leans_while_it_feels_for_its_place_and_is_upright_elsewhere():
+    performance = staged("LEGO", taps=())
+    motion = performance.motion
+
+    def lean(off, height):
+        body = np.tile([0.0, 0.12 + off, height, 0.0], (motion.times.size, 1))
+        moved = replace(motion, body=body, tongs=body[:, 1:])
+        return leaning(picture(replace(performance, motion=moved), 1.5))
+
+    beside = [lean(off, 0.0) for off in (-0.006, -0.003, 0.003)]
+    assert np.sign(beside).tolist() == [-1, -1, 1]
+    assert (np.abs(np.degrees(np.arctan(beside))) > 4).all()
+    assert (np.abs(np.degrees(np.arctan(beside))) < 9).all()
+    assert [lean(*place) for place in ((-0.003, 0.004), (0.0, -0.0022), (-0.12, 0.0))] == (
+        pytest.approx([0, 0, 0], abs=0.02)
+    )
+
+
+def test_an_open_jaw_stands_off_from_the_foam_as_far_on_the_left_as_on_the_right():
+    image = picture(staged("foam", taps=()), 0.5)
+    left, right, row = domes(image)
+    body = near(image, FOAM, 12) | near(image, tuple(int(0.78 * c + 6) for c in FOAM), 20)
+    columns = np.nonzero(body[round(row)])[0]
+    gaps = columns.min() - left, right - columns.max()
+    assert min(gaps) > 10
+    assert gaps[0] == pytest.approx(gaps[1], abs=14)
 
 
 @pytest.mark.parametrize("task", SCENES)

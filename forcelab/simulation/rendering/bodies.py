@@ -11,14 +11,14 @@ import numpy as np
 from forcelab.simulation.parts import Profile, Shape
 from forcelab.simulation.profile import width_at
 from forcelab.simulation.rendering.canvas import Canvas, Colour, Points, colour, mixed
-from forcelab.simulation.rendering.state import State
+from forcelab.simulation.rendering.posing import Pose
 from forcelab.simulation.rendering.view import Proportions, View
 from forcelab.simulation.scene import Scene
 
 __all__ = ["DRAWINGS", "Drawing", "box", "dark", "light", "stud"]
 
-#: Draws a body: scene, sizes, view, state, and the canvas.
-Drawing = Callable[[Scene, Proportions, View, State, Canvas], None]
+#: Draws a body: scene, sizes, view, pose, and the canvas.
+Drawing = Callable[[Scene, Proportions, View, Pose, Canvas], None]
 
 WHITE = colour("ffffff")
 RED = colour("d63a2f")
@@ -83,10 +83,10 @@ def stud(canvas: Canvas, view: View, foot: Points, height: float, paint: Colour)
     canvas.disc(head, (radius, flat), light(paint), edge)
 
 
-def _brick(scene: Scene, sizes: Proportions, view: View, state: State, canvas: Canvas) -> None:
+def _brick(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A LEGO brick with two by two studs."""
     half, height = scene.body.half_width, sizes.height
-    x, y, z = state.body[0], view.along(state.body[1]), view.above(state.body[2])
+    x, y, z, _ = pose.body
     box(canvas, view, (x - half, x + half), (y - 2 * sizes.back, y), (z, z + height), RED)
     for back in (1.5, 0.5):
         for side in (-0.5, 0.5):
@@ -96,10 +96,10 @@ def _brick(scene: Scene, sizes: Proportions, view: View, state: State, canvas: C
     canvas.line(view.path(shine), light(RED, 0.5), 2)
 
 
-def _cartridge(scene: Scene, sizes: Proportions, view: View, state: State, canvas: Canvas) -> None:
+def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A game cartridge with a label, ribs and the gold contacts of its board."""
     half, height = scene.body.half_width, sizes.height
-    x, y, z = state.body[0], view.along(state.body[1]), view.above(state.body[2])
+    x, y, z, _ = pose.body
 
     def face(points: list[tuple[float, float]]) -> Points:
         """Pixels of places on the front face: shares of half width and height."""
@@ -124,17 +124,19 @@ def _outline(half: float, profile: Profile | None, low: float) -> tuple[Points, 
     if profile is None:
         heights = np.linspace(low, 4.0 * half, 60)
         return heights, np.minimum(1.0, (4.0 * half - heights) / half) * np.full((2, 1), half)
-    heights = np.linspace(low, profile.end + profile.taper, 90)
+    heights = np.linspace(low, profile.end + profile.taper, 180)
     numbers = {name: np.array([number]) for name, number in vars(profile).items()}
     return heights, width_at(heights, np.array([half]), SimpleNamespace(**numbers)).half
 
 
-def _stylus(scene: Scene, sizes: Proportions, view: View, state: State, canvas: Canvas) -> None:
+def _stylus(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A stylus that stands upright: its true width, rings to see motion by, and a tip."""
     half = scene.body.half_width
     heights, widths = _outline(half, scene.profile, -sizes.foot + 0.006)
-    s, foot = view.scale, view.at(state.body[0], state.body[1], state.body[2])
+    s, foot = view.scale, view.at(*pose.body[:3])
     end = float(heights[-1]) - (scene.profile.taper if scene.profile else half)
+    rings = view.climbed(np.arange(-0.0225, end - 0.001, 0.005))
+    heights, end = view.climbed(heights), float(view.climbed(np.array(end)))
 
     def bar(low: float, high: float, paint: Colour) -> None:
         """The stretch between two heights."""
@@ -148,16 +150,16 @@ def _stylus(scene: Scene, sizes: Proportions, view: View, state: State, canvas: 
 
     bar(float(heights[0]), end, INK)
     bar(end, float(heights[-1]), STEEL)
-    for height in np.arange(-0.0225, end - 0.001, 0.005).tolist():
+    for height in rings.tolist():
         bar(height, height + 0.0006, light(INK, 0.65))
     shine = np.column_stack([-0.45 * widths[0], -heights])[heights < 0.97 * end]
     canvas.line(foot + s * shine, light(INK, 0.4), 2)
 
 
-def _marker(scene: Scene, sizes: Proportions, view: View, state: State, canvas: Canvas) -> None:
+def _marker(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A marker that stands upright, its cap striped so that one sees it turn."""
     half = scene.body.half_width
-    x, y, z = state.body[0], view.along(state.body[1]), view.above(state.body[2])
+    x, y, z, turned = pose.body
     middle = view.at(x, y, z)
     s = view.scale
     rim, flat = 1.3 * half, 0.3 * half
@@ -174,7 +176,7 @@ def _marker(scene: Scene, sizes: Proportions, view: View, state: State, canvas: 
     band(0.86 * half, -sizes.foot + 0.022, -rim - 0.0075, INK)
     band(0.9 * half, -rim - 0.006, -rim - 0.002, CAP)
     band(half, -rim, rim, CAP)
-    turn = state.body[3] + 2.0 * np.pi / STRIPES * np.arange(STRIPES)
+    turn = turned + 2.0 * np.pi / STRIPES * np.arange(STRIPES)
     # Angles run from the right (0) over the front to the left (pi), as those of the tongs do.
     first = (turn + STRIPE) % (2.0 * np.pi) - STRIPE
     for start, end in zip(np.maximum(first, 0.0), np.minimum(first + STRIPE, np.pi), strict=True):
@@ -184,21 +186,20 @@ def _marker(scene: Scene, sizes: Proportions, view: View, state: State, canvas: 
             corners = np.column_stack([half * np.cos(angles), heights])
             canvas.polygon(middle + s * corners, light(CAP, 0.75))
     canvas.disc(middle - (0.0, s * rim), (s * half, s * flat), light(CAP), dark(CAP))
-    spoke = 0.85 * np.array([half * np.cos(state.body[3]), flat * np.sin(state.body[3])])
+    spoke = 0.85 * np.array([half * np.cos(turned), flat * np.sin(turned)])
     canvas.line(middle - (0.0, s * rim) + s * np.array([(0.0, 0.0), spoke]), dark(CAP), 2)
 
 
-def _block(scene: Scene, sizes: Proportions, view: View, state: State, canvas: Canvas) -> None:
+def _block(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A foam block: its sides give way under the jaws, and its pores crowd together."""
     half, height = scene.body.half_width, sizes.height
-    x, y, z = state.body[0], view.along(state.body[1]), view.above(state.body[2])
+    x, y, z, _ = pose.body
     # The jaws press where the tongs are, on a body that may be lower by what it slipped.
-    grip = sizes.grip + view.above(state.tongs[1]) - z
-    middle = state.body[0]
+    grip = pose.tongs[1] - z
     most = 0.9 * half
     dents = (
-        float(np.clip(half - state.jaws[0] - middle, 0.0, most)),
-        float(np.clip(half - state.jaws[1] + middle, 0.0, most)),
+        float(np.clip(half - pose.jaws[0] - x, 0.0, most)),
+        float(np.clip(half - pose.jaws[1] + x, 0.0, most)),
     )
     s, foot = view.scale, view.at(x, y, z)
 

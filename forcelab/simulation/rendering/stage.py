@@ -8,8 +8,9 @@ import numpy as np
 from forcelab.simulation.motion import Performance
 from forcelab.simulation.rendering.bodies import DRAWINGS
 from forcelab.simulation.rendering.canvas import Canvas, Image
+from forcelab.simulation.rendering.posing import Pose, posed
 from forcelab.simulation.rendering.setting import background
-from forcelab.simulation.rendering.state import State, States
+from forcelab.simulation.rendering.state import States
 from forcelab.simulation.rendering.tongs import Tongs
 from forcelab.simulation.rendering.view import Proportions, View
 
@@ -45,21 +46,25 @@ class Stage:
     def frame(self, time: float) -> Image:
         """The picture at a time on the force clock, s; shape (height, width, 3), BGR."""
         state = self.states.at(time)
+        pose = posed(self.scene, self.sizes, self.view, state)
         canvas = Canvas(self.background.copy())
         if self.scene.holder is None:
-            self._lay_shadow(state, canvas.image)
-        tongs = Tongs(self.sizes, self.view, state)
+            self._lay_shadow(pose, canvas.image)
+        tongs = Tongs(self.sizes, self.view, state, pose)
         tongs.hand(canvas)
         for side in (0, 1):
             if tongs.behind[side]:
                 tongs.jaw(side, canvas)
-        DRAWINGS[self.scene.body.shape](self.scene, self.sizes, self.view, state, canvas)
+        pivot = self.view.at(pose.body[0], pose.body[1], pose.tongs[1])
+        view = self.view.tilted(pose.tilt, pivot)
+        DRAWINGS[self.scene.body.shape](self.scene, self.sizes, view, pose, canvas)
         for side in (0, 1):
             if not tongs.behind[side]:
                 tongs.jaw(side, canvas)
+        tongs.streaks(canvas)
         tongs.fingers(canvas)
         if self.taps:
-            tongs.tapping(min(abs(time - tap) for tap in self.taps), canvas)
+            tongs.tapping(min((time - tap for tap in self.taps), key=abs), canvas)
         return canvas.image
 
     def _shadow(self) -> Image:
@@ -71,17 +76,17 @@ class Stage:
         soft = round_off * round_off * (3.0 - 2.0 * round_off)
         return np.repeat((255.0 * np.sqrt(soft))[:, :, None], 3, axis=2).astype(np.uint8)
 
-    def _lay_shadow(self, state: State, image: Image) -> None:
+    def _lay_shadow(self, pose: Pose, image: Image) -> None:
         """Darken what is below the body, the less the higher it is."""
         view, half, back = self.view, self.scene.body.half_width, self.sizes.back
-        y, z = view.along(state.body[1]), view.above(state.body[2])
+        x, y, z, _ = pose.body
         floor = -self.sizes.foot
         if self.scene.socket is not None:
             socket = view.along(self.scene.socket.place)
             if y < 0.008 or socket - y < 2.0 * back + 0.008:
                 floor = 0.0
         share = SHADE * float(np.exp(-max(z - floor, 0.0) / FADING))
-        middle = view.at(state.body[0] - 0.1 * half, y - back, floor)
+        middle = view.at(x - 0.1 * half, y - back, floor)
         rows, columns = self.shadow.shape[:2]
         top, left = round(middle[1] - 0.5 * rows), round(middle[0] - 0.5 * columns)
         upper, lower = max(top, 0), min(top + rows, image.shape[0])

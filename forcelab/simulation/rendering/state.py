@@ -35,6 +35,10 @@ class State:
         What presses on the left and on the right jaw, N.
     drag : tuple of float
         Force on both domes together along y and z, N.
+    torsion : float
+        Force along y on the left dome less that on the right one, N: what a twist makes of it.
+    sliding : float
+        How fast the tongs rise along the body, m/s.
     """
 
     time: float
@@ -43,6 +47,8 @@ class State:
     body: tuple[float, ...]
     normal: tuple[float, ...]
     drag: tuple[float, ...]
+    torsion: float
+    sliding: float
 
 
 class States:
@@ -58,9 +64,11 @@ class States:
         self.times = motion.times
         self.tracks = np.column_stack([motion.jaws, motion.tongs, motion.body])
         drag = np.column_stack([forces[:, 0] + forces[:, 3], forces[:, 1] + forces[:, 4]])
-        felt = np.column_stack([motion.normal, drag])
+        torsion = forces[:, 0] - forces[:, 3]
+        felt = np.column_stack([motion.normal, drag, torsion])
+        self.risen = motion.tongs[:, 1] - motion.body[:, 2]
         # The mean over a shutter's time is a difference of the running sum.
-        self.sums = np.concatenate([np.zeros((1, 4)), np.cumsum(felt, axis=0)])
+        self.sums = np.concatenate([np.zeros((1, 5)), np.cumsum(felt, axis=0)])
         self.step = float(self.times[1] - self.times[0])
 
     def at(self, time: float) -> State:
@@ -73,11 +81,14 @@ class States:
         half = max(1, round(0.5 * EXPOSURE / self.step))
         first, end = max(row - half, 0), min(row + half + 1, last + 1)
         felt = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
+        climbed = float(self.risen[end - 1] - self.risen[first])
         return State(
             time=time,
             jaws=tuple(track[:2]),
             tongs=tuple(track[2:5]),
             body=tuple(track[5:]),
             normal=tuple(felt[:2]),
-            drag=tuple(felt[2:]),
+            drag=tuple(felt[2:4]),
+            torsion=felt[4],
+            sliding=climbed / max((end - 1 - first) * self.step, self.step),
         )
