@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["ForcelabError", "InputError", "StaleTrackError"]
+__all__ = ["ForcelabError", "InputError", "StaleTrackError", "UnclearAuthorError"]
 
 
 class ForcelabError(Exception):
@@ -14,6 +14,10 @@ class ForcelabError(Exception):
 
 class InputError(ForcelabError):
     """A file, a project or a setting that cannot be used as it is."""
+
+
+class UnclearAuthorError(InputError):
+    """Several coders labelled and none was chosen; whoever tells it adds how to choose one."""
 
 
 class StaleTrackError(ForcelabError):

@@ -6,6 +6,15 @@ import argparse
 from pathlib import Path
 
 from forcelab import __version__
+from forcelab.cli.options import (
+    PROJECT,
+    Commands,
+    Formatter,
+    add_changes,
+    add_settings,
+    command,
+    json_flag,
+)
 
 __all__ = ["build_parser"]
 
@@ -28,20 +37,11 @@ Every command has --json and its own --help. Exit status: 0 done; 1 a file, proj
 stands in the way (one sentence says what, where and the cure); 2 the command line is wrong.
 """
 
-PROJECT = "project folder NAME.forcelab"
-
-
-class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Texts keep their lines; options stand in a column wide enough for their values."""
-
-    def __init__(self, prog: str) -> None:
-        super().__init__(prog, max_help_position=30, width=100)
-
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the whole command line; each command names the module that runs it."""
     parser = argparse.ArgumentParser(
-        prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=_Formatter
+        prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter
     )
     parser.add_argument("--version", action="version", version=f"forcelab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -62,31 +62,8 @@ def build_parser() -> argparse.ArgumentParser:
     return parser
 
 
-Commands = argparse._SubParsersAction
-
-
-def _command(
-    commands: Commands[argparse.ArgumentParser],
-    name: str,
-    module: str,
-    summary: str,
-    details: str = "",
-) -> argparse.ArgumentParser:
-    """A command with its summary and details."""
-    description = f"{summary[0].upper()}{summary[1:]}.\n\n{details}".strip()
-    parser = commands.add_parser(
-        name, help=summary, description=description, formatter_class=_Formatter
-    )
-    parser.set_defaults(module=module)
-    return parser
-
-
-def _json_flag(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
-
-
 def _add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "demo",
         "demonstrating",
@@ -103,11 +80,11 @@ def _add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
         default=Path("sample.forcelab"),
         help="project folder to make (default: sample.forcelab)",
     )
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "simulate",
         "simulating",
@@ -134,11 +111,11 @@ def _add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--no-video", dest="video", action="store_false", help="forces and labels only"
     )
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "import",
         "importing",
@@ -166,11 +143,11 @@ def _add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--strict", action="store_true", help="refuse gaps and what would be repaired"
     )
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_list(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "list",
         "listing",
@@ -179,80 +156,11 @@ def _add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--task", help="only this task")
-    _json_flag(parser)
-
-
-def _add_settings(parser: argparse.ArgumentParser) -> None:
-    """Options that change a preset's settings, for training and evaluating alike."""
-    which = parser.add_argument_group("which demonstrations")
-    which.add_argument(
-        "--task",
-        action="append",
-        metavar="T",
-        help="task to use; given several times, the tasks are joined",
-    )
-    which.add_argument("--author", help="whose labels, where there are several coders")
-    which.add_argument(
-        "--apart",
-        action="store_true",
-        help="joined tasks keep their actions apart: grab becomes grab_TASK",
-    )
-    which.add_argument(
-        "--merge",
-        metavar="MAP.json",
-        type=Path,
-        help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
-    )
-    _add_changes(parser)
-
-
-def _add_changes(parser: argparse.ArgumentParser) -> None:
-    """Options that change a preset's features, classifier and filters."""
-    how = parser.add_argument_group(
-        "settings", "Where not given, the preset's; in brackets that of preset paper."
-    )
-    how.add_argument("--preset", default="paper", help="paper: the published method (default)")
-    how.add_argument(
-        "--classifier",
-        metavar="NAME",
-        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours (mlp)",
-    )
-    how.add_argument(
-        "--channels",
-        metavar="A,B,...",
-        help="recognition channels, such as 'tangential 1,normal 1' (all)",
-    )
-    how.add_argument(
-        "--rate", metavar="HZ", type=float, help="rate of the features' grid (the recordings')"
-    )
-    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar (morlet)")
-    how.add_argument(
-        "--parameter", metavar="P", type=float, help="p of a Morlet (5), order of a dog (2)"
-    )
-    how.add_argument(
-        "--min-scale",
-        metavar="SAMPLES",
-        type=float,
-        help="smallest scale, in samples of the grid (2)",
-    )
-    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale (1024)")
-    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales (1)")
-    how.add_argument("--no-phase", action="store_true", help="log magnitudes only")
-    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample (1)")
-    how.add_argument(
-        "--threshold", metavar="P", help="less probable than this: unlabelled; or off (0.8)"
-    )
-    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off (10)")
-    how.add_argument(
-        "--drop",
-        metavar="SHARE",
-        help="unlabel segments shorter than this share of the shortest trained one; or off (0.125)",
-    )
-    how.add_argument("--seed", metavar="S", type=int, help="of everything random (0)")
+    json_flag(parser)
 
 
 def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "evaluate",
         "evaluating",
@@ -262,7 +170,7 @@ def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "The result is kept in the project as a run.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    _add_settings(parser)
+    add_settings(parser)
     parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
@@ -277,7 +185,7 @@ def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_train(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "train",
         "training",
@@ -288,12 +196,12 @@ def _add_train(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--out", metavar="RECOGNISER", type=Path, required=True, help="file to write (.skops)"
     )
-    _add_settings(parser)
-    _json_flag(parser)
+    add_settings(parser)
+    json_flag(parser)
 
 
 def _add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "predict",
         "predicting",
@@ -309,11 +217,11 @@ def _add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--rate", metavar="HZ", type=float, help="of recordings without stamps")
     parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
     parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_export(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "export",
         "exporting",
@@ -326,11 +234,11 @@ def _add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
     )
     parser.add_argument("--format", choices=("csv", "audacity", "archive"), default="csv")
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "plan",
         "planning",
@@ -345,12 +253,12 @@ def _add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
         "--recogniser", metavar="FILE", type=Path, help="with this one's settings, from train"
     )
     parser.set_defaults(merge=None)
-    _add_changes(parser)
-    _json_flag(parser)
+    add_changes(parser)
+    json_flag(parser)
 
 
 def _add_actions(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "actions",
         "explaining",
@@ -359,11 +267,11 @@ def _add_actions(commands: Commands[argparse.ArgumentParser]) -> None:
         "for; with a picture of its beginning and its end.",
     )
     parser.add_argument("actions", metavar="ACTION", nargs="*", help="only these (all)")
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "figures",
         "drawing",
@@ -373,11 +281,11 @@ def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder to write into")
     parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg")
-    _json_flag(parser)
+    json_flag(parser)
 
 
 def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "measure",
         "measuring",
@@ -397,7 +305,7 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "realism",
         "comparing",
@@ -418,7 +326,7 @@ def _add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
 
 
 def _add_doctor(commands: Commands[argparse.ArgumentParser]) -> None:
-    parser = _command(
+    parser = command(
         commands,
         "doctor",
         "examining",
@@ -426,4 +334,4 @@ def _add_doctor(commands: Commands[argparse.ArgumentParser]) -> None:
         "Versions, Qt and its fonts, video codecs (each is tried), cameras and serial ports,\n"
         "with the cure beside whatever is not as it should be.",
     )
-    _json_flag(parser)
+    json_flag(parser)

@@ -76,7 +76,8 @@ def importing(
     Nothing is written before every file has been read and validated. To stop iterating until then
     cancels the import; the writing itself is one step, which succeeds as a whole or changes
     nothing. An archive that is imported by itself into a new project is unpacked with everything
-    in it; into a project that is there, archives bring recordings and the coders' labels.
+    in it; into a project that is there, archives bring recordings, where these
+    came from, and the coders' labels.
 
     Parameters
     ----------
@@ -208,8 +209,10 @@ def _write(
         Incoming(
             recording.demonstration,
             recording.tracks,
-            file.name,
+            recording.source or file.name,
+            labels_from=file.name,
             keep=_unsaid(recording.demonstration, options),
+            truth=recording.truth,
         )
         for file, recordings in read_files.items()
         for recording in recordings

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Track
@@ -57,8 +59,14 @@ class Recording:
         One per author; empty where the file holds no labels.
     remarks : tuple of str
         One sentence for each thing that was dropped, repaired or is worth a look.
+    source : str
+        Where the demonstration came from before it was in the file; empty where nobody knows.
+    truth : mapping, optional
+        What a simulation knows of it.
     """
 
     demonstration: Demonstration
     tracks: tuple[Track, ...] = ()
     remarks: tuple[str, ...] = ()
+    source: str = ""
+    truth: Mapping[str, Any] | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,11 +12,12 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import Segments
 from forcelab.measure.realism import PUBLISHED, Comparison, realism, recognition
+from forcelab.measure.statistics import figures
 from forcelab.project import Project
 from forcelab.recognition.corpus import corpus
 from forcelab.recognition.examples import Labelled
 from forcelab.simulation.coders import CODERS
-from forcelab.simulation.origin import Origin
+from forcelab.simulation.origin import Origin, origins
 from forcelab.simulation.production import Order, producing
 from forcelab.simulation.scene import TASKS, Task
 
@@ -24,6 +25,8 @@ __all__ = ["Beside", "comparing", "simulated_beside"]
 
 #: Real recordings start and end this long before and after what is labelled, s.
 LEAD = 0.08
+#: Leaving one demonstration out leaves something to learn from.
+FEWEST = 2
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,13 @@ def comparing(
     Parameters
     ----------
     path : Path
-        A project with labelled demonstrations of at least one task that can be simulated.
+        A project with two labelled demonstrations or more of each task that is labelled and can
+        be simulated; there is at least one such task.
     author : str, optional
         Whose labels; may be left out where there is one coder.
     count, seed : int
-        How many demonstrations of each task are simulated, and from what. The first of the
-        simulated coders labels them.
+        How many demonstrations of each task are simulated, at least 2, and from what. The first
+        of the simulated coders labels them.
     jobs : int
         Processes that share the work.
 
@@ -73,35 +77,58 @@ def comparing(
     Raises
     ------
     InputError
-        If no task of the project can be simulated, or recordings cannot be compared.
+        If the count or the seed is out of its range, too little of the project is labelled, or
+        its recordings cannot be compared; before anything is simulated.
     """
+    if count < FEWEST:
+        raise InputError(
+            f"A comparison needs {FEWEST} simulated demonstrations or more, not {count}: each is "
+            f"recognised from the others."
+        )
+    # Whatever can be refused is refused before the first is simulated, which takes its time.
+    wanted = {task: origins(task, count, seed) for task in TASKS}
+    recorded = _recorded(path, author)
     result = []
-    with Project.open(path) as project:
-        tasks = [task for task in TASKS if task in project.tasks()]
-        if not tasks:
-            raise InputError(
-                f"'{path}' has none of the tasks that can be simulated ({', '.join(TASKS)}); "
-                f"import recordings with --task and one of these names."
-            )
-        for task in tasks:
-            real = corpus(project, (task,), author).labelled
-            simulated = yield from simulated_beside(task, count, seed, jobs)
-            rows = realism(simulated, real, PUBLISHED)
-            rows += yield from recognition(simulated, real, PUBLISHED, jobs=jobs)
-            result.append(Beside(task, len(simulated), len(real), rows))
+    for task, real in recorded.items():
+        simulated = yield from simulated_beside(wanted[task], jobs)
+        rows = realism(simulated, real, PUBLISHED)
+        rows += yield from recognition(simulated, real, PUBLISHED, jobs=jobs)
+        result.append(Beside(task, len(simulated), len(real), rows))
     return tuple(result)
 
 
+def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
+    """The labelled demonstrations of a project, by task; each can be compared."""
+    result: dict[Task, list[Labelled]] = {}
+    with Project.open(path) as project:
+        tasks = [task for task in TASKS if any(i.authors for i in project.demonstrations(task))]
+        if not tasks:
+            raise InputError(
+                f"'{path}' has no labelled demonstration of a task that can be simulated "
+                f"({', '.join(TASKS)}); import some as a task of one of these names."
+            )
+        for task in tasks:
+            real = [one for one in corpus(project, (task,), author).labelled if one.segments]
+            if len(real) < FEWEST:
+                raise InputError(
+                    f"'{path}' has too few labelled demonstrations of the task '{task}', "
+                    f"{len(real)}; a comparison needs {FEWEST} or more."
+                )
+            figures(real, ())  # refuses what has no 3-axis force sensor
+            result[task] = real
+    return result
+
+
 def simulated_beside(
-    task: Task, count: int, seed: int, jobs: int
+    wanted: Sequence[Origin], jobs: int = 1
 ) -> Generator[Progress, None, list[Labelled]]:
-    """Simulate demonstrations of a task as the paper's were recorded: without video and taps.
+    """Simulate demonstrations as the paper's were recorded: without video and taps.
 
     Parameters
     ----------
-    task : str
-    count, seed, jobs : int
-        As of :func:`comparing`.
+    wanted : sequence of Origin
+    jobs : int
+        Processes that share the work.
 
     Yields
     ------
@@ -113,10 +140,7 @@ def simulated_beside(
         By the first of the simulated coders.
     """
     coder = CODERS[0].name
-    orders = [
-        Order(Origin(task, seed, number), coders=(coder,), video=False)
-        for number in range(1, count + 1)
-    ]
+    orders = [Order(origin, coders=(coder,), video=False) for origin in wanted]
     with tempfile.TemporaryDirectory() as scratch:
         made = yield from producing(orders, Path(scratch), jobs)
     return [

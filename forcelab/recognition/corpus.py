@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from forcelab.demonstration import Demonstration
-from forcelab.errors import InputError
+from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.merging import MergeMap
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.evaluation import kept_apart
@@ -22,8 +22,10 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
 
     Raises
     ------
+    UnclearAuthorError
+        If several coders labelled and none was chosen.
     InputError
-        If nobody labelled anything, several did and none was chosen, or the chosen one did not.
+        If nobody labelled anything, or the chosen one did not.
     """
     people = {person.name for person in project.authors() if person.kind == "coder"}
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
@@ -35,7 +37,7 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
     if not coders:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
     if len(coders) > 1:
-        raise InputError(f"There are labels of {', '.join(coders)}; say whose to use.")
+        raise UnclearAuthorError(f"There are labels of {', '.join(coders)}; say whose to use.")
     return coders[0]
 
 
@@ -81,8 +83,10 @@ def corpus(
 
     Raises
     ------
+    UnclearAuthorError
+        If several coders labelled and none was chosen.
     InputError
-        If a task has no demonstration, an array is damaged, or the coder is not clear.
+        If a task has no demonstration, an array is damaged, or nothing is labelled.
     """
     with project.snapshot():
         infos = [info for task in tasks for info in _of_task(project, task)]

@@ -6,7 +6,7 @@ from collections.abc import Collection, Generator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from forcelab.errors import InputError
+from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
@@ -111,6 +111,8 @@ def evaluate_tasks(
 
     Raises
     ------
+    UnclearAuthorError
+        If several coders labelled, none was chosen, and no task can be evaluated without.
     InputError
         If what was chosen cannot be evaluated, or no task can.
     """
@@ -125,6 +127,7 @@ def evaluate_tasks(
         raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
     evaluations: list[tuple[tuple[str, ...], Evaluation]] = []
     refusals: list[str] = []
+    unclear: UnclearAuthorError | None = None
     spelt: set[str] = set()
     for tasks in groups:
         try:
@@ -135,6 +138,8 @@ def evaluate_tasks(
         except InputError as error:
             if len(groups) == 1:
                 raise
+            if isinstance(error, UnclearAuthorError):
+                unclear = unclear or error
             refusals.append(f"Task '{tasks[0]}' was left out: {error}")
             continue
         evaluations.append((tasks, evaluation))
@@ -150,6 +155,8 @@ def evaluate_tasks(
             result=evaluation.to_json() | {"tracks": evaluation.tracks_to_json()},
         )
     if not evaluations:
+        if unclear is not None:  # said once, not for every task
+            raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
     remarks = (*refusals, *_idle(settings, spelt), *_unkept(project))
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)

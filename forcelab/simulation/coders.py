@@ -18,12 +18,9 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, Track, is_model
 from forcelab.simulation.motion import Performance
 
-__all__ = ["CODERS", "TRUTH", "Coder", "Coding", "Confusion", "Mistake", "code", "truth"]
+__all__ = ["CODERS", "Coder", "Coding", "Confusion", "Mistake", "code"]
 
 Array = NDArray[np.float64]
-
-#: The author of what really happened.
-TRUTH = "truth"
 
 #: Seconds before and after an edge within which a coder looks for what changes.
 LOOK = 0.1
@@ -104,7 +101,7 @@ class Coder:
     Raises
     ------
     InputError
-        If the name is that of the truth or a model, or a number is out of its range.
+        If the name is empty or that of a model, or a number is out of its range.
     """
 
     name: str
@@ -120,7 +117,7 @@ class Coder:
     confusions: tuple[Confusion, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.name.strip() or self.name == TRUTH or is_model(self.name):
+        if not self.name.strip() or is_model(self.name):
             raise InputError(f"'{self.name}' is no coder; give the simulated coder another name.")
         if not np.isfinite([self.lag, *self.starts.values()]).all():
             raise InputError(f"The lag of '{self.name}', and at each start, must be finite.")
@@ -206,11 +203,6 @@ CODERS = (
         ),
     ),
 )
-
-
-def truth(performance: Performance) -> Track:
-    """What really happened, as a track of the author :data:`TRUTH`."""
-    return Track(TRUTH, performance.actions)
 
 
 def code(performance: Performance, coder: Coder, rng: np.random.Generator) -> Coding:

@@ -106,7 +106,7 @@ class Origin:
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
 
 
-def origins(task: Task, count: int, seed: int, rate: float) -> tuple[Origin, ...]:
+def origins(task: Task, count: int, seed: int, rate: float = 1000.0) -> tuple[Origin, ...]:
     """The first `count` demonstrations of a task and seed.
 
     Raises

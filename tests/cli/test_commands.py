@@ -299,7 +299,8 @@ def test_every_command_of_the_parser_can_be_run():
         "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
         "import": ["p", "f"], "list": ["p"], "evaluate": ["p"], "train": ["p", "--out", "o"],
         "predict": ["r", "f"], "export": ["p", "--out", "o"],
-        "plan": ["p", "d"], "figures": ["d"], "doctor": [],
+        "plan": ["p", "d"], "actions": [], "figures": ["d"], "measure": ["contact"],
+        "realism": ["p"], "doctor": [],
     }  # fmt: skip
     assert list(given) == COMMANDS
     for command, words in given.items():

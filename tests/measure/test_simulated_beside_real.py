@@ -10,6 +10,7 @@ from forcelab.jobs import finish
 from forcelab.measure.beside import simulated_beside
 from forcelab.measure.realism import PUBLISHED, realism
 from forcelab.recognition.examples import Labelled
+from forcelab.simulation.origin import origins
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 #: What is further apart than a factor of two; the README tells why.
@@ -32,6 +33,6 @@ def test_every_figure_is_within_a_factor_of_two_or_has_its_reason(task, file):
         Labelled(one.demonstration, one.tracks[0].segments)
         for one in read(TONGS / file, ReadOptions(task=task))
     ]
-    rows = realism(finish(simulated_beside(task, count=10, seed=1, jobs=1)), real, PUBLISHED)
+    rows = realism(finish(simulated_beside(origins(task, 10, seed=1))), real, PUBLISHED)
     assert len(rows) >= 80
     assert {row.name for row in rows if not row.alike} <= APART[task]

@@ -20,7 +20,6 @@ from forcelab.simulation.coders import (
     Confusion,
     Mistake,
     code,
-    truth,
 )
 from forcelab.simulation.motion import Motion, Performance
 from forcelab.simulation.parts import Body, Jaws
@@ -168,11 +167,6 @@ def test_a_careful_coder_repeats_the_truth(actions):
         for number, action in enumerate(actions)
     )
     assert code_row(distinct, Coder("Ada")) == Coding(Track("Ada", distinct), ())
-
-
-def test_the_truth_is_a_track_of_its_own():
-    actions = row(("still", 1.0), ("grab", 0.5))
-    assert truth(performance(actions)) == Track("truth", actions)
 
 
 def test_nothing_done_is_nothing_coded():
@@ -420,7 +414,6 @@ def test_the_two_coders_differ_and_neither_is_the_truth():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: Coder("truth"), "'truth' is no coder"),
         (lambda: Coder("model paper"), "'model paper' is no coder"),
         (lambda: Coder(" "), "is no coder"),
         (lambda: Coder("Ada", ramp=-0.1), "ramp of 'Ada' must be finite and not negative"),

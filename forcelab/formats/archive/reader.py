@@ -27,8 +27,8 @@ from forcelab.vocabulary import Vocabulary
 __all__ = ["read", "read_archive", "sniff"]
 
 _STAYED = (
-    "The edits, vocabularies, models' predictions, truths, recognisers and runs stayed in the "
-    "archive; importing it by itself into a new project brings everything."
+    "The edits, vocabularies, models' predictions, recognisers and runs stayed in the archive; "
+    "importing it by itself into a new project brings everything."
 )
 
 
@@ -119,9 +119,11 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     recordings: list[Recording] = []
     with open_members(path) as members:
         for id_ in members.ids():
-            demonstration, _ = _demonstration(members, id_, options.unpack, options.task or "")
+            demonstration, source = _demonstration(members, id_, options.unpack, options.task or "")
             tracks = tuple(track for track, kind in _tracks(members, id_) if kind == "coder")
-            recordings.append(Recording(demonstration, tracks, () if recordings else (_STAYED,)))
+            remarks = () if recordings else (_STAYED,)
+            truth = _truth(members, id_)
+            recordings.append(Recording(demonstration, tracks, remarks, source, truth))
     return recordings
 
 

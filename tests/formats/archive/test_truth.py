@@ -11,9 +11,13 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.archive import read_archive, write_archive
+from forcelab.formats.importing import import_files
+from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
 
 TRUTH = {"taps": [0.1, 1 / 3], "video": {"offset": -0.25, "frames": [0.0, 1 / 30]}}
+
+SOURCE = "simulated: task LEGO, seed 1, number 1, 1000 Hz"
 
 
 @pytest.fixture
@@ -25,7 +29,8 @@ def archive(tmp_path):
         for name, rate in (("one", 100), ("other", 200))
     )
     with Project.create(tmp_path / "study.forcelab") as project:
-        project.add_all([Incoming(one, truth=TRUTH), Incoming(other)])
+        track = Track("Ines", (Segment(0.0, 0.05, "grab"),))
+        project.add_all([Incoming(one, (track,), SOURCE, truth=TRUTH), Incoming(other)])
         write_archive(project, tmp_path / "study.zip")
     return tmp_path / "study.zip"
 
@@ -36,6 +41,22 @@ def test_an_archive_brings_the_truth_back(archive, tmp_path):
         assert copy.truth(copy.load("other").id) is None
         write_archive(copy, tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
+
+
+def test_truth_and_source_come_along_into_a_project_that_is_there(archive, tmp_path):
+    Project.create(tmp_path / "lab.forcelab").close()
+    for status in ("new", "unchanged"):
+        report = import_files(tmp_path / "lab.forcelab", [archive])
+        assert report.count(status) == 2
+    with Project.open(tmp_path / "lab.forcelab") as project:
+        sources = {info.name: info.source for info in project.demonstrations()}
+        assert sources == {"one": SOURCE, "other": "study.zip"}
+        id_ = project.load("one").id
+        assert project.truth(id_) == TRUTH
+        assert project.truth(project.load("other").id) is None
+        # The labels are the archive's; a simulation's source says nothing about them.
+        (edit,) = project.history(id_, "Ines")
+        assert "imported from study.zip" in edit.what
 
 
 @pytest.mark.parametrize("content", [b"[0.1]", b"{"])

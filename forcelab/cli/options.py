@@ -1,0 +1,117 @@
+"""What several commands have in common: their manual, ``--json``, and the settings."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+__all__ = [
+    "PROJECT",
+    "Commands",
+    "Formatter",
+    "add_changes",
+    "add_settings",
+    "command",
+    "json_flag",
+]
+
+Commands = argparse._SubParsersAction
+
+PROJECT = "project folder NAME.forcelab"
+
+
+class Formatter(argparse.RawDescriptionHelpFormatter):
+    """Texts keep their lines; options stand in a column wide enough for their values."""
+
+    def __init__(self, prog: str) -> None:
+        super().__init__(prog, max_help_position=30, width=100)
+
+
+def command(
+    commands: Commands[argparse.ArgumentParser],
+    name: str,
+    module: str,
+    summary: str,
+    details: str = "",
+) -> argparse.ArgumentParser:
+    """A command with its summary and details."""
+    description = f"{summary[0].upper()}{summary[1:]}.\n\n{details}".strip()
+    parser = commands.add_parser(
+        name, help=summary, description=description, formatter_class=Formatter
+    )
+    parser.set_defaults(module=module)
+    return parser
+
+
+def json_flag(parser: argparse.ArgumentParser) -> None:
+    """The option of commands that print their result."""
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+
+
+def add_settings(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's settings, for training and evaluating alike."""
+    which = parser.add_argument_group("which demonstrations")
+    which.add_argument(
+        "--task",
+        action="append",
+        metavar="T",
+        help="task to use; given several times, the tasks are joined",
+    )
+    which.add_argument("--author", help="whose labels, where there are several coders")
+    which.add_argument(
+        "--apart",
+        action="store_true",
+        help="joined tasks keep their actions apart: grab becomes grab_TASK",
+    )
+    which.add_argument(
+        "--merge",
+        metavar="MAP.json",
+        type=Path,
+        help='spellings to take as one action, such as {"grap_pen": "grab"}; stored labels stay',
+    )
+    add_changes(parser)
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Options that change a preset's features, classifier and filters."""
+    how = parser.add_argument_group(
+        "settings", "Where not given, the preset's; in brackets that of preset paper."
+    )
+    how.add_argument("--preset", default="paper", help="paper: the published method (default)")
+    how.add_argument(
+        "--classifier",
+        metavar="NAME",
+        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours (mlp)",
+    )
+    how.add_argument(
+        "--channels",
+        metavar="A,B,...",
+        help="recognition channels, such as 'tangential 1,normal 1' (all)",
+    )
+    how.add_argument(
+        "--rate", metavar="HZ", type=float, help="rate of the features' grid (the recordings')"
+    )
+    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar (morlet)")
+    how.add_argument(
+        "--parameter", metavar="P", type=float, help="p of a Morlet (5), order of a dog (2)"
+    )
+    how.add_argument(
+        "--min-scale",
+        metavar="SAMPLES",
+        type=float,
+        help="smallest scale, in samples of the grid (2)",
+    )
+    how.add_argument("--max-scale", metavar="SAMPLES", type=float, help="largest scale (1024)")
+    how.add_argument("--spacing", metavar="OCTAVES", type=float, help="between scales (1)")
+    how.add_argument("--no-phase", action="store_true", help="log magnitudes only")
+    how.add_argument("--stride", metavar="N", type=int, help="train on every N-th sample (1)")
+    how.add_argument(
+        "--threshold", metavar="P", help="less probable than this: unlabelled; or off (0.8)"
+    )
+    how.add_argument("--median", metavar="SAMPLES", help="width of the running median; or off (10)")
+    how.add_argument(
+        "--drop",
+        metavar="SHARE",
+        help="unlabel segments shorter than this share of the shortest trained one; or off (0.125)",
+    )
+    how.add_argument("--seed", metavar="S", type=int, help="of everything random (0)")
