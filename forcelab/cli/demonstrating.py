@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"\n"
         f"Next:\n"
         f"  forcelab list {place}\n"
-        f"  forcelab evaluate {place} --task foam --author {CODER} --stride 10 "
+        f"  forcelab evaluate {place} --task stylus --author {CODER} --stride 10 "
         f"--figure pairs.svg"
     )
 
