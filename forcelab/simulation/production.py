@@ -33,7 +33,7 @@ NOISE, CAMERA, CODER = range(1, 4)
 #: six take hardly longer than one.
 BATCH = 6
 #: Demonstrations whose motion is held in memory at a time.
-HELD = 60
+HELD = 24
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from forcelab.simulation.tasks.course import (
     last,
 )
 
-__all__ = ["HAND", "carry_and_fumble", "grab", "let_go", "press_in", "pull_out"]
+__all__ = ["HAND", "in_and_out"]
 
 #: Numbers of the recipe that such a choreography asks for.
 HAND = (
@@ -38,6 +38,29 @@ HAND = (
 HOVER = 0.003
 
 
+def in_and_out(hand: Choreography, fumbling: str, regrasping: float) -> None:
+    """Put the body in, let it go, grasp it again and pull it out.
+
+    Parameters
+    ----------
+    hand : Choreography
+    fumbling : str
+        What it is called to feel for the socket.
+    regrasping : float
+        Share of demonstrations in which grasping again is an action of its own. Otherwise it is
+        so short that coders see it as part of the pull.
+    """
+    hand.start["body x"] = hand.between(-1.0, 1.0) * hand.hand["off_centre"]
+    hand.phase("still", hand.lasts("still"))
+    _grab(hand, "grab")
+    _carry_and_fumble(hand, fumbling)
+    _press_in(hand)
+    _let_go(hand, "still_between")
+    _grab(hand, "grab" if hand.chance(regrasping) else "pull")
+    _pull_out(hand)
+    _let_go(hand, "still_after")
+
+
 def _parts(hand: Choreography) -> tuple[Arm, Socket]:
     """Arm and socket, which these scenes have."""
     assert hand.scene.arm is not None
@@ -45,13 +68,13 @@ def _parts(hand: Choreography) -> tuple[Arm, Socket]:
     return hand.scene.arm, hand.scene.socket
 
 
-def thrust(hand: Choreography) -> float:
+def _thrust(hand: Choreography) -> float:
     """Force that takes the body into its socket or out of it, N."""
     _, socket = _parts(hand)
     return socket.friction * socket.rubbing.static + socket.snap
 
 
-def grab(hand: Choreography, action: str = "grab") -> None:
+def _grab(hand: Choreography, action: str) -> None:
     """Close the jaws fast, and squeeze."""
     close, lag = hand.lasts("close"), hand.between(-0.015, 0.03)
     force = hand.hand["grip"] * hand.between(0.85, 1.15)
@@ -63,7 +86,7 @@ def grab(hand: Choreography, action: str = "grab") -> None:
     hand.phase(action, hand.lasts("grab"), first(*CONTACT_MADE))
 
 
-def carry_and_fumble(hand: Choreography, action: str) -> None:
+def _carry_and_fumble(hand: Choreography, action: str) -> None:
     """Carry the body to its socket, and feel with it where it goes in."""
     arm, socket = _parts(hand)
     held, fumbled = hand.lasts("hold"), hand.lasts("fumble")
@@ -91,11 +114,11 @@ def carry_and_fumble(hand: Choreography, action: str) -> None:
     hand.phase(action, fumbled, first("body set down", near=0.5))
 
 
-def press_in(hand: Choreography) -> None:
+def _press_in(hand: Choreography) -> None:
     """Press until it clicks, with a firmer grip."""
     arm, socket = _parts(hand)
     lasts = hand.lasts("press")
-    force = thrust(hand) * hand.between(1.35, 1.9)
+    force = _thrust(hand) * hand.between(1.35, 1.9)
     _firm(hand, force)
     hand.wiggle("tongs y", hand.t - 0.05, hand.t + 0.6 * lasts, 1.2 * socket.tolerance, 4.0)
     hand.move(
@@ -105,11 +128,11 @@ def press_in(hand: Choreography) -> None:
     hand.move("tongs z", -socket.depth, hand.t - 0.05, 0.3)
 
 
-def pull_out(hand: Choreography) -> None:
+def _pull_out(hand: Choreography) -> None:
     """Pull until it comes out, and carry it back."""
     arm, _ = _parts(hand)
     lasts, held = hand.lasts("pull"), hand.lasts("hold_after")
-    force = thrust(hand) * hand.between(1.3, 1.8)
+    force = _thrust(hand) * hand.between(1.3, 1.8)
     _firm(hand, force, early=0.0)
     up = force / arm.stiffness + 0.004
     hand.move("tongs z", up, hand.t, 0.85 * lasts)
@@ -120,7 +143,7 @@ def pull_out(hand: Choreography) -> None:
     hand.phase("hold", held, last("out of the socket", near=0.8))
 
 
-def let_go(hand: Choreography, still: str) -> None:
+def _let_go(hand: Choreography, still: str) -> None:
     """Open the jaws, and rest."""
     hand.open(hand.t, hand.lasts("open"), lag=hand.between(-0.03, 0.03))
     hand.phase("release", hand.lasts("release"))
