@@ -301,7 +301,9 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--figure", metavar="FILE", type=Path, help="draw error against time (.svg, .pdf or .png)"
     )
-    parser.add_argument("--quick", action="store_true", help="less of it, in three repetitions")
+    parser.add_argument(
+        "--quick", action="store_true", help="less of it: some minutes instead of half an hour"
+    )
 
 
 def _add_realism(commands: Commands[argparse.ArgumentParser]) -> None:

@@ -74,7 +74,7 @@ class _Reference:
 
 
 def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
-    """Measure all solvers on all cases: four lanes, five times; that takes a quarter of an hour.
+    """Measure all solvers on all cases: four lanes, five times; that takes half an hour.
 
     With `quick` one lane, three times, without the finest setting of each solver: some minutes.
     """
