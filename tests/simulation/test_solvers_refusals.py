@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from simulation.mechanisms import Ball, Oscillator, Thrown
+from simulation.mechanisms import Ball, Mechanism, Oscillator, Thrown
 
 from forcelab.errors import InputError
 from forcelab.simulation.solvers import Explicit, Lsoda, Radau, SemiImplicit, integrate
@@ -175,3 +175,29 @@ def test_loose_tolerances_give_numbers_or_refusals_on_a_stiff_drop(tolerance):
             assert SENTENCE.fullmatch(str(error))
         else:
             assert np.isfinite(found.states).all()
+
+
+class Stiffening(Mechanism):
+    """An oscillator of 1 kg that is stiffer for twenty milliseconds, without any event."""
+
+    def __init__(self, k=1e4, stiff=1e4):
+        super().__init__(m=1.0, k=k, stiff=stiff)
+
+    def newton(self):
+        return np.stack([1 / self.k, 1 / np.sqrt(self.k)])
+
+    def subset(self, lanes):
+        return Stiffening(self.k[lanes], self.stiff[lanes])
+
+    def force(self, times, states):
+        return -np.where((times > 0.283) & (times < 0.303), self.stiff, self.k) * states[0]
+
+
+@pytest.mark.parametrize("stiff", [3e9, 6e9, 7e9])
+def test_a_fixed_step_is_refused_where_stiffness_comes_and_goes_without_an_event(stiff):
+    # Between two of the looks that come at their time, which would let a wrong answer pass.
+    times = np.linspace(0.0, 0.4, 401)
+    start = np.array([[1e-3], [0.0]])
+    with pytest.raises(InputError, match=r"cannot be resolved at 0\.28\d* s.*too long"):
+        integrate(Stiffening(stiff=stiff), start, times, SemiImplicit(25e-6))
+    integrate(Stiffening(), start, times, SemiImplicit(25e-6))  # the rest of it is no matter

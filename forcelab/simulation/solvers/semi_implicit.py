@@ -18,6 +18,8 @@ __all__ = ["integrating_semi_implicitly"]
 _RESOLVED = 0.5
 #: Most steps between two looks at how fast a lane can move.
 _PAUSE = 1024
+#: Fewest steps between two looks for which the motion itself gives cause.
+_ALARM = 16
 #: How far a state is moved to look at the stiffness, as a share of its scale: a thousandth of a
 #: newton.
 _NUDGE = 1e-3
@@ -32,8 +34,9 @@ def integrating_semi_implicitly(
     the angular frequency is below 2 (Hairer, Lubich and Wanner, *Geometric Numerical Integration*,
     section I.1.2). Here it must stay below a half, a dozen steps in a period, and the step times a
     rate of decay below 1: the eigenvalues of the rates' derivative are looked at 1, 2, 4 ... steps
-    after the start and after each event, then every 1024 steps. Events are those of the straight
-    line between two steps.
+    after the start and after each event, then every 1024 steps, and within 16 steps where the rates
+    change faster with the motion than that allows. Stiffness that comes and goes in fewer steps,
+    without an event, is not seen. Events are those of the straight line between two steps.
     """
     course = Course(start, times)
     gap = float(times[-1] - times[0]) / (len(times) - 1)
@@ -68,6 +71,10 @@ class _March:
         self.due: NDArray[np.intp] = np.zeros(system.lanes, np.intp)
         self.pause: NDArray[np.intp] = np.ones(system.lanes, np.intp)
         self.next_due = 0
+        #: Weights that make states of different units alike, and where and how fast it was before.
+        self.weights = 1.0 / system.scales
+        self.before: tuple[Array, Array] | None = None
+        self.looked: NDArray[np.intp] = np.zeros(system.lanes, np.intp)
 
     def step(self, time: float) -> None:
         """One step of all lanes from `time`, with whatever happens in it."""
@@ -76,8 +83,10 @@ class _March:
             self._look(time)
         self.count += 1
         with np.errstate(over="ignore", invalid="ignore"):
-            after = self._moved(self.system, times, self.state, self.length)
+            rates = self.system.rates(times, self.state)
+            after = self._moved(self.system, self.state, rates, self.length)
             self.course.evaluations += 1
+            self._heed(rates)
             if len(self.sides):
                 self._watch(times, after)
         self.state = after
@@ -88,9 +97,22 @@ class _March:
         if wrong.any():
             raise unresolved(int(wrong.argmax()), time, "it is not finite", "shorten the step")
 
-    def _moved(self, system: System, times: Array, state: Array, length: float) -> Array:
+    def _heed(self, rates: Array) -> None:
+        """Have a lane looked at whose rates change faster with its motion than the step allows."""
+        if self.before is not None:
+            state, slower = self.before
+            moved = (np.abs(self.state - state) * self.weights).max(axis=0)
+            changed = (np.abs(rates - slower) * self.weights).max(axis=0)
+            alarming = (self.length * changed > _RESOLVED * moved) & (
+                self.count >= self.looked + _ALARM
+            )
+            if alarming.any():
+                self.due[alarming] = self.next_due = self.count
+        self.before = self.state, rates
+
+    def _moved(self, system: System, state: Array, rates: Array, length: float) -> Array:
         """The state one step later."""
-        after = state + length * system.rates(times, state)
+        after = state + length * rates
         after[system.positions] = state[system.positions] + length * after[system.velocities]
         return after
 
@@ -134,7 +156,7 @@ class _March:
             start, column = np.array([time]), state[:, None]
             sides = np.sign(alone.watched(start, column)[:, 0])
             self.sides[:, lane] = np.where(sides != 0, sides, passage.sides)
-            target = self._moved(alone, start, column, end - time)[:, 0]
+            target = self._moved(alone, column, alone.rates(start, column), end - time)[:, 0]
             self.course.evaluations[lane] += 1
         after[:, lane] = target
 
@@ -155,6 +177,7 @@ class _March:
                     f"a step of {self.length:.3g} s is too long",
                     f"shorten it below {_RESOLVED / fastest:.2g} s or let another solver choose it",
                 )
+            self.looked[lane] = self.count
             self.due[lane] = self.count + self.pause[lane]
             self.pause[lane] = min(2 * self.pause[lane], _PAUSE)
         self.next_due = int(self.due.min())
@@ -169,10 +192,11 @@ class _March:
         count = len(state)
         self.course.evaluations[lane] += count + 1
         nudges = _NUDGE * alone.scales[:, 0]
-        rates = alone.rates(np.array([time]), state)
-        nudges = np.where(rates[:, 0] < 0, -nudges, nudges)
-        nudged = alone.rates(np.full(count, time), state + np.diag(nudges))
-        derivative = (nudged - rates) / nudges
+        with np.errstate(over="ignore", invalid="ignore"):
+            rates = alone.rates(np.array([time]), state)
+            nudges = np.where(rates[:, 0] < 0, -nudges, nudges)
+            nudged = alone.rates(np.full(count, time), state + np.diag(nudges))
+            derivative = (nudged - rates) / nudges
         if not np.isfinite(derivative).all():
             raise unresolved(lane, time, "its rates are not finite", "shorten the step")
         modes = np.linalg.eigvals(derivative)
