@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 KNOT_STEP = 5e-3
 
 
-def minimum_jerk(times: Array, start: float, duration: float) -> Array:
+def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
     """How far a reach is after `times`, from 0 to 1: ``10 u^3 - 15 u^4 + 6 u^5``.
 
     References

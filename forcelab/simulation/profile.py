@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from forcelab.simulation.contact import Array
+from forcelab.simulation.hand import minimum_jerk
 
 __all__ = ["Width", "width_at"]
 
@@ -64,4 +65,4 @@ def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
 def _step(along: Array, length: Array) -> tuple[Array, Array]:
     """A smooth step from 0 to 1 over a length, and its slope."""
     u = np.clip(along / length, 0.0, 1.0)
-    return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2 / length
+    return minimum_jerk(along, 0.0, length), 30.0 * (u * (1.0 - u)) ** 2 / length

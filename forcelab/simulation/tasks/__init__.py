@@ -24,8 +24,8 @@ __all__ = ["RATE", "SOLVER", "actions_of", "performing", "scene_of", "vocabulary
 
 #: At which forces and motion are sampled, Hz: above twice what the sensors' filters let through.
 RATE = 4000.0
-#: Chosen from the table of `forcelab measure contact`: the largest tolerance that leaves less than
-#: a millinewton of error, root mean square, in every task.
+#: Chosen from the table of `forcelab measure contact`: the largest of its tolerances that leaves
+#: less than a millinewton of error, root mean square, in every task.
 SOLVER: Solver = Rosenbrock(tolerance=3e-4)
 
 

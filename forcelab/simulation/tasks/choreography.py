@@ -50,6 +50,11 @@ class Choreography:
     hold : float
         The grip that the hand wants at present, N.
     phases : list of Phase
+        One after the other without gaps.
+    start : dict of str to float
+        Where each coordinate is at first, m or rad.
+    taps : tuple of float
+        When the left sensor is tapped, s.
     """
 
     def __init__(
@@ -152,7 +157,6 @@ class Choreography:
             values[name] += size * fade * fade * (3.0 - 2.0 * fade) * swing
         for name in self.layout.driven:
             steady = "wander" if name.endswith("jaw") else "sway"
-            # The wrist turns by ten degrees where an arm moves by a finger's width.
             size = WRIST if name == "wrist angle" else 1.0
             values[name] += size * self.hand["tremor"] * tremor(times, self.rng)
             values[name] += size * self.hand[steady] * wander(times, self.rng, 1.0)
