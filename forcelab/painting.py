@@ -12,8 +12,9 @@ segment.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from operator import attrgetter
 from typing import Literal
 
@@ -250,12 +251,9 @@ def splice(before: Segments, after: Segments) -> tuple[int, Segments, Segments]:
         What lies there after. Swapped with `removed`, it undoes the edit.
     """
     shorter = min(len(before), len(after))
-    head = 0
-    while head < shorter and _same(before[head], after[head]):
-        head += 1
-    tail = 0
-    while tail < shorter - head and _same(before[-1 - tail], after[-1 - tail]):
-        tail += 1
+    head = _agreeing(zip(before, after, strict=False), shorter)
+    backwards = zip(reversed(before), reversed(after), strict=False)
+    tail = _agreeing(islice(backwards, shorter - head), shorter - head)
     return head, before[head : len(before) - tail], after[head : len(after) - tail]
 
 
@@ -280,9 +278,11 @@ def spliced(segments: Segments, position: int, removed: Segments, inserted: Segm
     return result
 
 
-def _same(one: Segment, other: Segment) -> bool:
-    """Whether two segments are equal; most segments of an edited track are the very same object."""
-    return one is other or one == other
+def _agreeing(pairs: Iterable[tuple[Segment, Segment]], count: int) -> int:
+    """How many pairs are equal before the first that is not, out of `count`."""
+    # Most segments of an edited track are the very same object.
+    different = (i for i, (one, other) in enumerate(pairs) if one is not other and one != other)
+    return next(different, count)
 
 
 def _check_stretch(start: float, end: float) -> None:

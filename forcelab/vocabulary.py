@@ -200,6 +200,20 @@ class Vocabulary:
             action = replace(action, texture=texture)
         return self._replaced(action)
 
+    def renamed(self, name: str, new: str) -> Vocabulary:
+        """Give an action another name; its look, its key and its place stay.
+
+        Labels with the old name are not changed: to look as before they need an action of it.
+
+        Raises
+        ------
+        InputError
+            If the action is not known, or the new name is blank or another action's.
+        """
+        old = self._known(name)
+        action = replace(old, name=new)
+        return Vocabulary(tuple(action if other is old else other for other in self.actions))
+
     def removed(self, name: str) -> Vocabulary:
         """Take an action out; the others keep their looks and keys.
 

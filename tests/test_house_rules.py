@@ -20,7 +20,7 @@ HOMES = {
     "PySide6": {"gui"},
     "pyqtgraph": {"gui"},
     "serial": {"capture"},
-    "cv2": {"video.py", "capture/camera.py", "simulation/rendering"},
+    "cv2": {"video", "capture/camera.py", "simulation/rendering"},
     "sklearn": {"recognition"},
     "skops": {"recognition"},
 }

@@ -86,6 +86,14 @@ def test_a_new_colour_changes_that_action_only_and_never_copies_a_look():
     assert alike.recoloured("hold", SMALL["grab"].colour) == alike
 
 
+def test_a_new_name_changes_that_action_only_and_keeps_its_place():
+    changed = SMALL.renamed("hold", "keep")
+    assert changed.names == ("grab", "keep", "pull")
+    assert changed["keep"] == Action("keep", SMALL["hold"].colour, "2")
+    assert (changed["grab"], changed["pull"]) == (SMALL["grab"], SMALL["pull"])
+    assert SMALL.renamed("hold", "hold") == SMALL
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
@@ -98,6 +106,9 @@ def test_a_new_colour_changes_that_action_only_and_never_copies_a_look():
         (lambda: SMALL.recoloured("hold", "red"), "must look like #e69f00, not 'red'"),
         (lambda: SMALL.recoloured("hold", "#123456\n"), "must look like"),
         (lambda: SMALL.recoloured("slip", "#ffffff"), "no action 'slip'"),
+        (lambda: SMALL.renamed("slip", "x"), "no action 'slip'"),
+        (lambda: SMALL.renamed("hold", "grab"), "two actions called 'grab'"),
+        (lambda: SMALL.renamed("hold", " "), "needs a name"),
         (lambda: SMALL.removed("slip"), "no action 'slip'"),
         (lambda: Vocabulary().removed("slip"), "the vocabulary has no actions"),
         (lambda: SMALL.with_actions(" "), "needs a name"),

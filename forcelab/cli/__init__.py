@@ -22,7 +22,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        Arguments after the program's name; the process's own by default.
+        Arguments after the program's name; the process's own by default. None at all, or a
+        project's folder first, mean the window.
 
     Returns
     -------
@@ -31,7 +32,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         line itself is wrong, 130 after Ctrl+C, 128 and the signal's number after another one.
     """
     try:
-        arguments = build_parser().parse_args(argv)
+        arguments = build_parser().parse_args(
+            _for_the_window(sys.argv[1:] if argv is None else argv)
+        )
     except SystemExit as stop:  # argparse has printed its sentence, or the help
         return stop.code if isinstance(stop.code, int) else 2
     try:
@@ -55,6 +58,15 @@ def main(argv: Sequence[str] | None = None) -> int:
         _drop_output()
         return 1
     return int(status or 0)
+
+
+def _for_the_window(argv: Sequence[str]) -> list[str]:
+    """The arguments, with the command left out where somebody names a project or nothing."""
+    if not argv:
+        return ["gui"]
+    first = argv[0]
+    names_a_folder = first.endswith(".forcelab") or "/" in first or os.sep in first
+    return ["gui", *argv] if names_a_folder and not first.startswith("-") else list(argv)
 
 
 def _sentence(error: ForcelabError) -> str:

@@ -118,7 +118,7 @@ def _qt() -> Iterator[Finding]:
 
 def _codecs() -> Iterator[Finding]:
     """Which codecs give back the frames that were put in; mp4v is needed, the others are not."""
-    from forcelab.video import CODECS, try_codec
+    from forcelab.video.codecs import CODECS, try_codec
 
     for codec in CODECS:
         works = try_codec(codec)

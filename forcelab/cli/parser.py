@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 
 from forcelab import __version__
@@ -24,6 +25,7 @@ in; coders give each stretch of it an action; a recogniser learns the actions fr
 wavelet features; human and predicted timelines come out as pairs.
 
 A first session:
+  forcelab                                   (opens the window; the first time with samples)
   forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
   forcelab import   lab.forcelab recordings/*.csv --task stylus
   forcelab list     lab.forcelab
@@ -45,21 +47,59 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"forcelab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    _add_gui(commands)
     _add_demo(commands)
     _add_simulate(commands)
     _add_import(commands)
     _add_list(commands)
+    _add_assign(commands)
     _add_evaluate(commands)
     _add_train(commands)
     _add_predict(commands)
     _add_export(commands)
     _add_plan(commands)
+    _add_sync(commands)
     _add_actions(commands)
     _add_figures(commands)
     _add_measure(commands)
     _add_realism(commands)
     _add_doctor(commands)
     return parser
+
+
+def _add_gui(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = command(
+        commands,
+        "gui",
+        "showing",
+        "open the window, or draw a picture of it",
+        "The same as 'forcelab PROJECT'. Without a project it opens the last one; the first time,\n"
+        "it makes the sample project. With --screenshot it needs no display, draws the window\n"
+        "when everything in it is there, and ends.",
+    )
+    parser.add_argument(
+        "project", metavar="PROJECT", type=Path, nargs="?", help="folder of a project"
+    )
+    parser.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
+    parser.add_argument(
+        "--workspace", choices=("label", "review", "capture", "tradeoff"), default="label"
+    )
+    parser.add_argument("--at", metavar="SECONDS", type=float, help="where the cursor is")
+    parser.add_argument("--span", metavar="SECONDS", type=float, help="how much time is visible")
+    parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
+    parser.add_argument("--theme", choices=("light", "dark", "system"))
+    parser.add_argument("--author", metavar="NAME", help="the coder (the one of last time)")
+    parser.add_argument(
+        "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
+    )
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Width and height in pixels."""
+    match = re.fullmatch(r"(\d{3,5})[xX](\d{3,5})", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"'{text}' is no size such as 1280x800")
+    return int(match[1]), int(match[2])
 
 
 def _add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -159,6 +199,30 @@ def _add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     json_flag(parser)
 
 
+def _add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = command(
+        commands,
+        "assign",
+        "assigning",
+        "say who is to label what, blind to the others' labels or not",
+        "A coder who is assigned a demonstration blind sees neither the tracks of the others nor\n"
+        "predictions in the window until it is done. Without DEMO: what is assigned as it is.\n"
+        "Every assignment, and when it was done or opened again, is kept for ever.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
+    )
+    parser.add_argument("--author", metavar="NAME", help="the coder; without DEMO: only this one's")
+    parser.add_argument("--task", metavar="T", help="all demonstrations of this task")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--open", action="store_true", help="assign openly, not blind")
+    what.add_argument("--done", action="store_true", help="mark as done")
+    what.add_argument("--reopen", action="store_true", help="mark as not done after all")
+    what.add_argument("--remove", action="store_true", help="take the assignment back")
+    json_flag(parser)
+
+
 def _add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     parser = command(
         commands,
@@ -254,6 +318,34 @@ def _add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.set_defaults(merge=None)
     add_changes(parser)
+    json_flag(parser)
+
+
+def _add_sync(commands: Commands[argparse.ArgumentParser]) -> None:
+    parser = command(
+        commands,
+        "sync",
+        "synchronising",
+        "find or set the clock of a demonstration's video",
+        "Proposes from the video's motion and the force which force time a frame belongs to, with\n"
+        "its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from\n"
+        "it. Force time is offset + rate * video time.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument("--accept", action="store_true", help="store what is proposed")
+    parser.add_argument(
+        "--offset",
+        metavar="S",
+        type=float,
+        help="store this: the force time at which the video's clock reads zero, s",
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="R",
+        type=float,
+        help="store this: force seconds that pass in a second of the video, such as 1.00002",
+    )
     json_flag(parser)
 
 

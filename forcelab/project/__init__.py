@@ -2,6 +2,8 @@
 
 from forcelab.project.records import (
     Added,
+    Assignment,
+    AssignmentEvent,
     Author,
     DemonstrationInfo,
     Edit,
@@ -14,6 +16,8 @@ from forcelab.project.store import Project
 
 __all__ = [
     "Added",
+    "Assignment",
+    "AssignmentEvent",
     "Author",
     "DemonstrationInfo",
     "Edit",

@@ -76,8 +76,11 @@ class Database:
         # Where nothing may be written, nobody else writes either, and locks cannot be taken.
         self._connection = self._connect("ro&immutable=1" if self.read_only else "rw")
         try:
+            if self.read_only:
+                self._connection = self._up_to_date_copy()
             with _told(folder, timeout):
                 migrate(self._connection, str(folder))
+            self._seen = self._data_version()
         except BaseException:
             self._connection.close()
             raise
@@ -110,13 +113,34 @@ class Database:
         rows = self.all(sql, *values)
         return rows[0] if rows else None
 
-    @contextlib.contextmanager
-    def writing(self) -> Iterator[None]:
-        """A transaction that alone may write: all of it is committed at the end, or nothing."""
+    def refuse_read_only(self) -> None:
+        """Make sure that the project may be written here.
+
+        Raises
+        ------
+        InputError
+            If it may only be read.
+        """
         if self.read_only:
             raise InputError(
                 f"'{self.folder}' may only be read here; copy it to where you may write."
             )
+
+    def changed_elsewhere(self) -> bool:
+        """Whether another connection has written since this was asked last, or since opening."""
+        version = self._data_version()
+        changed, self._seen = version != self._seen, version
+        return changed
+
+    def _data_version(self) -> int:
+        """A number that SQLite changes when another connection commits."""
+        with _told(self.folder, self._timeout):
+            return int(self._connection.execute("PRAGMA data_version").fetchone()[0])
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """A transaction that alone may write: all of it is committed at the end, or nothing."""
+        self.refuse_read_only()
         with self._transaction("BEGIN IMMEDIATE"):
             yield
 
@@ -145,6 +169,25 @@ class Database:
     def _under_way(self) -> bool:
         """Whether there is a transaction now."""
         return self._connection.in_transaction
+
+    def _up_to_date_copy(self) -> sqlite3.Connection:
+        """A copy in memory of an older version's file, which cannot be brought up to date itself.
+
+        Of a file that is up to date, the connection as it is.
+        """
+        with _told(self.folder, self._timeout):
+            version = int(self._connection.execute("PRAGMA user_version").fetchone()[0])
+            if version == len(MIGRATIONS):
+                return self._connection
+            copy = sqlite3.connect(":memory:", isolation_level=None)
+            copy.row_factory = sqlite3.Row
+            try:
+                with contextlib.closing(self._connection) as file:
+                    file.backup(copy)
+            except BaseException:
+                copy.close()
+                raise
+            return copy
 
     def _connect(self, mode: str) -> sqlite3.Connection:
         """Connect to the file without ever making one."""

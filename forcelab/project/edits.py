@@ -82,10 +82,12 @@ class Tracks:
         row = self._row(demonstration, author)
         return 0 if row is None else line_of(self._db, row).head
 
-    def history(self, demonstration: str, author: str) -> tuple[Edit, ...]:
-        """Every edit of a track, the first one first."""
+    def history(
+        self, demonstration: str, author: str, latest: int | None = None, before: int | None = None
+    ) -> tuple[Edit, ...]:
+        """The edits of a track, the first one first; see :func:`edits_of`."""
         row = self._row(demonstration, author)
-        return () if row is None else edits_of(self._db, row)
+        return () if row is None else edits_of(self._db, row, latest, before)
 
     def edit(
         self,

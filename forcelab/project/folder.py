@@ -136,6 +136,14 @@ class ProjectFolder:
     ) -> None:
         self.close()
 
+    def changed_elsewhere(self) -> bool:
+        """Whether another process or thread has written since this was asked, or since opening.
+
+        Takes some microseconds, so that a window may ask every second. What was written through
+        this object does not count.
+        """
+        return self._db.changed_elsewhere()
+
     @contextlib.contextmanager
     def snapshot(self) -> Iterator[None]:
         """Reading inside this block shows one moment, whatever other processes commit.

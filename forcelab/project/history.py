@@ -50,10 +50,18 @@ def line_of(database: Database, track: int) -> Line:
     return Line(head["id"], undo=taken["reverts"], redo=taken["parent"])
 
 
-def edits_of(database: Database, track: int) -> tuple[Edit, ...]:
-    """Every edit of a track, the first one first."""
-    rows = database.all(f"{_EDITS} WHERE track = ? ORDER BY edit.id", track)
-    return tuple(_edit(row) for row in rows)
+def edits_of(
+    database: Database, track: int, latest: int | None = None, before: int | None = None
+) -> tuple[Edit, ...]:
+    """Edits of a track, the first one first: the `latest` ones of those before number `before`."""
+    rows = database.all(
+        f"{_EDITS} WHERE track = ? AND (? IS NULL OR edit.id < ?) ORDER BY edit.id DESC LIMIT ?",
+        track,
+        before,
+        before,
+        -1 if latest is None else latest,
+    )
+    return tuple(_edit(row) for row in reversed(rows))
 
 
 def edit_of(database: Database, number: int) -> Edit:

@@ -6,6 +6,7 @@ import json
 import re
 import sqlite3
 from collections import defaultdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,14 @@ from forcelab.project.records import DemonstrationInfo
 __all__ = [
     "DEMONSTRATIONS",
     "TRUTH",
+    "info",
     "infos",
     "known_id",
     "known_ids",
     "load",
     "natural_order",
     "read_signals",
+    "row_of",
     "truth",
 ]
 
@@ -39,36 +42,34 @@ TRUTH = "truth.json"
 
 _SHORTEST_PREFIX = 6
 
+_LABELLED = """
+    SELECT track.demonstration AS id, author.name AS author,
+           coalesce((SELECT sum(end - start) FROM segment WHERE track = track.id), 0.0) AS seconds
+    FROM track JOIN author ON author.id = track.author
+"""
+
 
 def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]:
     """What there is, sorted by task and name."""
     labelled: dict[str, dict[str, float]] = defaultdict(dict)
-    for row in database.all(
-        "SELECT track.demonstration AS id, author.name AS author, "
-        "coalesce((SELECT sum(end - start) FROM segment WHERE track = track.id), 0.0) AS seconds "
-        "FROM track JOIN author ON author.id = track.author ORDER BY author.id"
-    ):
+    for row in database.all(f"{_LABELLED} ORDER BY author.id"):
         labelled[row["id"]][row["author"]] = row["seconds"]
     rows = database.all("SELECT * FROM demonstration")
     rows.sort(key=lambda row: (natural_order(row["task"]), natural_order(row["name"])))
     return tuple(
-        DemonstrationInfo(
-            id=row["id"],
-            name=row["name"],
-            task=row["task"],
-            samples=row["samples"],
-            channels=_channels(row),
-            rate=row["grid_rate"] or 1.0 / row["period"],
-            duration=row["duration"],
-            labelled=labelled[row["id"]],
-            has_video=row["video"] is not None,
-            source=row["source"],
-        )
+        _info(row, labelled.get(row["id"], {}))
         for row in rows
         if task is None or row["task"] == task
     )
 
 
+def info(database: Database, id_: str) -> DemonstrationInfo:
+    """What there is of one demonstration."""
+    rows = database.all(f"{_LABELLED} WHERE track.demonstration = ? ORDER BY author.id", id_)
+    return _info(row_of(database, id_), {row["author"]: row["seconds"] for row in rows})
+
+
+@lru_cache(maxsize=1 << 14)
 def natural_order(name: str) -> tuple[tuple[int, str], ...]:
     """What names sort by, so that ``pen-2`` comes before ``pen-10``."""
     parts = re.findall(r"(\d+)|(\D+)", name)
@@ -82,9 +83,16 @@ def known_ids(database: Database) -> set[str]:
 
 def known_id(database: Database, id_: str) -> str:
     """The id, if there is such a demonstration."""
-    if not database.one("SELECT 1 FROM demonstration WHERE id = ?", id_):
-        raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
+    row_of(database, id_)
     return id_
+
+
+def row_of(database: Database, id_: str) -> sqlite3.Row:
+    """The demonstration as stored, if there is one with this id."""
+    row = database.one("SELECT * FROM demonstration WHERE id = ?", id_)
+    if row is None:
+        raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
+    return row
 
 
 def load(database: Database, key: str) -> Demonstration:
@@ -96,7 +104,7 @@ def load(database: Database, key: str) -> Demonstration:
     if row["video"] is not None:
         clock = ClockMap(row["video_offset"], row["video_rate"])
         video = VideoReference(home / row["video"], clock)
-    return Demonstration(
+    demonstration = Demonstration(
         name=row["name"],
         task=row["task"],
         times=times,
@@ -105,6 +113,9 @@ def load(database: Database, key: str) -> Demonstration:
         video=video,
         grid_rate=row["grid_rate"],
     )
+    # The median of ten million differences takes most of a second; it was told when it was added.
+    vars(demonstration)["period"] = row["period"]
+    return demonstration
 
 
 def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -116,6 +127,22 @@ def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDA
 def truth(database: Database, id_: str) -> dict[str, Any] | None:
     """What was told as the truth of a demonstration; None where nothing was."""
     return read_json(database.folder / DEMONSTRATIONS / known_id(database, id_) / TRUTH)
+
+
+def _info(row: sqlite3.Row, labelled: dict[str, float]) -> DemonstrationInfo:
+    """A stored demonstration's row in a list."""
+    return DemonstrationInfo(
+        id=row["id"],
+        name=row["name"],
+        task=row["task"],
+        samples=row["samples"],
+        channels=_channels(row),
+        rate=row["grid_rate"] or 1.0 / row["period"],
+        duration=row["duration"],
+        labelled=labelled,
+        has_video=row["video"] is not None,
+        source=row["source"],
+    )
 
 
 def _find(database: Database, key: str) -> sqlite3.Row:
@@ -137,4 +164,10 @@ def _find(database: Database, key: str) -> sqlite3.Row:
 
 def _channels(row: sqlite3.Row) -> tuple[Channel, ...]:
     """The channels of a demonstration."""
-    return tuple(Channel(name, unit) for name, unit in json.loads(row["channels"]))
+    return _read_channels(row["channels"])
+
+
+@lru_cache(maxsize=256)
+def _read_channels(text: str) -> tuple[Channel, ...]:
+    """Channels as stored; a thousand demonstrations mostly have the same ones."""
+    return tuple(Channel(name, unit) for name, unit in json.loads(text))

@@ -12,8 +12,12 @@ from forcelab.labels import Segment, Segments, Track
 from forcelab.vocabulary import Vocabulary
 
 __all__ = [
+    "ASSIGNMENT_KINDS",
     "EDIT_KINDS",
     "Added",
+    "Assignment",
+    "AssignmentEvent",
+    "AssignmentKind",
     "Author",
     "AuthorKind",
     "DemonstrationInfo",
@@ -31,10 +35,14 @@ __all__ = [
 
 AuthorKind = Literal["coder", "model"]
 EditKind = Literal["paint", "import", "predict", "undo", "redo"]
+AssignmentKind = Literal["blind", "open", "done", "reopened", "removed"]
 Keepable = Literal["task", "grid_rate"]
 
 #: Every kind of edit.
 EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
+
+#: Every kind of event of an assignment.
+ASSIGNMENT_KINDS: Final[tuple[AssignmentKind, ...]] = get_args(AssignmentKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,6 +193,49 @@ class Edit:
     removed: Segments
     inserted: Segments
     reverts: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """A demonstration that a coder is to label.
+
+    Parameters
+    ----------
+    demonstration, author : str
+        Its id, and the coder.
+    blind : bool
+        Whether the other tracks and all predictions are hidden from the coder until it is done.
+    assigned : datetime
+        Since when, in UTC.
+    done : datetime, optional
+        When it was marked as done, in UTC; None while it is not.
+    """
+
+    demonstration: str
+    author: str
+    blind: bool
+    assigned: datetime
+    done: datetime | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AssignmentEvent:
+    """Something that happened to an assignment, kept for ever.
+
+    Parameters
+    ----------
+    demonstration, author : str
+        As of :class:`Assignment`.
+    kind : "blind", "open", "done", "reopened" or "removed"
+        Assigned blind or openly, or made so; done, or not done after all; taken back.
+    time : datetime
+        When, in UTC.
+    """
+
+    demonstration: str
+    author: str
+    kind: AssignmentKind
+    time: datetime
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,8 +121,36 @@ _VERSION_1: Step = (
     """,
 )
 
+# What happened to assignments; the latest event of a demonstration and an author counts.
+_VERSION_2: Step = (
+    """
+    CREATE TABLE assignment (
+        id            INTEGER PRIMARY KEY AUTOINCREMENT,
+        demonstration TEXT NOT NULL REFERENCES demonstration,
+        author        TEXT NOT NULL CHECK (trim(author) <> ''),
+        kind          TEXT NOT NULL
+                      CHECK (kind IN ('blind', 'open', 'done', 'reopened', 'removed')),
+        time          TEXT NOT NULL
+    )
+    """,
+    "CREATE INDEX assignment_of_author ON assignment (author, demonstration)",
+    """
+    CREATE TRIGGER assignment_is_not_replaced BEFORE INSERT ON assignment
+    WHEN EXISTS (SELECT 1 FROM assignment WHERE id = NEW.id)
+    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER assignment_is_not_changed BEFORE UPDATE ON assignment
+    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER assignment_is_not_deleted BEFORE DELETE ON assignment
+    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
+    """,
+)
+
 #: Step ``i`` brings a project of version ``i`` to version ``i + 1``. Only ever append to this.
-MIGRATIONS: tuple[Step, ...] = (_VERSION_1,)
+MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2)
 
 
 def check_version(application_id: int, version: int, newest: int, where: str) -> None:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segments, Track
 from forcelab.project.adding import add_all
+from forcelab.project.arranging import attach_video, rename, set_video_clock
+from forcelab.project.coding import ProjectCoding
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
-from forcelab.project.folder import ProjectFolder
-from forcelab.project.loading import infos, known_id, known_ids, load, natural_order, truth
+from forcelab.project.loading import info, infos, known_id, known_ids, load, natural_order, truth
 from forcelab.project.records import (
     Added,
     Author,
@@ -26,13 +29,13 @@ from forcelab.project.records import (
     StoredRun,
 )
 from forcelab.project.runs import Made, Runs
-from forcelab.project.vocabularies import vocabularies, write_vocabulary
+from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["Project"]
 
 
-class Project(ProjectFolder):
+class Project(ProjectCoding):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create` or :meth:`open`; a context manager. Everything is
@@ -98,6 +101,16 @@ class Project(ProjectFolder):
         """What there is, or what there is of one task, sorted by task and name."""
         return infos(self._db, task)
 
+    def info(self, demonstration: str) -> DemonstrationInfo:
+        """What there is of one demonstration, by its id.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration.
+        """
+        return info(self._db, demonstration)
+
     def tasks(self) -> tuple[str, ...]:
         """The tasks of all demonstrations, sorted."""
         rows = self._db.all("SELECT DISTINCT task FROM demonstration")
@@ -128,6 +141,48 @@ class Project(ProjectFolder):
             If there is no such demonstration or the file is damaged.
         """
         return truth(self._db, demonstration)
+
+    def rename(self, demonstration: str, name: str) -> None:
+        """Give a demonstration another name.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, the name is blank, or another demonstration of the
+            task has it.
+        """
+        rename(self._db, demonstration, name)
+
+    def attach_video(
+        self, demonstration: str, path: str | PathLike[str], clock: ClockMap | None = None
+    ) -> None:
+        """Copy a video into the project, in place of the one that the demonstration has.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        path : path-like
+            The video; what is in it is not looked at.
+        clock : ClockMap, optional
+            From the video's own timestamps to force time; by default both are the same.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or the video cannot be read; nothing was changed.
+        """
+        attach_video(self._db, demonstration, Path(path), clock or ClockMap())
+
+    def set_video_clock(self, demonstration: str, clock: ClockMap) -> None:
+        """Say how the clock of a demonstration's video maps onto the force clock.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it has no video.
+        """
+        set_video_clock(self._db, demonstration, clock)
 
     # Labels
 
@@ -213,9 +268,26 @@ class Project(ProjectFolder):
         """
         return self._tracks.head(self._id(demonstration), author)
 
-    def history(self, demonstration: str, author: str) -> tuple[Edit, ...]:
-        """Every edit ever made of a track, the first one first."""
-        return self._tracks.history(self._id(demonstration), author)
+    def history(
+        self,
+        demonstration: str,
+        author: str,
+        *,
+        latest: int | None = None,
+        before: int | None = None,
+    ) -> tuple[Edit, ...]:
+        """Every edit ever made of a track, the first one first.
+
+        Parameters
+        ----------
+        demonstration, author : str
+            Whose track over what.
+        latest : int, optional
+            Only so many, the latest ones; a long history is read by pages.
+        before : int, optional
+            Only edits before the one with this number.
+        """
+        return self._tracks.history(self._id(demonstration), author, latest, before)
 
     def replay(self, edits: Iterable[Edit]) -> dict[int, int]:
         """Make edits again as they were made, with their times, all or nothing.
@@ -250,6 +322,10 @@ class Project(ProjectFolder):
     def vocabularies(self) -> dict[str, Vocabulary]:
         """Every vocabulary by task."""
         return vocabularies(self._db)
+
+    def painted_actions(self, task: str) -> frozenset[str]:
+        """The actions that any coder's or model's segment of a task has."""
+        return painted_actions(self._db, task)
 
     def set_vocabulary(self, task: str, vocabulary: Vocabulary) -> None:
         """Replace the actions of a task; no label changes."""

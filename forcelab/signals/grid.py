@@ -14,7 +14,6 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import resample_poly
 
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
@@ -128,6 +127,8 @@ def on_grid(
         up, down = ratio.denominator, ratio.numerator
         asked = own * up / down
         # With the usual beta of 5 a constant force would come out with a ripple of 1e-3.
+        from scipy.signal import resample_poly  # takes a second to load
+
         signals = resample_poly(
             _lines(fine, demonstration.times, chosen),
             up,

@@ -23,8 +23,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
-from scipy.special import gammaln
 
 from forcelab.errors import InputError
 
@@ -101,7 +99,11 @@ def _strongest(p: float, real: bool) -> float:
         carrier = p / math.tanh(0.5 * u * p) if real else -p / math.expm1(-u * p)
         return 0.5 / u - u + carrier
 
-    return float(brentq(slope, max(1.0, p), p + 2.0, xtol=1e-14, rtol=1e-14))
+    # Halved until no number lies between: scipy's root finders take half a second to load.
+    low, high = max(1.0, p), p + 2.0
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if slope(middle) > 0 else (low, middle)
+    return low
 
 
 @dataclass(frozen=True)
@@ -213,9 +215,12 @@ class DOG(Wavelet):
         w = np.asarray(omega, dtype=np.float64)
         # In logarithms: w^m and Gamma(m + 1/2) each overflow long before their ratio does.
         with np.errstate(divide="ignore"):
-            size = np.exp(self.m * np.log(np.abs(w)) - 0.5 * w * w - 0.5 * gammaln(self.m + 0.5))
+            size = np.exp(
+                self.m * np.log(np.abs(w)) - 0.5 * w * w - 0.5 * math.lgamma(self.m + 0.5)
+            )
         sign = np.sign(w) ** self.m * (-1.0) ** (self.m + 1)
-        return math.sqrt(2 * math.pi) * sign * size * 1j ** (self.m % 4)
+        phase = 1j ** (self.m % 4)
+        return np.asarray(math.sqrt(2 * math.pi) * sign * size * phase, dtype=np.complex128)
 
     def time(self, t: ArrayLike) -> Complex:
         t = np.asarray(t, dtype=np.float64)
@@ -223,7 +228,7 @@ class DOG(Wavelet):
         before, here = np.zeros_like(t), _gauss(t) / math.pi**0.25
         for k in range(self.m):
             before, here = here, (t * here - math.sqrt(k) * before) / math.sqrt(k + 1)
-        scale = math.exp(0.5 * (gammaln(self.m + 1.0) - gammaln(self.m + 0.5)))
+        scale = math.exp(0.5 * (math.lgamma(self.m + 1.0) - math.lgamma(self.m + 0.5)))
         return (-here * math.pi**0.25 * scale).astype(np.complex128)
 
     @property

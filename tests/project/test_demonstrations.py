@@ -53,6 +53,9 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     assert not info.has_video
     assert other.authors == ()
     assert project.demonstrations("foam") == (other,)
+    assert (project.info(id_), project.info(other.id)) == (info, other)
+    with pytest.raises(InputError, match="no demonstration 'f00'"):
+        project.info("f00")
     assert project.tasks() == ("foam", "LEGO")
 
 

@@ -10,6 +10,7 @@
     demonstrations/ID/truth.json             what a simulation knows of it, if it is simulated
     demonstrations/ID/tracks.json            every author's segments as they are now
     edits.json                               every edit ever made, the first one first
+    assignments.json                         who was to label what and when it was done
     recognisers.json recognisers/ID.skops    recognisers, and how they were made
     runs.json                                runs, the first one first, and how to repeat them
 

@@ -14,6 +14,7 @@ from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.archive.members import MANIFEST, Members, open_members
 from forcelab.formats.archive.values import (
     edit_of,
+    event_of,
     field,
     made_of,
     number,
@@ -27,8 +28,8 @@ from forcelab.vocabulary import Vocabulary
 __all__ = ["read", "read_archive", "sniff"]
 
 _STAYED = (
-    "The edits, vocabularies, models' predictions, recognisers and runs stayed in the archive; "
-    "importing it by itself into a new project brings everything."
+    "The edits, vocabularies, models' predictions, assignments, recognisers and runs stayed in the "
+    "archive; importing it by itself into a new project brings everything."
 )
 
 
@@ -88,6 +89,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
                 raise InputError(f"The edits do not lead to the segments of {where}.")
         for task, actions in _object(members, "vocabularies.json").items():
             project.set_vocabulary(task, Vocabulary.from_json(actions))
+        _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
         for run in _list(members, "runs.json"):
             where = members.where("runs.json")
@@ -179,6 +181,18 @@ def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:
         segments = segments_of(field(item, "segments", list, where), where)
         tracks.append((Track(field(item, "author", str, where), segments), kind))
     return tracks
+
+
+def _read_assignments(members: Members, project: Project) -> None:
+    """Let what happened to assignments happen in the new project."""
+    name = "assignments.json"
+    if name not in members and members.version < 2:
+        return
+    where = members.where(name)
+    events = [event_of(item, where) for item in _list(members, name)]
+    if missing := {event.demonstration for event in events} - set(members.ids()):
+        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    project.replay_assignments(events)
 
 
 def _read_recognisers(members: Members, project: Project, numbers: dict[int, int]) -> None:

@@ -8,12 +8,14 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
-from forcelab.project import Edit, LabelsUsed, StoredRecogniser, StoredRun
-from forcelab.project.records import EDIT_KINDS, segments_to_json
+from forcelab.project import AssignmentEvent, Edit, LabelsUsed, StoredRecogniser, StoredRun
+from forcelab.project.records import ASSIGNMENT_KINDS, EDIT_KINDS, segments_to_json
 
 __all__ = [
     "edit_of",
     "edit_to_json",
+    "event_of",
+    "event_to_json",
     "field",
     "made_of",
     "made_to_json",
@@ -76,6 +78,29 @@ def edit_to_json(edit: Edit) -> dict[str, Any]:
         "removed": segments_to_json(edit.removed),
         "inserted": segments_to_json(edit.inserted),
         "reverts": edit.reverts,
+    }
+
+
+def event_of(item: object, where: str) -> AssignmentEvent:
+    """An event of an assignment of a JSON object."""
+    kind = field(item, "kind", str, where)
+    if kind not in ASSIGNMENT_KINDS:
+        raise InputError(f"'{kind}' is nothing that befalls an assignment in {where}.")
+    return AssignmentEvent(
+        demonstration=field(item, "demonstration", str, where),
+        author=field(item, "author", str, where),
+        kind=kind,
+        time=_time(item, "time", where),
+    )
+
+
+def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
+    """An event of an assignment as a JSON object."""
+    return {
+        "demonstration": event.demonstration,
+        "author": event.author,
+        "kind": event.kind,
+        "time": event.time.isoformat(),
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
 from forcelab.formats.archive.members import MANIFEST, VERSION, Writer
-from forcelab.formats.archive.values import edit_to_json, made_to_json
+from forcelab.formats.archive.values import edit_to_json, event_to_json, made_to_json
 from forcelab.project import DemonstrationInfo, Edit, Project
 from forcelab.project.records import segments_to_json
 
@@ -35,6 +35,8 @@ def write_archive(project: Project, path: str | Path) -> None:
                 edits += project.history(info.id, author)
         edits.sort(key=lambda edit: edit.id)
         out.json("edits.json", [edit_to_json(edit) for edit in edits])
+        events = project.assignment_events()
+        out.json("assignments.json", [event_to_json(event) for event in events])
         recognisers = project.recognisers()
         named = [{"id": r.id, "name": r.name, **made_to_json(r)} for r in recognisers]
         out.json("recognisers.json", named)

@@ -23,7 +23,18 @@ from PySide6.QtGui import (
 
 from forcelab.errors import InputError
 
-__all__ = ["elided", "font", "ink_on", "put", "put_upwards", "ready", "shown", "widest", "width"]
+__all__ = [
+    "contrast",
+    "elided",
+    "font",
+    "ink_on",
+    "put",
+    "put_upwards",
+    "ready",
+    "shown",
+    "widest",
+    "width",
+]
 
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
@@ -165,10 +176,20 @@ def put_upwards(
 
 def ink_on(ground: QColor) -> QColor:
     """Black or white, whichever has the higher contrast on `ground` (WCAG 2.2, section 1.4.3)."""
+    on_white = contrast(QColor("white"), ground)
+    return QColor("white" if on_white > contrast(QColor("black"), ground) else "black")
+
+
+def contrast(one: QColor, other: QColor) -> float:
+    """How far two colours stand out against each other, from 1 to 21 (WCAG 2.2)."""
+    darker, lighter = sorted((_luminance(one), _luminance(other)))
+    return (lighter + 0.05) / (darker + 0.05)
+
+
+def _luminance(colour: QColor) -> float:
+    """Relative luminance, from 0 to 1 (WCAG 2.2)."""
     linear = [
         c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4
-        for c in (ground.redF(), ground.greenF(), ground.blueF())
+        for c in (colour.redF(), colour.greenF(), colour.blueF())
     ]
-    luminance = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-    on_white, on_black = 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05
-    return QColor("white" if on_white > on_black else "black")
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

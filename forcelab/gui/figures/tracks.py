@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QLineF, QRectF, Qt
@@ -14,7 +14,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.canvas import Theme
 from forcelab.labels import Segment
 
-__all__ = ["Look", "paint_look", "paint_track"]
+__all__ = ["Look", "paint_look", "paint_texture", "paint_track", "plate"]
 
 #: Segments narrower than this many pixels are drawn so wide, above their neighbours.
 NARROWEST = 1.0
@@ -34,11 +34,20 @@ class Look:
     texture: int = 0
 
 
+#: What writes into a bar: see :func:`paint_track`.
+Inscription = Callable[[QPainter, QRectF, str, Look], None]
+
+
 def paint_look(painter: QPainter, box: QRectF, look: Look) -> None:
     """Fill a box with an action's colour and texture, and its number where there is room."""
+    paint_texture(painter, box, look)
+    _number(painter, box, "", look)
+
+
+def paint_texture(painter: QPainter, box: QRectF, look: Look) -> None:
+    """Fill a box with an action's colour and texture."""
     painter.fillRect(box, look.colour)
     _hatch(painter, [box], look)
-    _number(painter, box, look)
 
 
 def paint_track(
@@ -49,6 +58,7 @@ def paint_track(
     *,
     looks: Mapping[str, Look],
     theme: Theme,
+    inscribe: Inscription | None = None,
 ) -> None:
     """Draw one author's segments.
 
@@ -66,7 +76,11 @@ def paint_track(
         One for each action.
     theme : Theme
         Colours of unlabelled time, frames and lines.
+    inscribe : callable, optional
+        Writes into each bar of a pixel or more, given painter, bar, action and look; by default
+        the action's number.
     """
+    inscribe = inscribe or _number
     painter.fillRect(box, QColor(theme.unlabelled))
     wide: dict[str, list[QRectF]] = {}
     narrow: dict[str, list[QRectF]] = {}
@@ -97,10 +111,18 @@ def paint_track(
         _fill(painter, bars, looks[action].colour)
     for action, bars in wide.items():
         for bar in bars:
-            _number(painter, bar, looks[action])
+            inscribe(painter, bar, action, looks[action])
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(_line(QColor(theme.frame), 0.6))
     painter.drawRect(box)
+
+
+def plate(painter: QPainter, bar: QRectF, width: float, look: Look) -> None:
+    """Clear a stretch of texture in the middle of a bar, for what is written there."""
+    if look.texture:
+        ground = QRectF(0, 0, width, bar.height())
+        ground.moveCenter(bar.center())
+        painter.fillRect(ground, look.colour)
 
 
 def _line(colour: QColor, thickness: float) -> QPen:
@@ -162,7 +184,7 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
         yield i * step
 
 
-def _number(painter: QPainter, bar: QRectF, look: Look) -> None:
+def _number(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
     """Draw an action's number in the middle of a bar that is wide enough for it."""
     face = text.font(NUMBER)
     label = str(look.number)
@@ -170,10 +192,7 @@ def _number(painter: QPainter, bar: QRectF, look: Look) -> None:
     if bar.width() < needed:
         return
     centre = bar.center()
-    if look.texture:
-        plate = QRectF(0, 0, needed - PADDING, bar.height())
-        plate.moveCenter(centre)
-        painter.fillRect(plate, look.colour)
+    plate(painter, bar, needed - PADDING, look)
     text.put(
         painter, centre.x(), centre.y(), label, face=face, ink=text.ink_on(look.colour), align=0.5
     )

@@ -64,6 +64,7 @@ def everything(project: Project) -> dict[str, object]:
         "recognisers": project.recognisers(),
         "files": [project.recogniser_path(r.id).read_bytes() for r in project.recognisers()],
         "runs": project.runs(),
+        "assignments": project.assignment_events(),
     }
 
 
@@ -83,6 +84,9 @@ def project(tmp_path):
         project.undo(other, "bert")
         project.redo(other, "bert")
         project.set_vocabulary("LEGO", project.vocabulary("LEGO").rebound("grab", "q"))
+        project.assign(other, "anna")
+        project.assign(id_, "cäcilie", blind=False)
+        project.set_done(other, "anna")
         made = {
             "settings": {"p": 5, "merge": {"grap": "grab"}},
             "seed": 3,
@@ -239,6 +243,29 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
 
 def test_a_video_that_nobody_has_a_place_for_stays_in_the_archive(whole):
     assert all(r.demonstration.video is None for r in read(whole, ReadOptions()))
+
+
+def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
+    with read_archive(whole, tmp_path / "copy.forcelab") as copy:
+        assert copy.assignments() == project.assignments() != ()
+    events = loaded(whole, "assignments.json")
+    for field, wrong, said in (
+        ("kind", "lost", "'lost' is nothing that befalls an assignment"),
+        ("kind", "reopened", "never assigned to 'anna'"),
+        ("demonstration", "0" * 32, "is told but missing in 'assignments.json'"),
+        ("time", "2026-01-01", "has no time zone in 'assignments.json'"),
+        ("author", " ", "needs an author"),
+    ):
+        changed = [{**events[0], field: wrong}]  # type: ignore[index]
+        assert said in refused(packed(whole, **{"assignments.json": changed}), tmp_path)
+
+
+def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
+    manifest = {"format": "forcelab archive", "version": 1}
+    old = packed(whole, **{"forcelab.json": manifest, "assignments.json": None})
+    with read_archive(old, tmp_path / "copy.forcelab") as copy:
+        assert len(copy.demonstrations()) == 2
+        assert copy.assignments() == ()
 
 
 def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, tmp_path):

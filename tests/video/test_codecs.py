@@ -4,7 +4,7 @@ import tempfile
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.video import CODECS, Codec, try_codec
+from forcelab.video.codecs import CODECS, Codec, try_codec
 
 
 @pytest.mark.parametrize("codec", CODECS[:2], ids=lambda codec: codec.name)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from forcelab.errors import InputError
+from forcelab.video.opencv import opencv
 
 __all__ = ["CODECS", "Codec", "try_codec"]
 
@@ -51,28 +52,21 @@ def try_codec(codec: Codec) -> bool:
     InputError
         If no temporary folder can be made.
     """
-    import cv2
-
-    log = cv2.utils.logging
-    level = log.getLogLevel()
-    log.setLogLevel(log.LOG_LEVEL_SILENT)  # a missing codec is an answer here, not an error
-    try:
-        with _temporary_folder() as folder:
-            path = str(Path(folder) / f"test{codec.suffix}")
-            writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*codec.fourcc), 30, (64, 64))
-            if not writer.isOpened():
-                return False
-            for number in range(FRAMES):
-                writer.write(np.full((64, 64, 3), 40 * number, dtype=np.uint8))
-            writer.release()
-            reader = cv2.VideoCapture(path)
-            read = 0
-            while reader.read()[0]:
-                read += 1
-            reader.release()
-            return read == FRAMES
-    finally:
-        log.setLogLevel(level)
+    cv2 = opencv()
+    with _temporary_folder() as folder:
+        path = str(Path(folder) / f"test{codec.suffix}")
+        writer = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*codec.fourcc), 30, (64, 64))
+        if not writer.isOpened():
+            return False
+        for number in range(FRAMES):
+            writer.write(np.full((64, 64, 3), 40 * number, dtype=np.uint8))
+        writer.release()
+        reader = cv2.VideoCapture(path)
+        read = 0
+        while reader.read()[0]:
+            read += 1
+        reader.release()
+        return read == FRAMES
 
 
 def _temporary_folder() -> tempfile.TemporaryDirectory[str]:

@@ -1,0 +1,98 @@
+"""``forcelab sync``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from forcelab.cli.output import json_text, printable, progress_bar
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.signals.synchronising import Proposal, proposing_for
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Propose the clock of a demonstration's video, or set it."""
+    given = arguments.offset is not None or arguments.rate is not None
+    if given and arguments.accept:
+        raise InputError("Give either --accept or a clock by --offset and --rate, not both.")
+    with Project.open(arguments.project) as project:
+        demonstration = project.load(arguments.demonstration)
+        if demonstration.video is None:
+            raise InputError(
+                f"Demonstration '{demonstration.name}' has no video; there is nothing to "
+                f"synchronise."
+            )
+        before, proposal = demonstration.video.clock, None
+        if given:
+            offset = before.offset if arguments.offset is None else arguments.offset
+            rate = before.rate if arguments.rate is None else arguments.rate
+            clock = ClockMap(offset, rate)
+        else:
+            with progress_bar() as watch:
+                proposal = finish(proposing_for(demonstration), watch)
+            clock = proposal.clock
+        stored = bool(given or arguments.accept)
+        if stored:
+            project.set_video_clock(demonstration.id, clock)
+    if arguments.json:
+        print(json_text(_content(demonstration, before, clock, proposal, stored)))
+    else:
+        print(_told(demonstration, before, clock, proposal, stored))
+
+
+def _content(
+    demonstration: Demonstration,
+    before: ClockMap,
+    clock: ClockMap,
+    proposal: Proposal | None,
+    stored: bool,
+) -> dict[str, Any]:
+    """The same as plain values."""
+    content: dict[str, Any] = {
+        "demonstration": demonstration.name,
+        "id": demonstration.id,
+        "before": {"offset": before.offset, "rate": before.rate},
+        "clock": {"offset": clock.offset, "rate": clock.rate},
+        "stored": stored,
+    }
+    if proposal is not None:
+        content["confidence"] = proposal.confidence
+        content["residual"] = proposal.residual
+        content["taps"] = [{"video": seen, "force": felt} for seen, felt in proposal.taps]
+    return content
+
+
+def _told(
+    demonstration: Demonstration,
+    before: ClockMap,
+    clock: ClockMap,
+    proposal: Proposal | None,
+    stored: bool,
+) -> str:
+    """For people."""
+    lines = [
+        f"{printable(demonstration.name)}: the video's clock",
+        f"  before      {_clock(before)}",
+        f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
+    ]
+    if proposal is not None:
+        lines.append(f"  confidence  {proposal.confidence:.2f}")
+        for seen, felt in proposal.taps:
+            away = 1000 * (float(clock.to_force(seen)) - felt)
+            lines.append(
+                f"  tap         video {seen:.3f} s, force {felt:.3f} s, {away:+.1f} ms apart"
+            )
+        if proposal.taps:
+            lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
+        if not stored:
+            lines.append("Nothing is stored; give --accept to store it.")
+    return "\n".join(lines)
+
+
+def _clock(clock: ClockMap) -> str:
+    """Offset and rate for people."""
+    return f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm"

@@ -1,0 +1,101 @@
+"""The desktop program: one application, one window, and pictures of it without a display."""
+
+from __future__ import annotations
+
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Start", "run"]
+
+#: Seconds that a picture waits for everything in it to be there.
+PATIENCE = 60.0
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """What the window is to show at first.
+
+    Parameters
+    ----------
+    project : Path, optional
+        By default the last one, or the sample project.
+    demonstration : str
+        Name or id; by default the first one.
+    workspace : str
+        ``"label"``, ``"review"``, ``"capture"`` or ``"tradeoff"``.
+    at : float, optional
+        Where the cursor is, in seconds.
+    span : float, optional
+        How much time is visible, in seconds.
+    size : tuple of int, optional
+        Width and height of the window in pixels.
+    theme : str
+        ``"light"``, ``"dark"``, ``"system"``; ``""`` for the one chosen last.
+    author : str
+        The coder; ``""`` for the one of last time.
+    screenshot : Path, optional
+        Draw the window into this PNG, without a display, and end.
+    """
+
+    project: Path | None = None
+    demonstration: str = ""
+    workspace: str = "label"
+    at: float | None = None
+    span: float | None = None
+    size: tuple[int, int] | None = None
+    theme: str = ""
+    author: str = ""
+    screenshot: Path | None = None
+
+
+def run(start: Start) -> int:
+    """Run the program until its window is closed.
+
+    Raises
+    ------
+    InputError
+        With a screenshot: if what it is to show is not there, or the file cannot be written.
+    """
+    if start.screenshot is not None or not _display():
+        if start.screenshot is None:
+            from forcelab.errors import InputError
+
+            raise InputError(
+                "There is no display to open a window on; start forcelab on a desktop, or draw a "
+                "picture with --screenshot FILE.png."
+            )
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    from PySide6.QtWidgets import QApplication
+
+    from forcelab import __version__
+    from forcelab.gui import faults, settings, theme
+    from forcelab.gui.window import Window
+
+    running = QApplication.instance()
+    application = running if isinstance(running, QApplication) else QApplication(sys.argv[:1])
+    application.setApplicationName("forcelab")
+    application.setApplicationDisplayName("forcelab")
+    application.setApplicationVersion(__version__)
+    chosen = start.theme or settings.text("window/theme", "system")
+    theme.apply(application, chosen if chosen in ("light", "dark") else "system")  # type: ignore[arg-type]
+    window = Window(start.author or settings.coder(), remembering=start.screenshot is None)
+    if start.screenshot is not None:
+        from forcelab.gui.picture import draw
+
+        draw(window, start, start.screenshot, PATIENCE)
+        return 0
+    faults.install(window, lambda sentence: window.document.say(sentence, True))
+    window.resize(*(start.size or (1280, 800)))
+    window.restore_layout()
+    window.show()
+    window.begin(start)
+    return int(application.exec())
+
+
+def _display() -> bool:
+    """Whether windows can be seen here."""
+    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -1,0 +1,58 @@
+"""Who labels: the choice of the coder."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWidget
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+
+__all__ = ["CoderChoice"]
+
+
+class CoderChoice(QWidget):
+    """The coders of the project, and a way to become another one.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._box = QComboBox()
+        self._box.setAccessibleName(self.tr("Coder"))
+        self._box.setToolTip(self.tr("Whose labels are painted"))
+        self._box.setMinimumContentsLength(10)
+        self._box.activated.connect(self._chosen)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 2, 8, 2)
+        row.addWidget(QLabel(self.tr("Coder")))
+        row.addWidget(self._box)
+        document.project_changed.connect(self._list)
+        document.author_changed.connect(self._list)
+        self._list()
+
+    def _list(self) -> None:
+        """Offer the coders of the project, and a new one."""
+        project = self._document.project
+        known = [a.name for a in project.authors() if a.kind == "coder"] if project else []
+        names = list(dict.fromkeys([*known, self._document.author]))
+        self._box.clear()
+        self._box.addItems(names)
+        self._box.setCurrentIndex(names.index(self._document.author))
+        self._box.insertSeparator(len(names))
+        self._box.addItem(self.tr("Another coder…"))
+
+    def _chosen(self, index: int) -> None:
+        """Label as another coder, and remember it."""
+        name = self._box.itemText(index)
+        if index == self._box.count() - 1:
+            title, text = self.tr("Another coder"), self.tr("Name of the coder:")
+            name, agreed = QInputDialog.getText(self, title, text)
+            name = name if agreed else ""
+        self._document.set_author(name)
+        settings.put("coder/name", self._document.author)
+        self._list()

@@ -1,0 +1,364 @@
+"""The list at the left: demonstrations by task, how far each is labelled, and by whom."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QStackedWidget,
+    QTreeView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.listing_menu import ListingMenu
+from forcelab.gui.listing_model import ListingModel
+from forcelab.gui.listing_painting import RowPainter
+from forcelab.gui.listing_rows import SHOWN, Row, Shown, grouped, rows_of
+from forcelab.gui.theme import themes
+from forcelab.project import Assignment
+
+__all__ = ["DemonstrationList"]
+
+
+class DemonstrationList(QWidget):
+    """Demonstrations to open, to assign and to put right.
+
+    Parameters
+    ----------
+    document : Document
+        What is open.
+
+    Attributes
+    ----------
+    importing : Signal
+        Somebody wants to import recordings into the project.
+    """
+
+    importing = Signal()
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._rows: tuple[Row, ...] = ()
+        self._folded: set[str] = set()
+        self.model = ListingModel(self)
+        self.view = _Tree(self)
+        self.view.setModel(self.model)
+        self.view.setItemDelegate(RowPainter(self.model, self.view))
+        self.view.setAccessibleName(self.tr("Demonstrations by task"))
+        self.menu = ListingMenu(document, self)
+        self.search = _Search()
+        self.search.setPlaceholderText(self.tr("Search names and tasks"))
+        self.search.setAccessibleName(self.tr("Search names and tasks"))
+        self.search.setClearButtonEnabled(True)
+        self.shown = QComboBox()
+        self.shown.setAccessibleName(self.tr("Which demonstrations are shown"))
+        names = {
+            "all": self.tr("All"),
+            "unlabelled": self.tr("Not labelled by me"),
+            "assigned": self.tr("Assigned to me, to do"),
+            "done": self.tr("Done by me"),
+        }
+        for what in SHOWN:
+            self.shown.addItem(names[what], what)
+        self._count = QLabel()
+        self._empty = _Empty()
+        self._lay_out()
+        self._connect()
+        self._read()
+
+    # Verbs of the window
+
+    def focus_search(self) -> None:
+        """Begin to search."""
+        self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.search.selectAll()
+
+    def open_next(self) -> None:
+        """Open the demonstration below the open one."""
+        self._open_neighbour(1)
+
+    def open_previous(self) -> None:
+        """Open the demonstration above the open one."""
+        self._open_neighbour(-1)
+
+    # Inside
+
+    def _lay_out(self) -> None:
+        """Search above, list below it or what to do where there is none."""
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.view)
+        self._stack.addWidget(self._empty)
+        choice = QHBoxLayout()
+        choice.addWidget(self.shown, 1)
+        choice.addWidget(self._count)
+        self._tools = QWidget()
+        tools = QVBoxLayout(self._tools)
+        tools.setContentsMargins(6, 6, 6, 6)
+        tools.setSpacing(4)
+        tools.addWidget(self.search)
+        tools.addLayout(choice)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self._tools)
+        column.addWidget(self._stack, 1)
+
+    def _connect(self) -> None:
+        """Listen to the document and to what is pressed."""
+        document = self._document
+        document.listing_changed.connect(self._read)
+        document.project_changed.connect(self._forget)
+        document.author_changed.connect(self._read)
+        document.demonstration_changed.connect(self._mark_opened)
+        document.tracks_changed.connect(self._update_own)
+        self.search.textChanged.connect(self._show)
+        self.search.returnPressed.connect(self._open_first)
+        self.search.leaving.connect(self._enter_list)
+        self.shown.currentIndexChanged.connect(self._show)
+        self.view.clicked.connect(self._clicked)
+        self.view.opening.connect(self._open)
+        self.view.collapsed.connect(lambda index: self._fold(index, True))
+        self.view.expanded.connect(lambda index: self._fold(index, False))
+        self.view.customContextMenuRequested.connect(self._show_menu)
+        self.view.menu_asked.connect(self._show_menu)
+        self._empty.importing.connect(self.importing)
+        self._empty.showing_all.connect(self._show_all)
+        themes().changed.connect(self.view.viewport().update)
+
+    def _forget(self) -> None:
+        """Another project is open: nothing of the old one's list matters."""
+        self._folded.clear()
+        self.search.clear()
+        self.shown.setCurrentIndex(0)
+
+    def _read(self) -> None:
+        """Take over what the project tells."""
+        self._rows = rows_of(self._document.infos, self._assignments(), self._document.author)
+        self._update_own(show=False)
+        self._show()
+
+    def _assignments(self) -> Sequence[Assignment]:
+        """Everybody's assignments."""
+        project = self._document.project
+        return project.assignments() if project is not None else ()
+
+    def _update_own(self, show: bool = True) -> None:
+        """Follow what is painted now; the list of the project is read more seldom."""
+        document = self._document
+        for i, row in enumerate(self._rows):
+            if row.info.id == document.id:
+                seconds = sum(segment.end - segment.start for segment in document.segments)
+                share = min(seconds / row.info.duration, 1.0)
+                if share != row.share:
+                    self._rows = (*self._rows[:i], replace(row, share=share), *self._rows[i + 1 :])
+                    if show:
+                        self._show()
+                return
+
+    def _show(self) -> None:
+        """Show what is searched for."""
+        what: Shown = self.shown.currentData()
+        groups = grouped(self._rows, self.search.text(), what)
+        selected = self._selected()
+        if self.model.show(groups):
+            for g, group in enumerate(groups):
+                # What is searched for is not hidden in a folded task.
+                folded = group.task in self._folded and not self.search.text()
+                self.view.setExpanded(self.model.index(g, 0), not folded)
+            self._select(selected or self._document.id)
+        here = sum(len(group.rows) for group in groups)
+        self._count.setText(f"{here}/{len(self._rows)}")
+        self._count.setHidden(here == len(self._rows))
+        self._tools.setVisible(bool(self._rows))
+        self._stack.setCurrentIndex(0 if groups else 1)
+        if not groups:
+            self._empty.say(self._document.project is not None, bool(self._rows))
+
+    def _selected(self) -> str:
+        """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
+        item = self.model.at(self.view.currentIndex())
+        return item.info.id if isinstance(item, Row) else ""
+
+    def _select(self, id_: str) -> None:
+        """Put the keyboard's cursor on a demonstration and bring it into view."""
+        index = self.model.index_of(id_)
+        if index.isValid():
+            self.view.setCurrentIndex(index)
+            self.view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
+
+    def _mark_opened(self) -> None:
+        """Follow the document to another demonstration."""
+        if self.model.opened != self._document.id:
+            self.model.set_opened(self._document.id)
+            self._update_own()
+            self._select(self._document.id)
+
+    def _fold(self, index: QModelIndex, folded: bool) -> None:
+        """Remember which tasks are folded, while nothing is searched for."""
+        if not self.search.text():
+            task = str(index.data())
+            (self._folded.add if folded else self._folded.discard)(task)
+
+    def _clicked(self, index: QModelIndex) -> None:
+        """Open a demonstration, fold a task or unfold it."""
+        if isinstance(self.model.at(index), Row):
+            self._open(index)
+        else:
+            self.view.setExpanded(index, not self.view.isExpanded(index))
+
+    def _open(self, index: QModelIndex) -> None:
+        """Open the demonstration that stands there, if it is not open already."""
+        item = self.model.at(index)
+        if isinstance(item, Row) and item.info.id != self._document.id:
+            self._document.open_demonstration(item.info.id)
+
+    def _open_first(self) -> None:
+        """Open the first demonstration that was found."""
+        for id_ in self.model.ids():
+            self._open(self.model.index_of(id_))
+            self.view.setFocus(Qt.FocusReason.OtherFocusReason)
+            return
+
+    def _enter_list(self) -> None:
+        """Go from the search to the first demonstration that was found."""
+        ids = list(self.model.ids())
+        if ids:
+            if self._selected() not in ids:
+                self._select(ids[0])
+            self.view.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _open_neighbour(self, step: int) -> None:
+        """Open what stands below or above the open one, among what is shown."""
+        ids = list(self.model.ids())
+        if not ids:
+            self._document.say(self.tr("No demonstration is shown in the list."))
+            return
+        if self._document.id not in ids:
+            target = 0 if step > 0 else len(ids) - 1
+        else:
+            target = ids.index(self._document.id) + step
+        if 0 <= target < len(ids):
+            self._document.open_demonstration(ids[target])
+        elif step > 0:
+            self._document.say(self.tr("This is the last demonstration of the list."))
+        else:
+            self._document.say(self.tr("This is the first demonstration of the list."))
+
+    def _show_all(self) -> None:
+        """Search for nothing any more."""
+        self.search.clear()
+        self.shown.setCurrentIndex(0)
+
+    def _show_menu(self, where: QPoint) -> None:
+        """Show what can be done with a demonstration or a task."""
+        item = self.model.at(self.view.indexAt(where))
+        if item is not None:
+            self.menu.made_for(item).popup(self.view.viewport().mapToGlobal(where))
+
+
+class _Search(QLineEdit):
+    """The search; Escape clears it, Down leaves it for what was found."""
+
+    leaving = Signal()
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Escape from the window, where it means something else."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Escape
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape and Down; everything else edits."""
+        if event.key() == Qt.Key.Key_Escape and self.text():
+            self.clear()
+        elif event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
+            self.leaving.emit()
+        else:
+            super().keyPressEvent(event)
+
+
+class _Tree(QTreeView):
+    """The view; opens with Enter, and its menu with the menu key."""
+
+    opening = Signal(QModelIndex)
+    menu_asked = Signal(QPoint)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setHeaderHidden(True)
+        self.setIndentation(0)
+        self.setRootIsDecorated(False)
+        self.setExpandsOnDoubleClick(False)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.setFrameShape(QTreeView.Shape.NoFrame)
+        self.setMouseTracking(True)
+        self.setTabKeyNavigation(False)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter opens; the menu key shows the menu at the row and not at the pointer."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.opening.emit(self.currentIndex())
+        elif event.key() == Qt.Key.Key_Menu:
+            self.menu_asked.emit(self.visualRect(self.currentIndex()).center())
+        else:
+            super().keyPressEvent(event)
+
+
+class _Empty(QWidget):
+    """What is shown where there is no demonstration: why, and what to do."""
+
+    importing = Signal()
+    showing_all = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._label = QLabel()
+        self._label.setWordWrap(True)
+        self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._import = QPushButton(self.tr("Import recordings…"))
+        self._import.clicked.connect(self.importing)
+        self._all = QPushButton(self.tr("Show all"))
+        self._all.clicked.connect(self.showing_all)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 16, 16, 16)
+        column.addStretch(1)
+        column.addWidget(self._label)
+        column.addSpacing(8)
+        for button in (self._import, self._all):
+            column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addStretch(2)
+
+    def say(self, has_project: bool, has_demonstrations: bool) -> None:
+        """Say what is missing."""
+        self._import.setVisible(has_project and not has_demonstrations)
+        self._all.setVisible(has_demonstrations)
+        if has_demonstrations:
+            text = self.tr("No demonstration fits what is searched for and shown.")
+        elif has_project:
+            text = self.tr(
+                "This project has no demonstrations yet. Import recordings: tables (CSV), the "
+                "paper's databases or archives."
+            )
+        else:
+            text = self.tr("No project is open. Open one, or make a new one, from the menu.")
+        self._label.setText(text)

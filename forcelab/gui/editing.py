@@ -1,0 +1,261 @@
+"""Painting in the window: each verb is in the store before the signal that makes views draw it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal
+
+from PySide6.QtCore import QObject, Signal
+
+from forcelab.errors import ForcelabError, StaleTrackError
+from forcelab.gui.looking import Looking
+from forcelab.labels import Segments
+from forcelab.project import Edit, Project
+from forcelab.project.labelling import Labelling
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["Editing", "Stroke"]
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A segment begun with a key and not ended yet; `start` in seconds."""
+
+    action: str
+    start: float
+
+
+class Editing(Looking):
+    """The part of the window's state that is painted: one coder's track.
+
+    A verb gives whether it changed anything; what stands in its way is said in the status line.
+
+    Attributes
+    ----------
+    project : Project or None
+        The open project.
+    id : str
+        Of the open demonstration; ``""`` without one.
+    author : str
+        The coder whose track is painted.
+    vocabulary : Vocabulary
+        Of the open demonstration's task.
+    selected : int or None
+        Which of :attr:`segments` is selected.
+    action : str or None
+        The brush: what dragging on the track paints.
+    stroke : Stroke or None
+        What a key has begun.
+    """
+
+    tracks_changed = Signal()
+    vocabulary_changed = Signal()
+    selection_changed = Signal()
+    stroke_changed = Signal()
+    action_changed = Signal()
+    store_failed = Signal(str)
+
+    def __init__(self, author: str, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.author = author
+        self.project: Project | None = None
+        self.action: str | None = None
+        self.vocabulary = Vocabulary()
+        self._take_up("", None)
+
+    def _take_up(self, id_: str, labelling: Labelling | None) -> None:
+        """Paint another track from now on; nobody is told yet."""
+        self.id = id_
+        self._labelling: Labelling | None = labelling
+        self.selected: int | None = None
+        self.stroke: Stroke | None = None
+
+    @property
+    def coding_blind(self) -> bool:
+        """Whether everybody else's labels are hidden from the coder here."""
+        if self.project is None or not self.id:
+            return False
+        return self.project.is_blind(self.id, self.author)
+
+    def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
+        """Replace the actions of the open demonstration's task."""
+        if self.project is None or self.demonstration is None:
+            return False
+        with self._telling() as told:
+            self.project.set_vocabulary(self.demonstration.task, vocabulary)
+        if not told:
+            self.vocabulary = vocabulary
+            if self.action is not None and self.action not in vocabulary:
+                self.set_action(None)
+            self.vocabulary_changed.emit()
+        return not told
+
+    # What is chosen
+
+    def seek(self, time: float) -> None:
+        """Move the cursor; the selection ends where the cursor leaves it, but not in playback."""
+        super().seek(time)
+        if self.selected is not None and not self.playing:
+            segment = self.segments[self.selected]
+            if not segment.start - 1e-6 <= self.cursor <= segment.end + 1e-6:
+                self.select(None)
+
+    def select(self, index: int | None) -> None:
+        """Select one of the coder's segments, or none."""
+        if index is not None and not 0 <= index < len(self.segments):
+            index = None
+        if index != self.selected:
+            self.selected = index
+            self.selection_changed.emit()
+
+    def set_action(self, name: str | None) -> None:
+        """Take up a brush, or put it down."""
+        if name != self.action:
+            self.action = name
+            self.action_changed.emit()
+
+    # Painting
+
+    @property
+    def segments(self) -> Segments:
+        """The coder's track."""
+        return self._labelling.segments if self._labelling is not None else ()
+
+    def paint(self, start: float, end: float, action: str) -> bool:
+        """Paint an action over ``[start, end)``; an action that is new joins the vocabulary."""
+        if not self._known(action):
+            return False
+        return self._edit(lambda track: track.paint(start, end, action))
+
+    def erase(self, start: float, end: float) -> bool:
+        """Make a stretch unlabelled."""
+        return self._edit(lambda track: track.erase(start, end))
+
+    def move_edge(self, index: int, edge: Literal["start", "end"], time: float) -> bool:
+        """Move one edge of a segment."""
+        return self._edit(lambda track: track.move_edge(index, edge, time))
+
+    def move_segment(self, index: int, start: float) -> bool:
+        """Move a whole segment."""
+        return self._edit(lambda track: track.move_segment(index, start))
+
+    def split(self, time: float) -> bool:
+        """Cut the segment at `time` in two."""
+        return self._edit(lambda track: track.split(time))
+
+    def merge(self, first: int, last: int) -> bool:
+        """Make one segment of a run."""
+        return self._edit(lambda track: track.merge(first, last))
+
+    def relabel(self, index: int, action: str) -> bool:
+        """Give a segment another action."""
+        if not self._known(action):
+            return False
+        return self._edit(lambda track: track.relabel(index, action))
+
+    def delete(self, index: int) -> bool:
+        """Take a segment away."""
+        return self._edit(lambda track: track.delete(index))
+
+    def fill_gaps(
+        self, longest: float, action: str | None = None, within: tuple[float, float] | None = None
+    ) -> bool:
+        """Fill short gaps between segments."""
+        return self._edit(lambda track: track.fill_gaps(longest, action, within))
+
+    def copy_from(self, author: str, start: float, end: float) -> bool:
+        """Take a stretch over from another track."""
+        if self.coding_blind:
+            self.say(self.tr("Other labels are hidden until you are done; nothing copied."), True)
+            return False
+        return self._edit(lambda track: track.copy_from(author, start, end))
+
+    def undo(self) -> bool:
+        """Take back the latest edit."""
+        return self._edit(lambda track: track.undo(), self.tr("There is nothing to undo."))
+
+    def redo(self) -> bool:
+        """Take back the latest undo."""
+        return self._edit(lambda track: track.redo(), self.tr("There is nothing to redo."))
+
+    def history(self) -> tuple[Edit, ...]:
+        """Every edit of the coder's track, the first one first."""
+        return self._labelling.history() if self._labelling is not None else ()
+
+    def begin_stroke(self, action: str, at: float) -> None:
+        """Begin a segment that :meth:`end_stroke` ends."""
+        low, high = self.bounds
+        self.stroke = Stroke(action, min(max(at, low), high))
+        self.stroke_changed.emit()
+
+    def end_stroke(self, at: float) -> bool:
+        """Paint what was begun, up to `at`, which may lie before its beginning."""
+        if self.stroke is None:
+            return False
+        stroke, self.stroke = self.stroke, None
+        low, high = self.bounds
+        at = min(max(at, low), high)
+        self.stroke_changed.emit()
+        if at == stroke.start:
+            self.say(self.tr("A segment needs time: move the cursor before you end it."), True)
+            return False
+        return self.paint(min(stroke.start, at), max(stroke.start, at), stroke.action)
+
+    def cancel_stroke(self) -> None:
+        """Forget what was begun."""
+        if self.stroke is not None:
+            self.stroke = None
+            self.stroke_changed.emit()
+
+    # Inside
+
+    def _edit(self, verb: Callable[[Labelling], Edit | None], nothing: str = "") -> bool:
+        """Carry out an edit; the store has it before a view hears of it."""
+        if self._labelling is None:
+            return False
+        edit = None
+        with self._telling() as told:
+            edit = verb(self._labelling)
+        if edit is None:
+            if nothing and not told:
+                self.say(nothing)
+            return False
+        # Undoing may bring back an action that has left the vocabulary since.
+        self._known(*(segment.action for segment in edit.inserted))
+        if self.selected is not None:
+            self._follow_selection(edit)
+        self.tracks_changed.emit()
+        self.say(edit.what)
+        return True
+
+    def _follow_selection(self, edit: Edit) -> None:
+        """Keep the selection on its segment when segments before it come or go."""
+        assert self.selected is not None
+        past = edit.position + len(edit.removed)
+        if self.selected >= past:
+            self.select(self.selected + len(edit.inserted) - len(edit.removed))
+        elif self.selected >= edit.position and len(edit.inserted) != len(edit.removed):
+            self.select(None)
+
+    @contextmanager
+    def _telling(self) -> Iterator[list[str]]:
+        """Say in the status line what stands in the way; gives a list that holds it then."""
+        told: list[str] = []
+        try:
+            yield told
+        except ForcelabError as error:
+            told.append(str(error))
+            if isinstance(error, StaleTrackError) and self._labelling is not None:
+                self._labelling.refresh()
+                self.select(None)
+                self.tracks_changed.emit()
+            self.say(str(error), True)
+            if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
+                self.store_failed.emit(str(error))
+
+    def _known(self, *actions: str) -> bool:
+        """Make sure that the vocabulary has these actions."""
+        wider = self.vocabulary.with_actions(*actions)
+        return wider == self.vocabulary or self.set_vocabulary(wider)

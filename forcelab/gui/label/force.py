@@ -1,0 +1,303 @@
+"""The force panel: every channel of the demonstration over time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QLineF, QRectF, Qt
+from PySide6.QtGui import (
+    QAction,
+    QColor,
+    QContextMenuEvent,
+    QHelpEvent,
+    QPainter,
+    QPen,
+)
+from PySide6.QtWidgets import QMenu, QToolTip, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.force_axes import (
+    ALONE,
+    BESIDE,
+    curve_colour,
+    paint_axis,
+    paint_groups,
+    paint_names,
+    paint_tag,
+    paint_values,
+    tagged,
+)
+from forcelab.gui.label.force_channels import ForceChannels
+from forcelab.gui.label.force_curves import Canvas
+from forcelab.gui.label.force_gaps import paint_gaps
+from forcelab.gui.label.force_lanes import Lane, axis_of, lanes, spanning
+from forcelab.gui.panel import TimePanel
+from forcelab.gui.theme import Colours, colours
+from forcelab.signals.columns import Columns
+from forcelab.signals.envelope import Extremes
+
+__all__ = ["ForcePanel"]
+
+#: Samples at least so many pixels apart are dotted.
+FAR_APART = 7
+
+Real = NDArray[np.float64]
+
+
+class ForcePanel(TimePanel):
+    """All channels on the common time axis, each on its own vertical axis or one for each unit.
+
+    Parameters
+    ----------
+    document : Document
+        What is shown.
+    jobs : Jobs
+        Runs the reading of long demonstrations.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    source : ForceChannels
+        The channels and what is shown of them; the overview draws from it too.
+
+    Signals
+    -------
+    choices_changed()
+        Other channels are shown, or in another way.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(document, "", parent)
+        self.title = self.tr("Forces")
+        self.setAccessibleName(self.title)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMinimumHeight(80)
+        self.source = ForceChannels(document, jobs, self)
+        self.choices_changed = self.source.choices_changed
+        self._axes: tuple[tuple[Lane, Axis], ...] = ()
+        self.source.choices_changed.connect(self.invalidate)
+        self.source.grown.connect(self.invalidate)
+
+    # What is wanted
+
+    @property
+    def channels(self) -> list[str]:
+        """The names of all channels."""
+        return list(self.source.names)
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The names of those that are shown."""
+        return self.source.shown
+
+    def set_shown(self, name: str, shown: bool) -> None:
+        """Show or hide a channel."""
+        self.source.set_shown(name, shown)
+
+    def set_overlaid(self, overlaid: bool) -> None:
+        """Draw the channels of one unit over each other, or each on its own axis."""
+        self.source.set_overlaid(overlaid)
+
+    def set_autoscale(self, autoscale: bool) -> None:
+        """Let axes follow what is visible, or hold the whole recording."""
+        self.source.set_autoscale(autoscale)
+
+    def save_choices(self) -> None:
+        """Remember what is wanted."""
+        self.source.save_choices()
+
+    def restore_choices(self) -> None:
+        """Want again what was remembered."""
+        self.source.restore_choices()
+
+    def menu(self) -> QMenu:
+        """The panel's menu, for a right click, the menu key and the window's own menus."""
+        menu = QMenu(self.title, self)
+        menu.setToolTipsVisible(True)
+        for name in self.source.names:
+            self._entry(menu, name.replace("&", "&&"), name in self.shown).toggled.connect(
+                lambda shown, name=name: self.set_shown(name, shown)
+            )
+        menu.addSeparator()
+        menu.addAction(self.tr("Show all channels")).triggered.connect(self.source.show_all)
+        entry = self._entry(menu, self.tr("One axis for each unit"), self.source.overlaid)
+        entry.toggled.connect(self.set_overlaid)
+        entry = self._entry(menu, self.tr("Scale to what is visible"), self.source.autoscale)
+        entry.toggled.connect(self.set_autoscale)
+        return menu
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer the menu."""
+        menu = self.menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(event.globalPos())
+
+    def event(self, event: QEvent) -> bool:
+        """Tell the whole name and the unit of a channel whose name is pointed at."""
+        if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+            told = self._told(event.pos().x(), event.pos().y())
+            QToolTip.showText(event.globalPos(), told, self)
+            return True
+        return super().event(event)
+
+    # Drawing
+
+    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the curves, or what was read of them so far."""
+        now = colours()
+        strips = lanes(
+            self.source.channels, self.shown, plot.height(), overlaid=self.source.overlaid
+        )
+        if not strips:
+            self._axes = ()
+            face = text.font(12)
+            sentence = self.tr("Every channel is hidden; the menu of this panel shows them again.")
+            sentence = text.elided(sentence, face, plot.width() - 16)
+            at = plot.center()
+            ink = QColor(now.muted)
+            text.put(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
+            return
+        canvas = Canvas(plot, painter.device().devicePixelRatioF())
+        columns = self.source.columns(self._times(canvas.edges()))
+        found = {name: self.source.envelope(name).drawn(columns) for name in self.shown}
+        names = self.source.names
+        self._axes = tuple(
+            (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))
+            for lane in strips
+        )
+        self._paint_ground(painter, plot, now)
+        dotted = columns.samples * FAR_APART <= plot.width()
+        for lane, axis in self._axes:
+            for i in lane.channels:
+                box = (lane.top, lane.bottom)
+                canvas.draw(found[names[i]], axis, curve_colour(i, now), box)
+                if dotted:
+                    self._paint_samples(canvas, columns, i, axis, box)
+        canvas.paint(painter)
+        self._paint_notes(painter, plot, columns, now)
+
+    def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
+        """Draw names and vertical axes."""
+        now = colours()
+        painter.fillRect(box, QColor(now.panel))
+        strips = [lane for lane, _ in self._axes]
+        named = {lane.group: self._sensor(lane.group) for lane in strips}
+        paint_groups(painter, strips, named, now)
+        for lane, axis in self._axes:
+            taken = paint_names(painter, lane, self.source.channels, box, self._left, now)
+            paint_axis(painter, lane, axis, box.right(), taken, now)
+
+    def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
+        """Write the values at the cursor."""
+        values, channels = self.source.values_at(self.document.cursor), self.source.channels
+        x, now = self.x_at(self.document.cursor), colours()
+        for lane, axis in self._axes:
+            paint_values(painter, lane, axis, channels, values, self._left, now)
+            if tagged(lane) and plot.left() <= x <= plot.right():
+                paint_tag(painter, lane, axis, channels, values, x, plot, now)
+
+    # Inside
+
+    @property
+    def _left(self) -> float:
+        """Where names start."""
+        return BESIDE if any(lane.group for lane, _ in self._axes) else ALONE
+
+    def _times(self, x: Real) -> Real:
+        """The times of pixels."""
+        return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
+
+    def _sensor(self, group: str) -> str:
+        """What a group is called."""
+        return self.tr("sensor {0}").format(group) if group.isdigit() else group
+
+    def _span(self, names: list[str], found: dict[str, Extremes]) -> tuple[float, float] | None:
+        """The least and the greatest value that an axis has to hold."""
+        whole = None
+        if not self.source.autoscale and self.source.read >= 1.0:
+            whole = spanning(self.source.envelope(name).range for name in names)
+        if whole is not None:
+            return whole
+        visible = []
+        for name in names:
+            known = ~np.isnan(found[name].low)
+            if known.any():
+                low, high = found[name].low[known], found[name].high[known]
+                visible.append((float(low.min()), float(high.max())))
+        return spanning(visible)
+
+    def _paint_ground(self, painter: QPainter, plot: QRectF, now: Colours) -> None:
+        """Draw what lies behind the curves: gaps, lines at the axes' numbers, zero, borders."""
+        paint_gaps(painter, self, self.source.gaps, plot, now)
+        for _, axis in self._axes:
+            rows = [axis.at(value) for value, _ in axis.marks(10.0, upright=True) if value]
+            painter.setPen(QPen(QColor(now.grid), 1))
+            for row in rows:
+                y = round(row) + 0.5
+                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+            if axis.start <= 0.0 <= axis.end:
+                painter.setPen(QPen(QColor(now.frame), 1, Qt.PenStyle.DotLine))
+                y = round(axis.at(0.0)) + 0.5
+                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        painter.setPen(QPen(QColor(now.panel_edge), 1))
+        for (lane, _), (following, _) in zip(self._axes[:-1], self._axes[1:], strict=True):
+            y = round(lane.bottom) + 0.5
+            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+            if following.top > lane.bottom:
+                box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
+                painter.fillRect(box, QColor(now.panel))
+
+    def _paint_samples(
+        self, canvas: Canvas, columns: Columns, i: int, axis: Axis, box: tuple[float, float]
+    ) -> None:
+        """Draw a dot at each of the few samples that are visible."""
+        demonstration = self.document.demonstration
+        if demonstration is None:
+            return
+        stamps = demonstration.times[columns.around]
+        x = self.GUTTER + (stamps - self.document.start) / self.seconds_per_pixel
+        values = self.source.envelope(self.source.names[i]).values[columns.around]
+        inside = np.abs(x) < 2 * self.width()
+        canvas.dots(x[inside], values[inside], axis, curve_colour(i, colours()), box)
+
+    def _paint_notes(self, painter: QPainter, plot: QRectF, columns: Columns, now: Colours) -> None:
+        """Say how much of the data is seen."""
+        notes = []
+        if columns.pyramid and self.source.read < 1.0:
+            share = f"{100 * self.source.read:.0f}"
+            notes.append(self.tr("reading the channels: {0} %").format(share))
+        if columns.dense:
+            count = f"{columns.crowd:.0f}"
+            notes.append(self.tr("min/max of {0} samples a pixel").format(count))
+        face = text.font(10)
+        y = plot.top() + 9
+        for note in notes:
+            wide = text.width(note, face)
+            plate = QRectF(plot.right() - wide - 10, y - 7, wide + 8, 14)
+            ground = QColor(now.background)
+            ground.setAlphaF(0.9)
+            painter.fillRect(plate, ground)
+            ink = QColor(now.muted)
+            text.put(painter, plot.right() - 6, y, note, face=face, ink=ink, align=1.0)
+            y += 15
+
+    def _told(self, x: float, y: float) -> str:
+        """What is said of a place in the gutter."""
+        for lane, _ in self._axes:
+            if x < self.GUTTER and lane.top <= y <= lane.bottom:
+                return "\n".join(
+                    f"{channel.name} ({channel.unit})" if channel.unit else channel.name
+                    for channel in (self.source.channels[i] for i in lane.channels)
+                )
+        return ""
+
+    @staticmethod
+    def _entry(menu: QMenu, name: str, checked: bool) -> QAction:
+        """A line of the menu that is on or off."""
+        entry = menu.addAction(name)
+        entry.setCheckable(True)
+        entry.setChecked(checked)
+        return entry

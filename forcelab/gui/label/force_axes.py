@@ -1,0 +1,215 @@
+"""The gutter of the force panel: names, units, vertical axes, and the values at the cursor."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+
+from PySide6.QtCore import QLineF, QRectF
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from forcelab.demonstration import Channel
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label.force_lanes import Lane
+from forcelab.gui.theme import Colours
+
+__all__ = [
+    "curve_colour",
+    "number_of",
+    "paint_axis",
+    "paint_groups",
+    "paint_names",
+    "paint_tag",
+    "paint_values",
+    "tagged",
+]
+
+#: Heights of fonts and of a line of text, in pixels.
+NAME, NUMBER, LINE = 11.0, 10.0, 14.0
+#: Least height of a line of two and of a line alone.
+LEAST, SMALLEST = 11.0, 9.0
+#: Where names start, with and without the brackets of groups left of them.
+BESIDE, ALONE = 20.0, 6.0
+#: Width of a value at the cursor: names and values end where the axis' numbers may begin.
+VALUE = 40.0
+
+
+def curve_colour(column: int, theme: Colours) -> QColor:
+    """The colour of a channel: it depends on its place in the recording only."""
+    return QColor(theme.curves[column % len(theme.curves)])
+
+
+def number_of(value: float | None, span: float) -> str:
+    """A value with as many decimals as can be told apart on its axis; a dash for none."""
+    if value is None:
+        return "\N{EN DASH}"
+    if not 1e-4 <= span < 1e5:
+        return f"{value:.2e}".replace("-", "\N{MINUS SIGN}")
+    decimals = 3 if span < 10 else 2 if span < 100 else 1 if span < 1000 else 0
+    shown = f"{value:.{decimals}f}"
+    if not shown.strip("-0."):
+        shown = shown.lstrip("-")
+    return shown.replace("-", "\N{MINUS SIGN}")
+
+
+def _lines(lane: Lane) -> tuple[int, float]:
+    """How many lines of text each channel of a lane has room for, and the height of one."""
+    room = (lane.height - 2) / len(lane.channels)
+    rows = 2 if room >= 2 * LEAST else 1
+    return rows, max(min(LINE, room / rows), LEAST if rows == 2 else SMALLEST)
+
+
+def tagged(lane: Lane) -> bool:
+    """Whether the values of a lane stand at the cursor, having no room below the names."""
+    return _lines(lane)[0] == 1
+
+
+def _spots(lane: Lane, left: float) -> list[tuple[int, float, float, float]]:
+    """Channel, left end, height of its name and of its value in a lane; NaN without room."""
+    rows, line = _lines(lane)
+    first = lane.top + 1 + line / 2
+    step = rows * line
+    return [
+        (column, left, first + i * step, first + i * step + line if rows == 2 else math.nan)
+        for i, column in enumerate(lane.channels)
+        if first + i * step + line / 2 <= lane.bottom + 1
+    ]
+
+
+def paint_names(
+    painter: QPainter,
+    lane: Lane,
+    channels: Sequence[Channel],
+    box: QRectF,
+    left: float,
+    theme: Colours,
+) -> list[QRectF]:
+    """Write the names of a lane's channels, and its unit where there is room for it.
+
+    Returns
+    -------
+    list of QRectF
+        What they and the values at the cursor take up.
+    """
+    size = min(NAME, _lines(lane)[1])
+    small = text.font(min(NUMBER, size))
+    alone = len(lane.channels) == 1
+    taken = []
+    if not alone and lane.unit:
+        wide = text.width(lane.unit, small)
+        place = QRectF(box.right() - 6 - wide, lane.top + 2, wide, NUMBER)
+        ink = QColor(theme.muted)
+        text.put(painter, place.left(), place.center().y(), lane.unit, face=small, ink=ink)
+        taken.append(place)
+    for column, x, y, below in _spots(lane, left):
+        room = box.width() - x - (6 if alone else VALUE)
+        face = text.font(size, bold=True)
+        name = channels[column].name
+        if text.width(name, face) > room:
+            face = small
+        name = text.elided(name, face, room, middle=True)
+        text.put(painter, x, y, name, face=face, ink=curve_colour(column, theme))
+        used = text.width(name, face)
+        if alone and lane.unit and used + 5 + text.width(lane.unit, small) <= room:
+            text.put(painter, x + used + 5, y, lane.unit, face=small, ink=QColor(theme.muted))
+            used += 5 + text.width(lane.unit, small)
+        taken.append(QRectF(x, y - size / 2, used + 3, size))
+        if not math.isnan(below):
+            taken.append(QRectF(x, below - NUMBER / 2, VALUE, NUMBER))
+    return taken
+
+
+def paint_values(
+    painter: QPainter,
+    lane: Lane,
+    axis: Axis,
+    channels: Sequence[Channel],
+    values: Mapping[str, float | None],
+    left: float,
+    theme: Colours,
+) -> None:
+    """Write the values at the cursor below the names, where they have room."""
+    face = text.font(NUMBER)
+    for column, x, _, y in _spots(lane, left):
+        if not math.isnan(y):
+            shown = number_of(values.get(channels[column].name), axis.end - axis.start)
+            text.put(painter, x, y, shown, face=face, ink=QColor(theme.text))
+
+
+def paint_tag(
+    painter: QPainter,
+    lane: Lane,
+    axis: Axis,
+    channels: Sequence[Channel],
+    values: Mapping[str, float | None],
+    cursor: float,
+    plot: QRectF,
+    theme: Colours,
+) -> None:
+    """Write the values of a lane at the cursor, each in the colour of its curve."""
+    face = text.font(NUMBER)
+    span = axis.end - axis.start
+    shown = [(i, number_of(values.get(channels[i].name), span)) for i in lane.channels]
+    wide = text.widest((number for _, number in shown), face) + 8
+    high = len(shown) * (NUMBER + 2) + 2
+    left = cursor + 5 if cursor + 5 + wide <= plot.right() else cursor - 5 - wide
+    top = max(min(lane.top + 1, plot.bottom() - high), plot.top())
+    ground = QColor(theme.background)
+    ground.setAlphaF(0.85)
+    painter.fillRect(QRectF(left, top, wide, high), ground)
+    for row, (column, number) in enumerate(shown):
+        y = top + 1 + (row + 0.5) * (NUMBER + 2)
+        ink = curve_colour(column, theme)
+        text.put(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
+
+
+def paint_axis(
+    painter: QPainter,
+    lane: Lane,
+    axis: Axis,
+    x: float,
+    taken: Sequence[QRectF],
+    theme: Colours,
+) -> None:
+    """Draw a lane's vertical axis at `x`, without the numbers that would run into what is taken."""
+    painter.setPen(QPen(QColor(theme.frame), 1.0))
+    painter.drawLine(QLineF(x - 0.5, lane.top, x - 0.5, lane.bottom))
+    face = text.font(NUMBER)
+    for value, label in axis.marks(NUMBER, upright=True):
+        y = round(axis.at(value)) + 0.5
+        painter.setPen(QPen(QColor(theme.frame), 1.0))
+        painter.drawLine(QLineF(x - 4, y, x - 1, y))
+        wide = text.width(label, face)
+        place = QRectF(x - 6 - wide, y - NUMBER / 2, wide, NUMBER)
+        inside = lane.top - 3 <= place.top() and place.bottom() <= lane.bottom + 3
+        if inside and not any(place.intersects(other) for other in taken):
+            ink = QColor(theme.muted)
+            text.put(painter, x - 6, y, label, face=face, ink=ink, align=1.0)
+
+
+def paint_groups(
+    painter: QPainter, lanes: Sequence[Lane], names: Mapping[str, str], theme: Colours
+) -> None:
+    """Draw a bracket along the lanes of each sensor, with its name where there is room."""
+    face = text.font(NUMBER)
+    for group, members in groupby(lanes, key=lambda lane: lane.group):
+        strips = list(members)
+        top, bottom = strips[0].top + 3, strips[-1].bottom - 3
+        if not group:
+            continue
+        painter.setPen(QPen(QColor(theme.frame), 1.0))
+        painter.drawLines(
+            [
+                QLineF(15.5, top, 15.5, bottom),
+                QLineF(15.5, top, 18.0, top),
+                QLineF(15.5, bottom, 18.0, bottom),
+            ]
+        )
+        name = names[group]
+        if text.width(name, face) > bottom - top:
+            name = text.elided(group, face, bottom - top)
+        middle = (top + bottom) / 2
+        ink = QColor(theme.muted)
+        text.put_upwards(painter, 8.0, middle, name, face=face, ink=ink, align=0.5)

@@ -1,0 +1,275 @@
+"""A video's frames for the window: decoded in a thread of their own, the newest request first."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtGui import QImage
+
+from forcelab.errors import InputError
+
+if TYPE_CHECKING:
+    from forcelab.video.reader import Frame, VideoReader
+    from forcelab.video.sketches import Sketches
+
+__all__ = ["Frames"]
+
+#: Frames decoded ahead in the direction of travel while nothing is asked for, and around a frame
+#: at which the cursor rests.
+AHEAD, AROUND = 12, 3
+#: A frame that is asked for is still decoded when a later one is asked for while the decoder is
+#: this near, so that playback faster than the decoder shows some frames rather than none.
+NEAR = 12
+#: Seconds without a request after which sketches are made.
+REST = 0.3
+#: Seconds that closing waits for the decoder to come to the end of a frame.
+PATIENCE = 5.0
+
+
+class Frames(QObject):
+    """The frames of one video at a time.
+
+    Parameters
+    ----------
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    opened : Signal(ndarray, tuple)
+        The video can be shown: timestamps of its frames in seconds, shape (n,), on its own clock;
+        width and height in pixels.
+    failed : Signal(str)
+        It cannot be shown at all, and why.
+    remarked : Signal(str)
+        What is to be said about it though it can be shown.
+    indexed : Signal(int, int)
+        How many frames' times are read, of how many.
+    frame_ready : Signal(int, QImage)
+        A frame's number from 0, and its picture. Before :attr:`opened` it is the first frame of a
+        video whose index takes long.
+    sketch_ready : Signal(int, QImage)
+        The same, smaller and coarser, while the frame itself takes long.
+    missed : Signal(int, str)
+        A frame that cannot be decoded, and why.
+    """
+
+    opened = Signal(object, object)
+    failed = Signal(str)
+    remarked = Signal(str)
+    indexed = Signal(int, int)
+    frame_ready = Signal(int, QImage)
+    sketch_ready = Signal(int, QImage)
+    missed = Signal(int, str)
+    _told = Signal(object, object, object)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._decoder: _Decoder | None = None
+        self._ending: list[_Decoder] = []
+        self._told.connect(self._relay, Qt.ConnectionType.QueuedConnection)
+
+    def open(self, path: Path) -> None:
+        """Show another video from now on; what is under way for the one before is dropped."""
+        self.leave()
+        decoder = _Decoder(path, lambda what, values: self._told.emit(decoder, what, values))
+        self._decoder = decoder
+        decoder.thread.start()
+
+    def want(self, number: int, direction: int = 0) -> None:
+        """Ask for a frame; earlier requests that are not served yet are dropped.
+
+        Parameters
+        ----------
+        number : int
+            From 0.
+        direction : int
+            1 or -1 for where the next request is likely to go; 0 if that is not known.
+        """
+        if self._decoder is not None:
+            self._decoder.want(number, direction)
+
+    def close(self) -> None:
+        """Let go of the video; no thread is left."""
+        self.leave()
+        for decoder in self._ending:
+            decoder.thread.join(PATIENCE)
+        self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
+
+    def leave(self) -> None:
+        """Let go of the video without waiting for the decoder to end."""
+        if self._decoder is not None:
+            self._decoder.end()
+            self._ending.append(self._decoder)
+            self._decoder = None
+        self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
+
+    @Slot(object, object, object)
+    def _relay(self, decoder: _Decoder, what: str, values: tuple[Any, ...]) -> None:
+        """Pass on what the present decoder tells; a former one is not heard any more."""
+        if decoder is self._decoder:
+            getattr(self, what).emit(*values)
+
+
+class _Decoder:
+    """A thread that reads one video."""
+
+    def __init__(self, path: Path, tell: Callable[[str, tuple[Any, ...]], object]) -> None:
+        self.path = path
+        self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
+        self._tell = tell
+        self._changed = threading.Condition()
+        self._ended = False
+        self._wanted: tuple[int, int] | None = None
+        self._served = (0, 0)
+        self._served_at = time.monotonic()
+        self._sketches: Sketches | None = None
+        self._sketching: Generator[None, None, None] | None = None
+
+    def want(self, number: int, direction: int) -> None:
+        """Take a request in place of the one before."""
+        with self._changed:
+            self._wanted = (number, direction)
+            self._changed.notify()
+
+    def end(self) -> None:
+        """Stop at the next frame."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+
+    def _run(self) -> None:
+        """Read the index, then serve requests, the neighbours of the last one in between."""
+        try:
+            reader = self._open()
+        except (InputError, ImportError, OSError) as error:
+            self._tell("failed", (_sentence(error, self.path),))
+            return
+        if reader is None:
+            return
+        from forcelab.video.sketches import Sketches
+
+        self._sketches = Sketches(self.path, reader.index)
+        if self._sketches.worthwhile:
+            self._sketching = self._sketches.sketching()
+        with reader:
+            self._tell("opened", (reader.times, reader.size))
+            if reader.remark:
+                self._tell("remarked", (reader.remark,))
+            while not self._ended:
+                if self._wanted is not None:
+                    self._serve(reader)
+                elif not self._look_around(reader) and not self._sketch():
+                    with self._changed:
+                        if self._wanted is None and not self._ended:
+                            self._changed.wait(REST if self._sketching else None)
+            if self._sketching is not None:
+                self._sketching.close()
+
+    def _open(self) -> VideoReader | None:
+        """Open the video; the first frame is shown while a long index is read."""
+        from forcelab.video.index import indexing, open_video
+        from forcelab.video.reader import VideoReader, as_rgb
+
+        job, shown = indexing(self.path), False
+        while not self._ended:
+            try:
+                progress = next(job)
+            except StopIteration as stop:
+                return VideoReader(self.path, stop.value)
+            if not shown:
+                shown = True
+                capture = open_video(self.path)
+                read, picture = capture.read()
+                capture.release()
+                if read:
+                    self._tell("frame_ready", (0, _image(as_rgb(picture))))
+            self._tell("indexed", (progress.done, progress.total))
+        return None
+
+    def _serve(self, reader: VideoReader) -> None:
+        """Decode the frame that is asked for, unless another one is asked for meanwhile."""
+        with self._changed:
+            assert self._wanted is not None
+            (number, direction), self._wanted = self._wanted, None
+        number = min(max(number, 0), len(reader) - 1)
+        self._served, self._served_at = (number, direction), time.monotonic()
+        if reader.kept(number) is None and not number - NEAR <= reader.position < number:
+            sketch = self._sketches.get(number) if self._sketches is not None else None
+            if sketch is not None:
+                self._tell("sketch_ready", (number, _image(sketch)))
+        try:
+            frame = self._reach(reader, number, None, patient=True)
+        except InputError as error:
+            self._tell("missed", (number, str(error)))
+            return
+        if frame is not None:
+            self._tell("frame_ready", (number, _image(frame)))
+
+    def _sketch(self) -> bool:
+        """Make one sketch; False if there is none to make, or not yet."""
+        if self._sketching is None or time.monotonic() - self._served_at < REST:
+            return False
+        try:
+            next(self._sketching)
+        except (StopIteration, InputError):
+            self._sketching = None
+        return True
+
+    def _look_around(self, reader: VideoReader) -> bool:
+        """Decode one neighbour of the last frame; False if all of them are there."""
+        number, direction = self._served
+        last = len(reader) - 1
+        room = reader.capacity // 4  # the frame, both sides and what is passed fit together
+        ahead = min(AHEAD if direction > 0 else AROUND, room)
+        behind = min(AHEAD if direction < 0 else AROUND, room)
+        around = [*range(number + 1, min(number + ahead, last) + 1)]
+        around += range(number - 1, max(number - behind, 0) - 1, -1)
+        for other in around:
+            if reader.kept(other) is None:
+                try:
+                    self._reach(reader, other, room if other < number else 0, patient=False)
+                except InputError:
+                    self._served = (number, 0) if direction else (number, direction)
+                    return False  # it is told when it is asked for
+                return True
+        return False
+
+    def _reach(
+        self, reader: VideoReader, number: int, passed: int | None, *, patient: bool
+    ) -> Frame | None:
+        """Decode up to a frame; None if it is not wanted any more."""
+        reaching = reader.reaching(number, passed)
+        while not self._ended:
+            wanted = self._wanted
+            near = number - NEAR <= reader.position < number
+            if wanted is not None and not (patient and near and wanted[0] >= number):
+                return None
+            try:
+                next(reaching)
+            except StopIteration as stop:
+                frame: Frame = stop.value
+                return frame
+        return None
+
+
+def _image(frame: Frame) -> QImage:
+    """A picture of its own in the form that Qt paints fastest."""
+    height, width = frame.shape[:2]
+    frame = np.ascontiguousarray(frame)
+    image = QImage(frame.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+    return image.convertToFormat(QImage.Format.Format_RGB32)
+
+
+def _sentence(error: Exception, path: Path) -> str:
+    """What is said of a video that cannot be opened."""
+    if isinstance(error, ImportError):
+        return f"'{path.name}' cannot be shown: OpenCV is not there ({error}); run forcelab doctor."
+    if isinstance(error, OSError):
+        return f"'{path}' cannot be read: {error.strerror or error}; check its rights and its disk."
+    return str(error)

@@ -1,0 +1,240 @@
+"""The history of the coder's track: what was done when, and how far undo and redo reach."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QFont, QHideEvent, QKeyEvent, QPainter, QPalette, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QHBoxLayout,
+    QLabel,
+    QListView,
+    QStackedLayout,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.label.history_model import HistoryModel, Standing, clock
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["HistoryView"]
+
+#: What was done is read when nothing was painted for so many ms.
+PAUSE = 60
+
+
+class HistoryView(QWidget):
+    """Every edit of the coder's track, newest first; what was undone is greyed.
+
+    Double click or Enter on an edit undoes what came after it, or redoes up to it. While the view
+    is hidden nothing is read.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.setAccessibleName(self.tr("History"))
+        self.model = HistoryModel(document, self)
+        self.list = _List(self.model)
+        self.list.setAccessibleName(self.tr("Edits of your track, newest first"))
+        self.list.doubleClicked.connect(self._chosen)
+        self.list.entered_on.connect(self._chosen)
+        self.undo = self._button("undo", self.tr("Undo"), document.undo)
+        self.redo = self._button("redo", self.tr("Redo"), document.redo)
+        self._reach = QLabel()
+        self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty = QLabel(self.tr("Nothing was edited here yet. Every edit can be undone."))
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setWordWrap(True)
+        self._empty.setMargin(12)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._pages = QStackedLayout()
+        self._pages.addWidget(self.list)
+        self._pages.addWidget(self._empty)
+        bar = QHBoxLayout()
+        bar.setSpacing(2)
+        bar.addWidget(self.undo)
+        bar.addWidget(self.redo)
+        bar.addWidget(self._reach, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addLayout(bar)
+        column.addLayout(self._pages, 1)
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(PAUSE)
+        self._soon.timeout.connect(self.refresh)
+        document.tracks_changed.connect(self._refresh_soon)
+        document.demonstration_changed.connect(self.refresh)
+        themes().changed.connect(self.list.viewport().update)
+        self._show_reach()
+
+    def sizeHint(self) -> QSize:
+        """Room for some edits."""
+        return QSize(300, 220)
+
+    def minimumSizeHint(self) -> QSize:
+        """Room for two."""
+        return QSize(180, 110)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Read what there is by now."""
+        super().showEvent(event)
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Let go of it."""
+        super().hideEvent(event)
+        self.model.clear()
+
+    def go_to(self, row: int) -> None:
+        """Undo or redo until the edit of a row is the latest that stands."""
+        if not 0 <= row < len(self.model.rows):
+            return
+        if self.model.standing(row) == Standing.ABANDONED:
+            text = self.tr("'{0}' was undone before a later edit, so redo cannot bring it back.")
+            self.document.say(text.format(self.model.rows[row].what))
+            return
+        steps = self.model.steps_to(row)
+        verb = self.document.undo if steps < 0 else self.document.redo
+        for _ in range(abs(steps)):
+            if not verb():
+                return
+
+    def _chosen(self, index: QModelIndex) -> None:
+        """Go back or forth to the edit that was chosen."""
+        if not 0 <= index.row() < len(self.model.rows):
+            return
+        chosen = self.model.rows[index.row()]
+        self.refresh()  # something may just have been painted
+        self.go_to(next(row for row, edit in enumerate(self.model.rows) if edit.id == chosen.id))
+
+    def _refresh_soon(self) -> None:
+        """Look again when nothing was painted for a moment: strokes come first."""
+        if self.isVisible():
+            self._soon.start()
+
+    def refresh(self) -> None:
+        """Show what has been done by now."""
+        self._soon.stop()
+        if self.isVisible():
+            self.model.refresh()
+            self._show_reach()
+
+    def _show_reach(self) -> None:
+        """Say what undo and redo would do."""
+        rows = range(len(self.model.rows))
+        self._pages.setCurrentIndex(0 if rows else 1)
+        done = next((row for row in rows if self.model.standing(row) == Standing.DONE), None)
+        undone = [row for row in rows if self.model.standing(row) == Standing.UNDONE]
+        self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
+        self.redo.setEnabled(bool(undone))
+        undo, redo = self.tr("Undo"), self.tr("Redo")
+        self.undo.setToolTip(undo if done is None else f"{undo}: {self.model.rows[done].what}")
+        self.redo.setToolTip(f"{redo}: {self.model.rows[undone[-1]].what}" if undone else redo)
+        count = len(undone)
+        self._reach.setText(self.tr("{0} undone").format(count) if count else "")
+
+    def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
+        """A button with an icon."""
+        button = QToolButton()
+        button.setIcon(icon(name))
+        button.setAccessibleName(text)
+        button.setToolTip(text)
+        button.setAutoRaise(True)
+        button.clicked.connect(lambda _=False: verb())
+        return button
+
+
+class _List(QListView):
+    """The rows; keys that label and play are left to the window."""
+
+    entered_on = Signal(QModelIndex)
+
+    def __init__(self, model: HistoryModel) -> None:
+        super().__init__()
+        self.setModel(model)
+        self.setItemDelegate(_Delegate(model, self))
+        self.setUniformItemSizes(True)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter is a double click."""
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.entered_on.emit(self.currentIndex())
+        elif event.text().isprintable() and event.text():
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
+
+
+class _Delegate(QStyledItemDelegate):
+    """Draws the time and the sentence of an edit, and a line where the present is."""
+
+    PADDING = 6.0
+
+    def __init__(self, model: HistoryModel, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        """One line of text with some room."""
+        return QSize(100, round(option.fontMetrics.height() * 1.6))
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Draw one edit."""
+        row = index.row()
+        edit, standing = self._model.rows[row], self._model.standing(row)
+        theme = colours()
+        box = QRectF(option.rect)
+        painter.save()
+        ink, aside = QColor(theme.text), QColor(theme.muted)
+        if option.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(box, QColor(theme.accent))
+            ink = aside = QColor(theme.accent_text)
+        elif standing != Standing.DONE:
+            ink = aside
+        font = QFont(option.font)
+        font.setStrikeOut(standing == Standing.ABANDONED)
+        font.setItalic(standing != Standing.DONE)
+        metrics = option.fontMetrics
+        when = clock(edit.time)
+        width = metrics.horizontalAdvance(when) + self.PADDING
+        inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
+        middle = Qt.AlignmentFlag.AlignVCenter
+        painter.setPen(aside)
+        painter.drawText(inner, middle | Qt.AlignmentFlag.AlignRight, when)
+        room = inner.adjusted(0, 0, -width, 0)
+        painter.setPen(ink)
+        painter.setFont(font)
+        said = painter.fontMetrics().elidedText(
+            edit.what, Qt.TextElideMode.ElideRight, int(room.width())
+        )
+        painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, said)
+        above = row > 0 and self._model.standing(row - 1) == Standing.UNDONE
+        if above and standing == Standing.DONE:
+            painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))
+        painter.restore()

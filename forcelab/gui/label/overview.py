@@ -1,0 +1,316 @@
+"""The overview: the whole demonstration, and the visible span as a window to take hold of."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label.force import ForcePanel
+from forcelab.gui.label.force_axes import curve_colour
+from forcelab.gui.label.force_curves import Canvas
+from forcelab.gui.label.force_lanes import Lane, axis_of, spanning
+from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
+from forcelab.gui.label.track_painting import paint_row
+from forcelab.gui.panel import ZOOM_STEP, TimePanel
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["Overview"]
+
+#: Height of the overview, and of the strip with the coder's track, in pixels.
+HEIGHT = 58
+STRIP = 10.0
+#: How far from an edge of the window it can still be taken hold of, in pixels.
+REACH = 6.0
+#: A window narrower than this is drawn so wide.
+NARROWEST = 3.0
+
+Handle = Literal["start", "end", "body", "new"]
+
+
+class Overview(QWidget):
+    """The whole demonstration in small.
+
+    Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
+    click centres the window there and moves the cursor.
+
+    Parameters
+    ----------
+    document : Document
+        What is shown.
+    force : ForcePanel
+        Whose channels are drawn, those that are shown there.
+    parent : QWidget, optional
+    """
+
+    def __init__(
+        self, document: Document, force: ForcePanel, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._source = force.source
+        self._kept: QPixmap | None = None
+        self._held: Handle | None = None
+        self._press = QPointF()
+        self._span = (0.0, 1.0)
+        self._moved = False
+        self._band: tuple[float, float] | None = None
+        self.setAccessibleName(self.tr("Overview of the whole demonstration"))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setFixedHeight(HEIGHT)
+        self.setMouseTracking(True)
+        for stale in (
+            document.demonstration_changed,
+            document.tracks_changed,
+            document.vocabulary_changed,
+            self._source.choices_changed,
+            self._source.grown,
+            themes().changed,
+        ):
+            stale.connect(self.invalidate)
+        document.span_changed.connect(self._moved_on)
+        document.cursor_moved.connect(self._moved_on)
+
+    # Where things are
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the whole demonstration, below the panels' time axis, in pixels."""
+        width = max(self.width() - TimePanel.GUTTER - TimePanel.RIGHT, 1)
+        return QRectF(TimePanel.GUTTER, 0.0, width, self.height())
+
+    @property
+    def axis(self) -> Axis:
+        """From seconds to pixels."""
+        return Axis(*self.document.bounds, self.plot.left(), self.plot.right())
+
+    def time_at(self, x: float) -> float:
+        """The time in seconds of a pixel, within the demonstration."""
+        low, high = self.document.bounds
+        share = (x - self.plot.left()) / self.plot.width()
+        return low + min(max(share, 0.0), 1.0) * (high - low)
+
+    @property
+    def window_box(self) -> QRectF:
+        """The visible span, in pixels; narrow ones are drawn wider."""
+        left, right = self.axis.at(self.document.start), self.axis.at(self.document.end)
+        spare = max(NARROWEST - (right - left), 0.0) / 2
+        return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
+
+    def handle_at(self, x: float) -> Handle:
+        """What is taken hold of at a pixel."""
+        box = self.window_box
+        inside = min(REACH, box.width() / 4)
+        if box.left() - REACH <= x <= box.left() + inside:
+            return "start"
+        if box.right() - inside <= x <= box.right() + REACH:
+            return "end"
+        whole = self.document.end - self.document.start >= np.ptp(self.document.bounds)
+        return "body" if box.left() < x < box.right() and not whole else "new"
+
+    def sizeHint(self) -> QSize:
+        """As wide as the panels, of fixed height."""
+        return QSize(900, HEIGHT)
+
+    # Drawing
+
+    def invalidate(self, *_: object) -> None:
+        """Say that the picture is stale."""
+        self._kept = None
+        self.update()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw anew when fonts or the palette change."""
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self.invalidate()
+        super().changeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw anew."""
+        self.invalidate()
+        super().resizeEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the kept picture, the window and the cursor."""
+        ratio = self.devicePixelRatioF()
+        if self._kept is None or self._kept.devicePixelRatio() != ratio:
+            self._kept = self._drawn(ratio)
+        painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._kept)
+        if self.document.demonstration is not None:
+            painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
+            self._paint_window(painter)
+        painter.end()
+
+    def _drawn(self, ratio: float) -> QPixmap:
+        """Curves and track, at the screen's resolution."""
+        now, plot = colours(), self.plot
+        kept = QPixmap(self.size() * ratio)
+        kept.setDevicePixelRatio(ratio)
+        kept.fill(QColor(now.panel))
+        painter = QPainter(kept)
+        painter.fillRect(plot, QColor(now.background))
+        if self.document.demonstration is not None:
+            self._paint_curves(painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - STRIP - 2))
+            strip = QRectF(plot.left(), HEIGHT - STRIP - 1, plot.width(), STRIP)
+            segments = self.document.segments
+            low, high = self.document.bounds
+            known = self.document.vocabulary
+            paint_row(painter, strip, self.axis, segments, vocabulary=known, theme=now, size=8.0)
+            face = text.font(10)
+            length = f"{high - low:.1f}"
+            short = high - low <= LONGEST_IN_SECONDS
+            length = self.tr("{0} s").format(length) if short else clock_time(high - low)
+            lines = (self.tr("whole"), length)
+            for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
+                text.put(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
+        painter.setPen(QPen(QColor(now.panel_edge), 1))
+        painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
+        painter.end()
+        return kept
+
+    def _paint_curves(self, painter: QPainter, box: QRectF) -> None:
+        """Draw the envelopes over each other, those of one unit on one scale."""
+        source = self._source
+        canvas = Canvas(box, painter.device().devicePixelRatioF())
+        low, high = self.document.bounds
+        share = (canvas.edges() - box.left()) / box.width()
+        columns = source.columns(low + share * (high - low))
+        wanted = [i for i, name in enumerate(source.names) if name in source.shown]
+        lane = Lane(tuple(wanted), "", "", box.top(), box.bottom())
+        for unit in {source.channels[i].unit for i in wanted}:
+            alike = [i for i in wanted if source.channels[i].unit == unit]
+            found = [source.envelope(source.names[i]).drawn(columns) for i in alike]
+            axis = axis_of(lane, spanning(_range(one.low, one.high) for one in found))
+            for i, one in zip(alike, found, strict=True):
+                canvas.draw(one, axis, curve_colour(i, colours()), (box.top(), box.bottom()))
+        painter.setOpacity(0.75)
+        canvas.paint(painter)
+        painter.setOpacity(1.0)
+
+    def _paint_window(self, painter: QPainter) -> None:
+        """Draw what is visible, what is being chosen, and the cursor."""
+        now, plot, box = colours(), self.plot, self.window_box
+        veil = QColor(now.panel)
+        veil.setAlphaF(0.6)
+        painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
+        painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
+        accent = QColor(now.accent)
+        frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), HEIGHT))
+        painter.setPen(QPen(accent, 2))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(frame.adjusted(1, 1, -1, -1))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(accent)
+        apart = max(8.0 - frame.width() / 2, 0.0)  # handles of a narrow window stand beside it
+        for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
+            painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
+        if self._band is not None:
+            wash = QColor(now.range)
+            wash.setAlphaF(0.25)
+            left, right = (self.axis.at(time) for time in self._band)
+            painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
+        painter.setPen(QPen(QColor(now.cursor), 1))
+        x = round(self.axis.at(self.document.cursor)) + 0.5
+        painter.drawLine(QLineF(x, 0, x, HEIGHT))
+
+    def _moved_on(self, *_: object) -> None:
+        """Draw window and cursor where they are now."""
+        if self.isVisible():
+            self.update()
+
+    # Mouse
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of the window, of one of its edges, or begin another span."""
+        if event.button() == Qt.MouseButton.LeftButton and self.document.demonstration is not None:
+            self._held = self.handle_at(event.position().x())
+            self._press = event.position()
+            self._span = (self.document.start, self.document.end)
+            self._moved = False
+            if self._held == "body":
+                self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Pan, zoom or choose a span."""
+        x = event.position().x()
+        if self._held is None:
+            self._hint(x)
+            return
+        far = abs(x - self._press.x()) >= QApplication.startDragDistance()
+        self._moved = self._moved or far
+        if not self._moved:
+            return
+        low, high = self.document.bounds
+        start, end = self._span
+        by = (x - self._press.x()) / self.plot.width() * (high - low)
+        if self._held == "body":
+            by = min(max(by, low - start), high - end)
+            self.document.set_span(start + by, end + by)
+        elif self._held == "new":
+            first, last = sorted((self.time_at(self._press.x()), self.time_at(x)))
+            self._band = (first, last)
+            self.update()
+        else:
+            fixed, free = (end, start) if self._held == "start" else (start, end)
+            first, last = sorted((fixed, min(max(free + by, low), high)))
+            self.document.set_span(first, last)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Show the chosen span; a click centres the window and moves the cursor."""
+        if event.button() != Qt.MouseButton.LeftButton or self._held is None:
+            return
+        band, self._held, self._band = self._band, None, None
+        if not self._moved:
+            time, half = self.time_at(event.position().x()), (self._span[1] - self._span[0]) / 2
+            low, high = self.document.bounds
+            middle = min(max(time, low + half), high - half)
+            self.document.set_span(middle - half, middle + half)
+            self.document.seek(time)
+        elif band is not None:
+            self.document.set_span(*band)
+        self._hint(event.position().x())
+        self.update()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom about the middle of the window; with Shift, pan by a tenth of it."""
+        angle = event.angleDelta()
+        notches = (angle.y() or angle.x()) / 120.0
+        start, end = self.document.start, self.document.end
+        if event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
+            self.document.pan(-notches * 0.1 * (end - start))
+        else:
+            self.document.zoom(ZOOM_STEP**-notches, (start + end) / 2)
+        event.accept()
+
+    def _hint(self, x: float) -> None:
+        """Let the pointer tell what can be taken hold of."""
+        shapes = {
+            "start": Qt.CursorShape.SizeHorCursor,
+            "end": Qt.CursorShape.SizeHorCursor,
+            "body": Qt.CursorShape.OpenHandCursor,
+            "new": Qt.CursorShape.CrossCursor,
+        }
+        self.setCursor(shapes[self.handle_at(x)])
+
+
+def _range(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[float, float] | None:
+    """The least and the greatest value of a curve; None where there is none."""
+    known = ~np.isnan(low)
+    return (float(low[known].min()), float(high[known].max())) if known.any() else None

@@ -1,0 +1,253 @@
+"""A picture with words below it: fitted, or enlarged and moved under the pointer."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QGuiApplication,
+    QImage,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
+
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["PictureView"]
+
+#: What one notch of the wheel makes of the picture, and how large it may become.
+NOTCH, LARGEST = 1.25, 32.0
+#: Enlarged so much, single pixels are what one wants to see.
+PIXELS = 4.0
+#: Space around words, in pixels.
+MARGIN = 6.0
+
+
+class PictureView(QWidget):
+    """A picture, or a sentence in its place, and a caption below.
+
+    Parameters
+    ----------
+    parent : QWidget, optional
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(160, 120)
+        self._image: QImage | None = None
+        self._scaled: QPixmap | None = None
+        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self._dragged: QPointF | None = None
+        themes().changed.connect(self.update)
+
+    @property
+    def caption(self) -> str:
+        """What is said below the picture."""
+        return ""
+
+    @property
+    def message(self) -> str:
+        """What is said in place of the picture; empty while there is one."""
+        return ""
+
+    @property
+    def troubled(self) -> bool:
+        """Whether what is said is that something went wrong."""
+        return False
+
+    def set_image(self, image: QImage | None) -> None:
+        """Show another picture, enlarged as the one before."""
+        self._image, self._scaled = image, None
+        self.setAccessibleDescription(self.message or self.caption)
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        """As wide as most videos are beside the panels."""
+        return QSize(320, 220)
+
+    # Painting
+
+    @property
+    def _stage(self) -> QRectF:
+        """Where the picture may be: all but the caption."""
+        below = self.fontMetrics().height() + MARGIN
+        return QRectF(0, 0, self.width(), max(self.height() - below, 1.0))
+
+    def _picture_box(self) -> QRectF:
+        """Where the whole picture lies, beyond the stage when zoomed in."""
+        assert self._image is not None
+        stage = self._stage
+        size = QSizeF(self._image.size()).scaled(
+            stage.size() * self._zoom, Qt.AspectRatioMode.KeepAspectRatio
+        )
+        left = _placed(stage.center().x(), self._middle.x(), size.width(), stage.width())
+        top = _placed(stage.center().y(), self._middle.y(), size.height(), stage.height())
+        return QRectF(QPointF(left, top), size)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture or a sentence, and the caption."""
+        look, stage = colours(), self._stage
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(look.panel))
+        words = self.message
+        if self._image is not None and not words:
+            self._paint_picture(painter, stage)
+        elif words:
+            self._paint_words(painter, stage, words)
+        below = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
+        below.setBottom(float(self.height()))
+        painter.setPen(QColor(look.muted))
+        text = self.fontMetrics().elidedText(
+            self.caption, Qt.TextElideMode.ElideRight, int(below.width())
+        )
+        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
+
+    def _paint_words(self, painter: QPainter, stage: QRectF, words: str) -> None:
+        """Write a sentence in place of the picture; a long path is broken anywhere."""
+        inner = stage.adjusted(2 * MARGIN, MARGIN, -2 * MARGIN, -MARGIN)
+        wrap = Qt.TextFlag.TextWordWrap
+        if painter.boundingRect(inner, wrap, words).width() > inner.width():
+            wrap = Qt.TextFlag.TextWrapAnywhere
+        painter.setPen(QColor(colours().trouble if self.troubled else colours().muted))
+        painter.drawText(inner, Qt.AlignmentFlag.AlignCenter | wrap, words)
+
+    def _paint_picture(self, painter: QPainter, stage: QRectF) -> None:
+        """Draw the picture, scaled once for each frame and size."""
+        assert self._image is not None
+        box = self._picture_box()
+        painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
+        painter.setClipRect(stage)
+        if self._zoom > 1:
+            smooth = box.width() * self.devicePixelRatioF() < PIXELS * self._image.width()
+            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
+            painter.drawImage(box, self._image)
+        else:
+            painter.drawPixmap(box.topLeft(), self._fitted(box.size()))
+        painter.setClipping(False)
+
+    def _fitted(self, size: QSizeF) -> QPixmap:
+        """The picture at the resolution of the screen."""
+        ratio = self.devicePixelRatioF()
+        exact = (size * ratio).toSize().expandedTo(QSize(1, 1))
+        if self._scaled is None or self._scaled.size() != exact:
+            assert self._image is not None
+            scaled = self._image.scaled(
+                exact,
+                Qt.AspectRatioMode.IgnoreAspectRatio,
+                Qt.TransformationMode.SmoothTransformation,
+            )
+            self._scaled = QPixmap.fromImage(scaled)
+            self._scaled.setDevicePixelRatio(ratio)
+        return self._scaled
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Scale anew."""
+        super().resizeEvent(event)
+        self._scaled = None
+
+    # Looking closer
+
+    def zoom_by(self, factor: float, about: QPointF | None = None) -> None:
+        """Enlarge the picture, keeping the point under the pointer where it is.
+
+        Parameters
+        ----------
+        factor : float
+            Above 1 to see more detail.
+        about : QPointF, optional
+            In the widget's pixels; by default its middle.
+        """
+        if self._image is None:
+            return
+        about = self._stage.center() if about is None else about
+        before = self._picture_box()
+        share = QPointF(
+            (about.x() - before.left()) / before.width(),
+            (about.y() - before.top()) / before.height(),
+        )
+        self._zoom = min(max(self._zoom * factor, 1.0), LARGEST)
+        after = self._picture_box().size()
+        self._move_middle(
+            share.x() - (about.x() - self._stage.center().x()) / after.width(),
+            share.y() - (about.y() - self._stage.center().y()) / after.height(),
+        )
+
+    def fit(self) -> None:
+        """Show the whole picture."""
+        self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
+        self.update()
+
+    def _move_middle(self, x: float, y: float) -> None:
+        """Which point of the picture, in shares of it, is in the middle of the stage."""
+        size, stage = self._picture_box().size(), self._stage
+        half_x = min(stage.width() / size.width() / 2, 0.5)
+        half_y = min(stage.height() / size.height() / 2, 0.5)
+        self._middle = QPointF(min(max(x, half_x), 1 - half_x), min(max(y, half_y), 1 - half_y))
+        self.update()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom at the pointer."""
+        self.zoom_by(NOTCH ** (event.angleDelta().y() / 120), event.position())
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take hold of the picture."""
+        if event.button() == Qt.MouseButton.LeftButton and self._zoom > 1:
+            self._dragged = event.position()
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Move the picture with the pointer."""
+        if self._dragged is not None and self._image is not None:
+            moved, size = event.position() - self._dragged, self._picture_box().size()
+            self._dragged = event.position()
+            self._move_middle(
+                self._middle.x() - moved.x() / size.width(),
+                self._middle.y() - moved.y() / size.height(),
+            )
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the picture."""
+        self._dragged = None
+        self.unsetCursor()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Show the whole picture."""
+        self.fit()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the picture."""
+        self.menu().exec(event.globalPos())
+
+    def menu(self) -> QMenu:
+        """What can be done with the picture."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        copy = menu.addAction(self.tr("Copy frame"), self.copy_frame)
+        menu.addSeparator()
+        closer = menu.addAction(self.tr("Zoom in"), lambda: self.zoom_by(NOTCH**2))
+        away = menu.addAction(self.tr("Zoom out"), lambda: self.zoom_by(NOTCH**-2))
+        fit = menu.addAction(self.tr("Fit"), self.fit)
+        for action in (copy, closer):
+            action.setEnabled(self._image is not None)
+        for action in (away, fit):
+            action.setEnabled(self._image is not None and self._zoom > 1)
+        return menu
+
+    def copy_frame(self) -> None:
+        """Put the frame that is shown onto the clipboard."""
+        if self._image is not None:
+            QGuiApplication.clipboard().setImage(self._image)
+
+
+def _placed(centre: float, share: float, size: float, room: float) -> float:
+    """Where a side begins: in the middle of the room, or moved when there is more than room."""
+    return centre - size / 2 if size <= room else centre - share * size

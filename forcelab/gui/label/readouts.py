@@ -1,0 +1,90 @@
+"""The transport's time, which can be typed over, and a line that is cut where it has no room."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy
+
+from forcelab.gui.document import Document
+
+__all__ = ["Readout", "TimeEdit"]
+
+
+class TimeEdit(QLineEdit):
+    """The cursor's time, which can be typed over to jump."""
+
+    def __init__(self, document: Document) -> None:
+        super().__init__()
+        self._document = document
+        self.setAccessibleName(self.tr("Time in seconds; type one to jump there"))
+        self.setToolTip(self.tr("Time of the cursor; type another one to jump there"))
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.returnPressed.connect(self._jump)
+        self.editingFinished.connect(self._leave)
+
+    def show_cursor(self) -> None:
+        """Show where the cursor is, unless a time is being typed."""
+        if not self.isModified():
+            self.setText(f"{self._document.cursor:.3f}")
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape leaves everything as it was."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.clearFocus()
+        else:
+            super().keyPressEvent(event)
+
+    def _jump(self) -> None:
+        """Move the cursor to the time that was typed."""
+        typed = self.text().strip()
+        try:
+            self._document.seek(_seconds(typed))
+        except ValueError:
+            text = self.tr("'{0}' is no time; type seconds such as 12.5, or 1:05.2.")
+            self._document.say(text.format(typed), True)
+        self.clearFocus()
+
+    def _leave(self) -> None:
+        """Show the cursor's time again."""
+        self.setModified(False)
+        self.show_cursor()
+
+
+class Readout(QLabel):
+    """A line that is cut where there is no room for it, and takes none by itself."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = ""
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    def say(self, text: str) -> None:
+        """Show a text."""
+        self._text = text
+        self.setToolTip(text)
+        self._cut()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show what there is room for."""
+        super().resizeEvent(event)
+        self._cut()
+
+    def _cut(self) -> None:
+        """Show what there is room for."""
+        end = Qt.TextElideMode.ElideRight
+        self.setText(self.fontMetrics().elidedText(self._text, end, self.width()))
+
+
+def _seconds(typed: str) -> float:
+    """Seconds from ``12.5``, ``12.5 s``, ``1:05.2`` or ``1:00:05``."""
+    total = 0.0
+    for part in typed.removesuffix("s").split(":"):
+        total = total * 60 + float(part)
+    if not math.isfinite(total):
+        raise ValueError(typed)
+    return total

@@ -1,0 +1,367 @@
+"""The scalogram's panel: how strong each frequency of one channel is over the visible time.
+
+The picture is computed in the background, for the visible span at the screen's resolution. Until
+a new one comes, the old one moves with the time axis.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, QTimer
+from PySide6.QtGui import (
+    QColor,
+    QContextMenuEvent,
+    QHideEvent,
+    QMouseEvent,
+    QPainter,
+    QResizeEvent,
+    QShowEvent,
+)
+from PySide6.QtWidgets import QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.label import scalogram_drawing as drawing
+from forcelab.gui.label import scalogram_reading as reading
+from forcelab.gui.label.scalogram_button import ScalogramButton
+from forcelab.gui.label.scalogram_job import SMALLEST, Wish, compute
+from forcelab.gui.label.scalogram_layers import Layers, colour_range
+from forcelab.gui.label.scalogram_scales import PAPER, Marked
+from forcelab.gui.panel import TimePanel
+from forcelab.gui.theme import colours, themes
+from forcelab.signals.channels import channel_map
+
+if TYPE_CHECKING:
+    from forcelab.signals.scalogram import Scalogram, Survey
+    from forcelab.signals.wavelets import Wavelet
+
+__all__ = ["ScalogramPanel"]
+
+#: Milliseconds for which the span must rest before a picture of it is begun.
+PATIENCE = 40
+#: Rows of a picture at least and at most; one for every two pixels of the screen between.
+FEWEST, MOST = 24, 160
+#: Height of the button above the axis, in pixels.
+BUTTON = 24
+
+
+class ScalogramPanel(TimePanel):
+    """One channel's scalogram on the common time axis.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+        Runs the computing.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    picture : Scalogram or None
+        The newest picture.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        self.picture: Scalogram | None = None
+        super().__init__(document, "", parent)
+        self.title = self.tr("Scalogram")
+        self.setAccessibleName(self.title)
+        self._jobs = jobs
+        self._channel = ""
+        self._phase = False
+        self._steady = True
+        self._marked = PAPER
+        self._view: Survey | None = None
+        self._layers = Layers()
+        self._pointer: QPointF | None = None
+        self._trouble = ""
+        self._job: Job | None = None
+        self._wanted = False
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(PATIENCE)
+        self._timer.timeout.connect(self._begin)
+        self._button = ScalogramButton(self)
+        self._button.channel_chosen.connect(self.set_channel)
+        self._button.phase_chosen.connect(self.set_phase)
+        self._button.steady_chosen.connect(self.set_steady)
+        document.span_changed.connect(self._ask)
+        document.demonstration_changed.connect(self._demonstration_changed)
+        themes().changed.connect(self._recolour)
+        self._demonstration_changed()
+
+    # What is shown
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels to choose from: recognition channels, then the recorded ones."""
+        demonstration = self.document.demonstration
+        if demonstration is None:
+            return ()
+        names = channel_map(demonstration.channels).names
+        rest = (c.name for c in demonstration.channels if c.name not in names)
+        return (*names, *rest)
+
+    @property
+    def channel(self) -> str:
+        """The channel that is shown; empty without a demonstration."""
+        return self._channel
+
+    @property
+    def phase(self) -> bool:
+        """Whether phases are shown instead of magnitudes."""
+        return self._phase
+
+    @property
+    def settled(self) -> bool:
+        """Whether what is shown is what was asked for."""
+        return not self._wanted
+
+    def set_channel(self, name: str) -> None:
+        """Show another channel."""
+        if name != self._channel and name in self.channels:
+            self._channel = name
+            self._forget()
+
+    def set_phase(self, phase: bool) -> None:
+        """Show phases, or magnitudes."""
+        if phase != self._phase:
+            self._phase = phase
+            self._drop()
+
+    def set_steady(self, steady: bool) -> None:
+        """Give colours one range for the whole demonstration, or one for each view."""
+        self._steady = steady
+        self._write_button()
+        self._recolour()
+
+    def set_scales(self, scales: ArrayLike, wavelet: Wavelet) -> None:
+        """Mark the scales that a recogniser uses.
+
+        Parameters
+        ----------
+        scales : array_like, shape (k,)
+            In samples of the grid.
+        wavelet : Wavelet
+            The recogniser's; a complex Morlet is taken for the picture, too.
+        """
+        self._marked = Marked.of(scales, wavelet)
+        self._forget()
+
+    # Qt
+
+    def sizeHint(self) -> QSize:
+        """Wide, and high enough to tell octaves apart."""
+        return QSize(900, 170)
+
+    def minimumSizeHint(self) -> QSize:
+        """High enough for the button and a few rows."""
+        return QSize(240, 64)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Compute what is seen now."""
+        super().showEvent(event)
+        self._ask()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Stop computing what nobody sees."""
+        super().hideEvent(event)
+        self._stop()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Compute for the new size."""
+        super().resizeEvent(event)
+        self._button.setGeometry(2, 2, self.GUTTER - 6, BUTTON)
+        self._write_button()
+        self._ask()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """The same menu as that of the button."""
+        self._button.menu().popup(event.globalPos())
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Show the value under the pointer."""
+        super().mouseMoveEvent(event)
+        self._pointer = event.position()
+        self.update()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Show no value any more."""
+        super().leaveEvent(event)
+        self._pointer = None
+        self.update()
+
+    # Drawing
+
+    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the pictures where their time is now, then the cone and the scales."""
+        now = colours()
+        self._layers.paint(painter, plot, self.document.start, self.document.end)
+        rows = self._rows(plot)
+        if rows is None:
+            return
+        drawing.draw_cone(
+            painter,
+            plot,
+            rows,
+            now,
+            span=(self.document.start, self.document.end),
+            bounds=self.document.bounds,
+            e_folding=self._marked.e_folding,
+        )
+        heights = [rows.y(scale) for scale in self._marked.scales.tolist()]
+        drawing.draw_marks(painter, plot, heights, now)
+
+    def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
+        """Draw the axis in Hz and the legend of the colours."""
+        painter.fillRect(box, QColor(colours().panel))
+        rows = self._rows(self.plot)
+        if rows is None:
+            return
+        drawing.draw_frequencies(painter, box.right(), rows, colours(), BUTTON + 8.0)
+        bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
+        if bar.height() >= 40 and (self._phase or self._view is not None):
+            unit = self._view.source.unit if self._view is not None else ""
+            ends = reading.ends(*self._range(), unit, self._phase)
+            drawing.draw_bar(painter, bar, ends, self._phase, colours())
+
+    def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
+        """Say what is under the pointer, and what was approximated or went wrong."""
+        if self._trouble:
+            line = self._trouble
+            drawing.plate(painter, plot.topLeft(), line, colours(), plot)
+            return
+        note = "" if self.picture is None else reading.note(self.picture)
+        if note:
+            corner = QPointF(plot.right(), plot.top())
+            drawing.plate(painter, corner, note, colours(), plot, quiet=True)
+        if self._pointer is not None and plot.contains(self._pointer):
+            line = self.value_at(self._pointer.x(), self._pointer.y())
+            if line:
+                corner = self._pointer + QPointF(12, 14)
+                drawing.plate(painter, corner, line, colours(), plot)
+
+    def value_at(self, x: float, y: float) -> str:
+        """What is known at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
+        rows = self._rows(self.plot)
+        if self.picture is None or rows is None:
+            return ""
+        return reading.value(self.picture, rows, self.time_at(x), y)
+
+    # Computing
+
+    def _rows(self, plot: QRectF) -> drawing.Rows | None:
+        """The vertical axis."""
+        demonstration = self.document.demonstration
+        if demonstration is None:
+            return None
+        rate = self._view.source.rate if self._view is not None else 1.0 / demonstration.period
+        marked, top, bottom = self._marked, plot.top() + 1, plot.bottom() - 1
+        return drawing.Rows(top, bottom, SMALLEST, marked.largest, marked.factor, rate)
+
+    def _demonstration_changed(self) -> None:
+        """Keep the channel where the new demonstration has it, too."""
+        names = self.channels
+        if self._channel not in names:
+            self._channel = names[0] if names else ""
+        self._forget()
+
+    def _forget(self) -> None:
+        """Drop what belongs to another channel or another wavelet."""
+        self._view = None
+        self._trouble = ""
+        self._drop()
+
+    def _drop(self) -> None:
+        """Drop all pictures, also the one that is being made."""
+        self._stop()
+        self._layers.clear()
+        self.picture = None
+        self._write_button()
+        self.invalidate()
+        self._ask()
+
+    def _write_button(self) -> None:
+        """Print the channel on the button, and mark in its menu what is chosen."""
+        self._button.offer(self.channels, self._channel, self._phase, self._steady)
+
+    def _ask(self, *_: object) -> None:
+        """Have a picture of what is seen made, once the span has come to rest."""
+        if self.isVisible() and self._channel:
+            self._wanted = True
+            self._timer.start()
+        else:
+            self._stop()
+
+    def _stop(self) -> None:
+        """Compute nothing any more."""
+        self._timer.stop()
+        self._wanted = False
+        if self._job is not None:
+            self._job.cancel()
+            self._job = None
+
+    def _begin(self) -> None:
+        """Start computing."""
+        demonstration = self.document.demonstration
+        if demonstration is None or not self.isVisible():
+            self._stop()
+            return
+        ratio = self.devicePixelRatioF()
+        low, high = self.document.bounds
+        span = max(self.document.start, low), min(self.document.end, high)
+        if span[1] <= span[0]:
+            self._stop()
+            return
+        share = (span[1] - span[0]) / (self.document.end - self.document.start)
+        wish = Wish(
+            demonstration,
+            self._channel,
+            span,
+            int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
+            max(1, round(self.plot.width() * ratio * share)),
+            self._marked.largest,
+            self._phase,
+            self._marked.p,
+        )
+
+        def done(picture: Scalogram) -> None:
+            self._wanted = self._timer.isActive()  # the span may have changed again
+            self._take(picture)
+
+        def failed(error: Exception) -> None:
+            self._wanted = self._timer.isActive()
+            known = isinstance(error, ForcelabError)
+            self._trouble = str(error) if known else self.tr("The scalogram failed; see the log.")
+            self.invalidate()
+
+        def moved(step: object) -> None:
+            picture = getattr(step, "picture", None)
+            if picture is not None:
+                self._take(picture)
+
+        self._job = self._jobs.run(
+            compute(wish, self._view), done, failed, moved, key=f"scalogram {id(self)}"
+        )
+
+    def _take(self, picture: Scalogram) -> None:
+        """Show a newer picture; the older ones stay below until a fine one covers them."""
+        if picture is self.picture:
+            return
+        self._view, self._trouble, self.picture = picture.view, "", picture
+        low, high = self.document.bounds
+        whole = picture.end - picture.start >= 0.999 * (high - low)
+        self._layers.take(picture, whole=whole, steady=self._steady)
+        self.invalidate()
+
+    def _recolour(self) -> None:
+        """Make the images anew, from the same pictures."""
+        self._layers.recolour(self._steady)
+        self.invalidate()
+
+    def _range(self) -> tuple[float, float]:
+        """Decimal logarithms of the magnitudes for the first and the last colour."""
+        return (-1.0, 0.0) if self.picture is None else colour_range(self.picture, self._steady)

@@ -1,0 +1,77 @@
+"""What the scalogram's panel has computed in the background."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from forcelab.demonstration import Demonstration
+from forcelab.jobs import Progress
+
+if TYPE_CHECKING:
+    from forcelab.signals.scalogram import Scalogram, Survey
+
+__all__ = ["SMALLEST", "Wish", "compute"]
+
+#: Smallest scale shown, in samples: the wavelet is cut by the Nyquist frequency below.
+SMALLEST = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a picture is wanted of.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+    channel : str
+    span : tuple of two floats
+        Seconds.
+    rows, columns : int
+    largest : float
+        The largest scale, in samples.
+    phase : bool
+        Phases instead of magnitudes.
+    p : float
+        Of the Morlet wavelet.
+    """
+
+    demonstration: Demonstration
+    channel: str
+    span: tuple[float, float]
+    rows: int
+    columns: int
+    largest: float
+    phase: bool
+    p: float
+
+
+def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalogram]:
+    """Compute what is wished for; a job.
+
+    Parameters
+    ----------
+    wish : Wish
+    known : Survey, optional
+        Of the channel, from an earlier picture.
+    """
+    # In the job's thread these imports, most of a second the first time, delay nobody.
+    from forcelab.signals.scalogram import row_scales, scalogram, survey
+    from forcelab.signals.wavelets import Morlet
+
+    wavelet = Morlet(wish.p)
+    view = known
+    if view is None:
+        view = yield from survey(wish.demonstration, wish.channel, wish.largest, wavelet)
+    scales = row_scales(wish.rows, wish.largest, SMALLEST)
+    return (
+        yield from scalogram(
+            view,
+            *wish.span,
+            scales=scales,
+            columns=wish.columns,
+            phase=wish.phase,
+            wavelet=wavelet,
+        )
+    )

@@ -1,0 +1,54 @@
+"""What the scalogram's panel says in words: values, units, and what was approximated."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.gui.label.scalogram_drawing import Rows, amount
+
+if TYPE_CHECKING:
+    from forcelab.signals.scalogram import Scalogram
+
+__all__ = ["ends", "note", "value"]
+
+translate = QCoreApplication.translate
+
+
+def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
+    """What is known at a time and a height, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
+    scale = rows.scale(y)
+    k, c = picture.values.shape
+    row = math.floor(math.log(scale / rows.smallest) / math.log(rows.largest / rows.smallest) * k)
+    column = math.floor((time - picture.start) / (picture.end - picture.start) * c)
+    where = translate("forcelab", "{0:.3g} Hz at {1:.3f} s").format(rows.hertz(scale), time)
+    if not (0 <= row < k and 0 <= column < c) or not np.isfinite(picture.values[row, column]):
+        return where
+    here = float(picture.values[row, column])
+    if picture.phase:
+        return translate("forcelab", "{0}: {1:.2f} rad").format(where, here)
+    size = f"{10.0**here:.3g} {picture.view.source.unit}".strip()
+    return translate("forcelab", "{0}: {1}").format(where, size)
+
+
+def note(picture: Scalogram) -> str:
+    """What was approximated in the picture; empty where a column is a sample or less."""
+    if picture.coarse:
+        return translate("forcelab", "computing…")
+    samples = (picture.end - picture.start) * picture.view.source.rate
+    each = samples / picture.values.shape[1]
+    if each < 2:
+        return ""
+    if picture.phase:
+        return translate("forcelab", "phase every {0:.3g} samples").format(each)
+    return translate("forcelab", "mean power of {0:.3g} samples a column").format(each)
+
+
+def ends(low: float, high: float, unit: str, phase: bool) -> tuple[str, str]:
+    """What stands beside the legend's ends; `low` and `high` are decimal logarithms."""
+    if phase:
+        return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
+    return amount(10.0**low), f"{amount(10.0**high)} {unit}".strip()

@@ -1,0 +1,281 @@
+"""The rows of the segment table: some of a track's segments, in some order.
+
+What has changed is told to the view as one run of rows, found by :func:`forcelab.painting.splice`:
+a stroke on a track of 10,000 segments costs one comparison of two tuples.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable
+from operator import attrgetter
+from typing import Any, ClassVar
+
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QCoreApplication,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    Qt,
+)
+
+from forcelab.gui.document import Document
+from forcelab.labels import Segment, Segments
+from forcelab.painting import splice
+
+translate = QCoreApplication.translate
+
+__all__ = ["ACTION", "CURRENT", "DURATION", "END", "NUMBER", "START", "SegmentModel", "as_typed"]
+
+Index = QModelIndex | QPersistentModelIndex
+
+#: The columns.
+NUMBER, ACTION, START, END, DURATION = range(5)
+#: The role that tells whether a row's segment lies under the cursor.
+CURRENT = Qt.ItemDataRole.UserRole
+
+_SHOWN = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+_EDITABLE = _SHOWN | Qt.ItemFlag.ItemIsEditable
+_start = attrgetter("start")
+_ORDERS: dict[int, Callable[[Segment], Any]] = {
+    ACTION: lambda segment: (segment.action.casefold(), segment.start),
+    DURATION: lambda segment: (segment.end - segment.start, segment.start),
+}
+
+
+class SegmentModel(QAbstractTableModel):
+    """Rows for a table of the coder's segments, filtered and sorted.
+
+    Parameters
+    ----------
+    document : Document
+        Whose track is shown, and which carries out what is typed into a cell.
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    rows : tuple of Segment
+        What is shown, from the first row to the last.
+    """
+
+    #: Alignment of the columns' contents.
+    NUMBERS: ClassVar[frozenset[int]] = frozenset({NUMBER, START, END, DURATION})
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.rows: Segments = ()
+        self._source: Segments = ()
+        self._filter = ""
+        self._column, self._descending = START, False
+        self._current: Segment | None = None
+
+    # What is shown
+
+    def refresh(self) -> None:
+        """Show the track as it is now, telling views about the rows that differ only."""
+        self._source = self.document.segments
+        self._renew()
+        self.follow(self.document.cursor)
+
+    def _renew(self) -> None:
+        """Tell views about the rows that come, go or change."""
+        rows = self._arranged()
+        position, removed, inserted = splice(self.rows, rows)
+        common = min(len(removed), len(inserted))
+        if common:
+            self.rows = rows[: position + common] + self.rows[position + common :]
+            last = self.index(position + common - 1, DURATION)
+            self.dataChanged.emit(self.index(position, NUMBER), last)
+        at = position + common
+        if len(removed) > common:
+            self.beginRemoveRows(QModelIndex(), at, position + len(removed) - 1)
+            self.rows = rows
+            self.endRemoveRows()
+        elif len(inserted) > common:
+            self.beginInsertRows(QModelIndex(), at, position + len(inserted) - 1)
+            self.rows = rows
+            self.endInsertRows()
+        self.rows = rows
+
+    def clear(self) -> None:
+        """Show nothing."""
+        self.beginResetModel()
+        self.rows, self._source, self._current = (), (), None
+        self.endResetModel()
+
+    def set_filter(self, text: str) -> None:
+        """Show only segments whose action contains this text, in capitals or not."""
+        text = text.strip().casefold()
+        if text != self._filter:
+            self._filter = text
+            self._renew()
+
+    def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
+        """Put the rows in the order of a column."""
+        self._column, self._descending = column, order == Qt.SortOrder.DescendingOrder
+        self.beginResetModel()
+        self.rows = self._arranged()
+        self.endResetModel()
+
+    def follow(self, cursor: float) -> None:
+        """Mark the segment under the cursor."""
+        index = bisect_right(self._source, cursor, key=_start) - 1
+        under = self._source[index] if index >= 0 and cursor < self._source[index].end else None
+        if under is not self._current:
+            before, self._current = self._current, under
+            for segment in (before, under):
+                if segment is not None and (row := self.row_of(segment)) is not None:
+                    self.dataChanged.emit(self.index(row, NUMBER), self.index(row, DURATION))
+
+    def row_of(self, segment: Segment) -> int | None:
+        """Where a segment is shown, if it is."""
+        if self._natural:
+            row = bisect_left(self.rows, segment.start, key=_start)
+            return row if row < len(self.rows) and self.rows[row] == segment else None
+        try:
+            return self.rows.index(segment)
+        except ValueError:
+            return None
+
+    def number_of(self, row: int) -> int | None:
+        """Which of the document's segments a row shows, from 0; None if it is there no more."""
+        if not 0 <= row < len(self.rows):
+            return None
+        track, segment = self.document.segments, self.rows[row]
+        number = bisect_left(track, segment.start, key=_start)
+        return number if number < len(track) and track[number] == segment else None
+
+    @property
+    def _natural(self) -> bool:
+        """Whether the rows are in order of time; segments that never overlap also end in it."""
+        return self._column in (NUMBER, START, END) and not self._descending
+
+    def _arranged(self) -> Segments:
+        """The segments that the filter lets through, in order."""
+        rows = self._source
+        if self._filter:
+            wanted = {
+                action
+                for action in {segment.action for segment in rows}
+                if self._filter in action.casefold()
+            }
+            rows = tuple(segment for segment in rows if segment.action in wanted)
+        if self._column in _ORDERS:
+            rows = tuple(sorted(rows, key=_ORDERS[self._column], reverse=self._descending))
+        elif self._descending:
+            rows = rows[::-1]
+        return rows
+
+    # What Qt asks
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        """How many segments are shown."""
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        """Number, action, start, end and duration."""
+        return 0 if parent.isValid() else 5
+
+    def headerData(
+        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
+    ) -> Any:
+        """The names of the columns."""
+        if orientation != Qt.Orientation.Horizontal:
+            return None
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(section)
+        if role == Qt.ItemDataRole.ToolTipRole and section >= START:
+            return translate("forcelab", "In seconds")
+        if role == Qt.ItemDataRole.DisplayRole:
+            return (
+                translate("forcelab", "#"),
+                translate("forcelab", "Action"),
+                translate("forcelab", "Start"),
+                translate("forcelab", "End"),
+                translate("forcelab", "Duration"),
+            )[section]
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        """What a cell shows."""
+        if not index.isValid() or index.row() >= len(self.rows):
+            return None
+        segment, column = self.rows[index.row()], index.column()
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self.shown(index.row(), column)
+        if role == Qt.ItemDataRole.EditRole:
+            return segment.action if column == ACTION else as_typed(_time(segment, column))
+        if role == Qt.ItemDataRole.TextAlignmentRole:
+            return _alignment(column)
+        if role == Qt.ItemDataRole.ToolTipRole and column == ACTION:
+            return segment.action
+        return self.under_cursor(segment) if role == CURRENT else None
+
+    def under_cursor(self, segment: Segment) -> bool:
+        """Whether a segment lies under the cursor."""
+        return segment is self._current
+
+    def shown(self, row: int, column: int) -> str:
+        """The text of a cell."""
+        if column == NUMBER:
+            number = self.number_of(row)
+            return "" if number is None else str(number + 1)
+        segment = self.rows[row]
+        return segment.action if column == ACTION else f"{_time(segment, column):.3f}"
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        """Everything but the number can be edited."""
+        return _SHOWN if index.column() == NUMBER else _EDITABLE
+
+    def setData(self, index: Index, value: Any, role: int = Qt.ItemDataRole.EditRole) -> bool:
+        """Carry out what was typed; what cannot be is told in one sentence."""
+        number = self.number_of(index.row())
+        typed = str(value).strip()
+        if role != Qt.ItemDataRole.EditRole or number is None:
+            return False
+        if typed == self.data(index, role):
+            return False
+        if index.column() == ACTION:
+            return self.document.relabel(number, typed)
+        try:
+            time = float(typed.removesuffix("s"))
+        except ValueError:
+            text = translate("forcelab", "'{0}' is no time in seconds; type a number such as 1.25.")
+            self.document.say(text.format(typed), True)
+            return False
+        return self._moved(number, index.column(), time)
+
+    def _moved(self, number: int, column: int, time: float) -> bool:
+        """Give a segment another start, end or duration, within the demonstration."""
+        segment = self.document.segments[number]
+        if column == DURATION:
+            time += segment.start
+        low, high = self.document.bounds
+        if not low <= time <= high:
+            text = translate(
+                "forcelab", "{0:.10g} s is outside the demonstration ({1:.3f} s to {2:.3f} s)."
+            )
+            self.document.say(text.format(time, low, high), True)
+            return False
+        return self.document.move_edge(number, "start" if column == START else "end", time)
+
+
+def as_typed(time: float) -> str:
+    """A time as one would type it: to the microsecond, without zeros at the end."""
+    return f"{time:.6f}".rstrip("0").rstrip(".")
+
+
+def _time(segment: Segment, column: int) -> float:
+    """What a column shows of a segment, in seconds."""
+    if column == START:
+        return segment.start
+    return segment.end if column == END else segment.end - segment.start
+
+
+def _alignment(column: int) -> Qt.AlignmentFlag:
+    """Numbers are flush right."""
+    right = column in SegmentModel.NUMBERS
+    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
+    return side | Qt.AlignmentFlag.AlignVCenter

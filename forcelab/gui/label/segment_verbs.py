@@ -1,0 +1,230 @@
+"""What keys and menus do to segments: each verb is a function of the document.
+
+"The segment" is the selected one, or else the one under the cursor. Every verb says in the status
+line why it did nothing.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from operator import attrgetter
+
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.gui.document import Document
+from forcelab.gui.label.track_hits import index_at
+from forcelab.labels import Segment
+
+translate = QCoreApplication.translate
+
+__all__ = [
+    "copy_from",
+    "delete",
+    "end_to_cursor",
+    "erase_range",
+    "fill_gaps",
+    "fill_range",
+    "merge",
+    "next_segment",
+    "previous_segment",
+    "say_no",
+    "split_at_cursor",
+    "start_to_cursor",
+    "the_segment",
+    "zoom_selection",
+    "zoom_to",
+]
+
+#: Times closer than this are the same, in seconds.
+SAME = 1e-9
+#: What is left free on either side of a segment that is zoomed to, as a share of it.
+MARGIN = 0.25
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+
+
+def the_segment(document: Document) -> int | None:
+    """The selected segment, or else the one under the cursor."""
+    if document.selected is not None:
+        return document.selected
+    return index_at(document.segments, document.cursor)
+
+
+def previous_segment(document: Document) -> bool:
+    """Select the last segment that starts before the cursor, and go to its start."""
+    index = bisect_left(document.segments, document.cursor - SAME, key=_start) - 1
+    return _go(document, index) or say_no(
+        document, translate("forcelab", "There is no segment before the cursor.")
+    )
+
+
+def next_segment(document: Document) -> bool:
+    """Select the first segment that starts after the cursor, and go to its start."""
+    index = bisect_right(document.segments, document.cursor + SAME, key=_start)
+    # At first the cursor may stand on the first segment without having been sent there.
+    if index and document.selected is None and _starts_at(document, index - 1):
+        index -= 1
+    return _go(document, index) or say_no(
+        document, translate("forcelab", "There is no segment after the cursor.")
+    )
+
+
+def delete(document: Document) -> bool:
+    """Delete the selected segment; with none selected, make the marked range unlabelled."""
+    if document.selected is not None:
+        return document.delete(document.selected)
+    if document.range is not None:
+        return erase_range(document)
+    return say_no(
+        document,
+        translate("forcelab", "Select the segment to delete: click it, or go to it with K and L."),
+    )
+
+
+def erase_range(document: Document) -> bool:
+    """Make the marked range unlabelled, and forget the range."""
+    if document.range is None:
+        return say_no(
+            document, translate("forcelab", "Mark the range to erase first, with [ and ].")
+        )
+    start, end = document.range
+    done = document.erase(start, end)
+    document.clear_range()
+    return done
+
+
+def fill_range(document: Document, action: str) -> bool:
+    """Paint an action over the marked range, and forget the range."""
+    if document.range is None:
+        return say_no(
+            document, translate("forcelab", "Mark the range to fill first, with [ and ].")
+        )
+    start, end = document.range
+    done = document.paint(start, end, action)
+    document.clear_range()
+    return done
+
+
+def split_at_cursor(document: Document) -> bool:
+    """Cut the segment under the cursor in two."""
+    return document.split(document.cursor)
+
+
+def merge(document: Document) -> bool:
+    """Make one of the segments in the marked range; without one, of the segment and the next."""
+    segments = document.segments
+    if document.range is not None:
+        start, end = document.range
+        first = bisect_right(segments, start + SAME, key=_end)
+        last = bisect_left(segments, end - SAME, key=_start) - 1
+        if last <= first:
+            return say_no(
+                document,
+                translate("forcelab", "The marked range must reach into two segments to merge."),
+            )
+        return document.merge(first, last)
+    index = the_segment(document)
+    if index is None:
+        return say_no(
+            document, translate("forcelab", "Select the first of the two segments to merge.")
+        )
+    if index + 1 >= len(segments):
+        return say_no(
+            document, translate("forcelab", "There is no segment after this one to merge with.")
+        )
+    return document.merge(index, index + 1)
+
+
+def fill_gaps(document: Document, longest: float) -> bool:
+    """Fill gaps of at most `longest` seconds, in the marked range or everywhere.
+
+    The segments on either side grow to the middle of the gap.
+    """
+    done = document.fill_gaps(longest, None, document.range)
+    return done or say_no(
+        document,
+        translate("forcelab", "There is no gap of at most {0:g} s to fill.").format(longest),
+        trouble=False,
+    )
+
+
+def copy_from(document: Document, author: str) -> bool:
+    """Take over what another author has in the marked range.
+
+    Without a range it is what lies along the selected segment, and without one the other author's
+    segment under the cursor.
+    """
+    other = document.others.get(author, ())
+    if document.range is not None:
+        return document.copy_from(author, *document.range)
+    if document.selected is not None:
+        segment: Segment | None = document.segments[document.selected]
+    else:
+        index = index_at(other, document.cursor)
+        segment = None if index is None else other[index]
+    if segment is None:
+        sentence = translate("forcelab", "{0} has no segment at the cursor; mark a range to copy.")
+        return say_no(document, sentence.format(author))
+    return document.copy_from(author, segment.start, segment.end)
+
+
+def start_to_cursor(document: Document) -> bool:
+    """Let the segment start at the cursor; on unlabelled time, the next segment."""
+    index = the_segment(document)
+    if index is None:
+        index = bisect_right(document.segments, document.cursor, key=_start)
+    if index >= len(document.segments):
+        return say_no(document, translate("forcelab", "There is no segment after the cursor."))
+    return document.move_edge(index, "start", document.cursor)
+
+
+def end_to_cursor(document: Document) -> bool:
+    """Let the segment end at the cursor; on unlabelled time, the previous segment."""
+    index = the_segment(document)
+    if index is None:
+        index = bisect_right(document.segments, document.cursor, key=_end) - 1
+    if index < 0:
+        return say_no(document, translate("forcelab", "There is no segment before the cursor."))
+    return document.move_edge(index, "end", document.cursor)
+
+
+def zoom_selection(document: Document) -> bool:
+    """Show the marked range, or else the segment, with something on either side."""
+    if document.range is not None:
+        zoom_to(document, *document.range)
+        return True
+    index = the_segment(document)
+    if index is None:
+        return say_no(
+            document, translate("forcelab", "Select a segment or mark a range to zoom to.")
+        )
+    zoom_to(document, document.segments[index].start, document.segments[index].end)
+    return True
+
+
+def zoom_to(document: Document, start: float, end: float) -> None:
+    """Show a stretch with something on either side."""
+    margin = MARGIN * (end - start)
+    low, high = document.bounds
+    document.set_span(max(start - margin, low), min(end + margin, high))
+
+
+def _go(document: Document, index: int) -> bool:
+    """Select a segment and go to its start, if there is one."""
+    if not 0 <= index < len(document.segments):
+        return False
+    document.seek(document.segments[index].start)
+    document.select(index)
+    return True
+
+
+def _starts_at(document: Document, index: int) -> bool:
+    """Whether a segment starts where the cursor is."""
+    return abs(document.segments[index].start - document.cursor) <= SAME
+
+
+def say_no(document: Document, sentence: str, *, trouble: bool = True) -> bool:
+    """Say why nothing was done; gives False."""
+    document.say(sentence, trouble)
+    return False

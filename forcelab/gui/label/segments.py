@@ -1,0 +1,211 @@
+"""The segment table: the coder's track as rows to sort, filter, edit and jump to."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
+from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QPalette, QShowEvent
+from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QStackedLayout, QVBoxLayout, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.label.segment_model import NUMBER, SegmentModel
+from forcelab.gui.label.segment_rows import SegmentRows
+from forcelab.gui.theme import themes
+from forcelab.painting import SLIVER
+
+__all__ = ["SegmentTable"]
+
+
+class SegmentTable(QWidget):
+    """The coder's segments, one row each.
+
+    Choosing a row selects its segment and moves the cursor to its start; the segment under the
+    cursor is marked. While the table is hidden it does nothing at all.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.setAccessibleName(self.tr("Segments"))
+        self.model = SegmentModel(document, self)
+        self.filter = QLineEdit()
+        self.filter.setPlaceholderText(self.tr("Filter by action"))
+        self.filter.setAccessibleName(self.tr("Filter by action"))
+        self.filter.setClearButtonEnabled(True)
+        self.filter.textChanged.connect(self._filter_changed)
+        self.table = SegmentRows(self.model)
+        self.table.setAccessibleName(self.tr("Segments of your track"))
+        self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
+        self.table.clicked.connect(self._row_clicked)
+        self._empty = QLabel()
+        self._empty.setWordWrap(True)
+        self._empty.setMargin(12)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._pages = QStackedLayout()
+        self._pages.addWidget(self.table)
+        self._pages.addWidget(self._empty)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addWidget(self.filter)
+        column.addLayout(self._pages, 1)
+        self._syncing = False
+        document.tracks_changed.connect(self._refresh)
+        document.selection_changed.connect(self._show_selection)
+        document.vocabulary_changed.connect(self._repaint)
+        document.cursor_moved.connect(self._follow)
+        document.demonstration_changed.connect(self.table.fit_columns)
+        document.demonstration_changed.connect(self._refresh)
+        themes().changed.connect(self._repaint)
+        self._say_empty()
+
+    def sizeHint(self) -> QSize:
+        """Room for all columns and some rows."""
+        return QSize(300, 220)
+
+    def minimumSizeHint(self) -> QSize:
+        """Less than the columns need; then one scrolls."""
+        return QSize(180, 110)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._refresh()
+        self._show_selection()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Let go of the rows."""
+        super().hideEvent(event)
+        self._syncing = True
+        self.model.clear()
+        self._syncing = False
+
+    def _refresh(self) -> None:
+        """Show the track as it is now."""
+        if not self.isVisible():
+            return
+        self._syncing = True
+        self.model.refresh()
+        self._syncing = False
+        self._say_empty()
+        self._show_selection()
+
+    def _follow(self, cursor: float) -> None:
+        """Mark the segment under the cursor."""
+        if self.isVisible():
+            self.model.follow(cursor)
+
+    def _repaint(self) -> None:
+        """Draw the rows again, which look otherwise now."""
+        self.table.setPalette(self.palette())
+        self.table.viewport().update()
+
+    def _filter_changed(self, text: str) -> None:
+        """Show what the filter lets through."""
+        self._syncing = True
+        self.model.set_filter(text)
+        self._syncing = False
+        self._say_empty()
+        self._show_selection()
+
+    def _say_empty(self) -> None:
+        """Say why there is nothing to see, where there is nothing."""
+        if self.model.rows:
+            self._pages.setCurrentIndex(0)
+            return
+        if self.document.demonstration is None:
+            text = self.tr("No demonstration is open.")
+        elif self.document.segments and self.filter.text().strip():
+            text = self.tr("No segment's action contains '{0}'.").format(self.filter.text().strip())
+        else:
+            text = self.tr(
+                "No segments yet: drag on your track, or press an action's key to begin one and "
+                "again to end it."
+            )
+        self._empty.setText(text)
+        self._pages.setCurrentIndex(1)
+
+    def _show_selection(self) -> None:
+        """Choose the row of the selected segment, and bring it into view."""
+        if not self.isVisible():
+            return
+        number, track = self.document.selected, self.document.segments
+        row = None if number is None or number >= len(track) else self.model.row_of(track[number])
+        self._syncing = True
+        selection = self.table.selectionModel()
+        if row is None:
+            selection.clear()
+        elif row != self.table.currentIndex().row() or not selection.hasSelection():
+            column = max(self.table.currentIndex().column(), NUMBER)
+            index = self.model.index(row, column)
+            flags = QItemSelectionModel.SelectionFlag
+            selection.setCurrentIndex(index, flags.ClearAndSelect | flags.Rows)
+            self.table.scrollTo(index)
+        self._syncing = False
+
+    def _row_chosen(self, index: QModelIndex) -> None:
+        """Select the segment of the row and go to its start."""
+        if self._syncing or not index.isValid():
+            return
+        number = self.model.number_of(index.row())
+        if number is None:
+            return
+        segment = self.document.segments[number]
+        self._syncing = True  # selecting the one may end the selection of another first
+        self.document.select(number)
+        self.document.seek(segment.start)
+        self.document.select(number)
+        self._syncing = False
+
+    def _row_clicked(self, index: QModelIndex) -> None:
+        """Go to the start once more when the row that is chosen already is clicked."""
+        number = self.model.number_of(index.row())
+        if number is None:
+            return
+        away = abs(self.document.cursor - self.document.segments[number].start) > SLIVER
+        if away or self.document.selected != number:
+            self._row_chosen(index)
+
+    # Keys and menus
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Delete takes the chosen segment away."""
+        number = self.model.number_of(self.table.currentIndex().row())
+        if event.key() == Qt.Key.Key_Delete and number is not None:
+            self.document.delete(number)
+            event.accept()
+            return
+        super().keyPressEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the chosen segment."""
+        if (menu := self.menu()) is not None:
+            menu.exec(event.globalPos())
+            menu.deleteLater()
+
+    def menu(self) -> QMenu | None:
+        """What can be done with the chosen segment; None where none is chosen."""
+        number = self.model.number_of(self.table.currentIndex().row())
+        if number is None:
+            return None
+        document, segment = self.document, self.document.segments[number]
+        menu = QMenu(self)
+        relabel = menu.addMenu(self.tr("Relabel"))
+        for name in document.vocabulary.names:
+            if name != segment.action:
+                action = relabel.addAction(name)
+                action.triggered.connect(lambda _=False, name=name: document.relabel(number, name))
+        fill = menu.addAction(self.tr("Mark as range"))
+        fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
+        only = menu.addAction(icon("search"), self.tr("Show only '{0}'").format(segment.action))
+        only.triggered.connect(lambda: self.filter.setText(segment.action))
+        menu.addSeparator()
+        delete = menu.addAction(icon("trash"), self.tr("Delete"))
+        delete.triggered.connect(lambda: document.delete(number))
+        return menu

@@ -1,0 +1,235 @@
+"""Painting by keys: press to begin and press to end, or hold for as long as an action lasts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication, QWidget
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.label.segment_verbs import fill_range
+from forcelab.gui.label.snapping import rounded, snap, targets_of
+from forcelab.gui.label.track_hits import index_at
+from forcelab.gui.typing_guard import typing
+
+__all__ = ["KeyStrokes"]
+
+#: Times closer than this are the same, in seconds.
+SAME = 1e-9
+#: How wide the time axis is taken to be where no panel tells, in pixels.
+WIDTH = 1000.0
+
+
+class KeyStrokes(QObject):
+    """Turns the keys of actions into segments.
+
+    A key that is pressed
+
+    * fills the marked range, if there is one;
+    * ends the stroke that was begun with the same key; one begun with another key it ends too, and
+      begins its own there, so that actions that follow each other touch;
+    * gives the selected segment its action, if the cursor stands in it and nothing is playing;
+    * otherwise begins a stroke at the cursor.
+
+    A key that is let go ends what it has begun if it was held (``settings.hold_ms``) and the cursor
+    has moved meanwhile. Esc forgets a stroke.
+
+    While playing, what is meant is what was seen ``settings.reaction_ms`` ago: positions are that
+    much before the cursor, times the speed, for releases as well. While paused, it is the cursor:
+    as it is where it stands exactly on a sample, a frame or an edge, because then it was sent
+    there; anywhere else it snaps like the pointer (:mod:`forcelab.gui.label.snapping`).
+
+    Parameters
+    ----------
+    document : Document
+        What is painted on.
+    window : QWidget
+        Keys pressed in it and in whatever is inside it count, but not where keys are text.
+    pixels_per_second : callable, optional
+        How far one is zoomed in; tells how near a target must be.
+    clock : callable
+        Seconds of a clock that never jumps.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        window: QWidget,
+        pixels_per_second: Callable[[], float] | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(window)
+        self.document = document
+        self.window = window
+        self._scale = pixels_per_second or self._nominal_scale
+        self._clock = clock
+        #: The key that began the stroke and is still down: key, when, and where the cursor was.
+        self._held: tuple[str, float, float] | None = None
+        window.installEventFilter(self)
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            # A view such as a list would keep letters for itself: they are taken before it sees
+            # them. Following the focus costs nothing; a filter on the application sees every event.
+            application.focusChanged.connect(self._follow_focus)
+            self._follow_focus(None, application.focusWidget())
+        document.demonstration_changed.connect(self.let_go)
+
+    def press(self, key: str) -> bool:
+        """An action's key went down; gives whether it is one."""
+        document = self.document
+        action = next((a.name for a in document.vocabulary if a.key and a.key == key), None)
+        if action is None or document.demonstration is None:
+            return False
+        self._held = None
+        if document.range is not None:
+            fill_range(document, action)
+        elif document.stroke is not None:
+            self._press_again(action, key)
+        elif (index := self._chosen()) is not None:
+            document.relabel(index, action)
+        else:
+            self._begin(action, key, self._position())
+        return True
+
+    def release(self, key: str) -> bool:
+        """A key was let go; gives whether it is the one that had begun a stroke."""
+        if self._held is None or self._held[0] != key:
+            return False
+        _, pressed, cursor = self._held
+        self._held = None
+        held = 1000 * (self._clock() - pressed) >= settings.hold_ms()
+        if held and self.document.cursor != cursor and self.document.stroke is not None:
+            self._end(self._position())
+        return True
+
+    def cancel(self) -> bool:
+        """Forget the stroke; gives whether there was one."""
+        self._held = None
+        if self.document.stroke is None:
+            return False
+        self.document.cancel_stroke()
+        return True
+
+    def let_go(self) -> None:
+        """Forget that a key is down: its release will not be heard. The stroke goes on."""
+        self._held = None
+
+    # Qt
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Take the keys of actions, and Esc while a stroke is on."""
+        kind = event.type()
+        if kind == QEvent.Type.WindowDeactivate:
+            self.let_go()
+        elif kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
+            return self._key_press(watched, event)
+        elif kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
+            # Heard in text fields too: the focus may have gone there while the key was down.
+            return not event.isAutoRepeat() and self.release(_name(event))
+        return False
+
+    def _key_press(self, watched: QObject, event: QKeyEvent) -> bool:
+        """A key went down somewhere in the window."""
+        # A spin box lets letters through that are no numbers; they are no strokes either.
+        if typing(QApplication.focusWidget()) or (isinstance(watched, QWidget) and typing(watched)):
+            return False
+        if event.key() == Qt.Key.Key_Escape:
+            return self.cancel()
+        plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        if plain != Qt.KeyboardModifier.NoModifier:
+            return False
+        key = _name(event)
+        if event.isAutoRepeat():
+            return any(action.key == key for action in self.document.vocabulary)
+        return self.press(key)
+
+    def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
+        """Listen where the keys go now."""
+        if now is None or not (now is self.window or self.window.isAncestorOf(now)):
+            self.let_go()
+        else:
+            now.installEventFilter(self)  # a second time changes nothing
+
+    # Strokes
+
+    def _press_again(self, action: str, key: str) -> None:
+        """A key went down while a stroke is on."""
+        stroke = self.document.stroke
+        assert stroke is not None
+        position = self._position()
+        same = stroke.action == action
+        if same or abs(position - stroke.start) > SAME:
+            self._end(position)
+        else:
+            # Nothing was painted yet: the coder has thought better of the action.
+            self.document.cancel_stroke()
+        if not same:
+            self._begin(action, key, position)
+
+    def _begin(self, action: str, key: str, position: float) -> None:
+        """Begin a stroke with a key."""
+        self.document.select(None)
+        self.document.begin_stroke(action, position)
+        self._held = key, self._clock(), self.document.cursor
+
+    def _end(self, position: float) -> None:
+        """End the stroke."""
+        self.document.end_stroke(position)
+
+    def _chosen(self) -> int | None:
+        """The selected segment, if the cursor stands in it and nothing is playing."""
+        document, index = self.document, self.document.selected
+        if index is None or document.playing:
+            return None
+        segment = document.segments[index]
+        return index if segment.start - SAME <= document.cursor <= segment.end + SAME else None
+
+    def _position(self) -> float:
+        """The time that is meant, in seconds."""
+        document = self.document
+        if document.playing:
+            late = settings.reaction_ms() / 1000 * document.speed
+            earliest = document.bounds[0] if document.stroke is None else document.stroke.start
+            # A stroke begun while paused was not late: it must not be turned around.
+            meant = max(document.cursor - late, min(earliest, document.cursor))
+            return rounded(meant, targets_of(document)) if document.snapping else meant
+        if not document.snapping or self._sent_there():
+            return document.cursor
+        targets = targets_of(document)
+        found = snap(document.cursor, self._scale(), targets)
+        return rounded(document.cursor, targets) if found is None else found.time
+
+    def _sent_there(self) -> bool:
+        """Whether the cursor stands exactly on a sample, a frame or an edge."""
+        document, cursor = self.document, self.document.cursor
+        demonstration = document.demonstration
+        if demonstration is None or cursor in document.bounds:
+            return True
+        for times in (demonstration.times, document.frame_times, document.contacts):
+            if times is not None and len(times):
+                near = int(np.searchsorted(times, cursor - SAME))
+                if near < len(times) and times[near] - cursor <= SAME:
+                    return True
+        for track in (document.segments, *document.others.values()):
+            for place in (index_at(track, cursor + SAME), index_at(track, cursor - SAME)):
+                if place is None:
+                    continue
+                segment = track[place]
+                if min(abs(segment.start - cursor), abs(segment.end - cursor)) <= SAME:
+                    return True
+        return False
+
+    def _nominal_scale(self) -> float:
+        """Pixels per second on a time axis of usual width."""
+        return WIDTH / (self.document.end - self.document.start)
+
+
+def _name(event: QKeyEvent) -> str:
+    """The key as actions name it: not the text, which a release does not carry everywhere."""
+    code = event.key()
+    return chr(code).lower() if 0x20 < code < 0x7F else ""

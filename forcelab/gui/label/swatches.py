@@ -1,0 +1,69 @@
+"""How actions look in lists: a box of their colour and texture, and the cap of their key."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QIcon, QPainter, QPen, QPixmap
+
+from forcelab.gui.figures.tracks import Look, paint_texture
+from forcelab.gui.theme import colours
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["look_of", "paint_key", "paint_swatch", "swatch_icon"]
+
+
+def look_of(vocabulary: Vocabulary, name: str) -> Look:
+    """How an action of the vocabulary is drawn; one that is not in it is grey."""
+    for number, action in enumerate(vocabulary, 1):
+        if action.name == name:
+            return Look(number, QColor(action.colour), action.texture)
+    return Look(0, QColor(colours().frame))
+
+
+def paint_swatch(painter: QPainter, box: QRectF, look: Look) -> None:
+    """Fill a box with an action's colour and texture, framed so that black shows on dark."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, look.texture > 0)
+    painter.setClipRect(box)
+    paint_texture(painter, box, look)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(QPen(QColor(colours().frame), 0))
+    painter.drawRect(box.adjusted(0, 0, -1, -1))
+    painter.restore()
+
+
+def swatch_icon(colour: str, texture: int = 0) -> QIcon:
+    """A small picture of a look, for menus; twice as fine as the screen."""
+    picture = QPixmap(32, 32)
+    picture.setDevicePixelRatio(2.0)
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    paint_swatch(painter, QRectF(1, 1, 14, 14), Look(0, QColor(colour), texture))
+    painter.end()
+    return QIcon(picture)
+
+
+def paint_key(painter: QPainter, box: QRectF, key: str, font: QFont) -> None:
+    """Draw the cap of a key, as on a keyboard; a faint empty one where there is no key."""
+    theme = colours()
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    if not key:
+        painter.setOpacity(0.4)
+    cap = box.adjusted(0.5, 0.5, -0.5, -0.5)
+    painter.setPen(QPen(QColor(theme.frame), 1))
+    painter.setBrush(QColor(theme.frame))
+    painter.drawRoundedRect(cap, 4, 4)
+    painter.setPen(QPen(QColor(theme.frame), 1))
+    painter.setBrush(QColor(theme.background))
+    top = cap.adjusted(0, 0, 0, -2)
+    painter.drawRoundedRect(top, 4, 4)
+    painter.setFont(font)
+    painter.setPen(QColor(theme.text))
+    # Capitals sit in the middle by their height, which the line's box is not symmetric about.
+    metrics = painter.fontMetrics()
+    text = key.upper()
+    left = top.center().x() - metrics.horizontalAdvance(text) / 2
+    painter.drawText(QPointF(left, top.center().y() + metrics.capHeight() / 2), text)
+    painter.restore()

@@ -1,0 +1,202 @@
+"""The menus of the tracks: what can be done with what is under the pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.label import segment_verbs as verbs
+from forcelab.gui.label.swatches import swatch_icon
+from forcelab.gui.label.track_hits import gap_at, index_at
+
+translate = QCoreApplication.translate
+
+__all__ = ["ask_longest_gap", "copy_menu", "other_menu", "own_menu", "range_menu"]
+
+#: The longest gap that is offered to be filled at first, in seconds.
+GAP = 0.1
+
+
+def own_menu(
+    parent: QWidget, document: Document, time: float, play: Callable[[float, float], None]
+) -> QMenu:
+    """What can be done on the coder's track at a time in seconds.
+
+    `play` is called with the start and the end of a segment that is to be played.
+    """
+    menu = QMenu(translate("forcelab", "Segment"), parent)
+    index, gap = index_at(document.segments, time), gap_at(document.segments, time)
+    if index is not None:
+        _segment_entries(menu, document, index, time, play)
+    elif gap is not None:
+        start, end = gap
+        fill = menu.addMenu(translate("forcelab", "Fill this gap with"))
+        _actions(fill, document, lambda name: document.paint(start, end, name))
+    menu.addSeparator()
+    if document.range is not None:
+        fill = menu.addMenu(translate("forcelab", "Fill the range with"))
+        _actions(fill, document, lambda name: verbs.fill_range(document, name))
+        _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
+    entry = _entry(
+        menu,
+        translate("forcelab", "Fill short gaps…"),
+        lambda: ask_longest_gap(menu.parentWidget(), document),
+    )
+    entry.setEnabled(len(document.segments) > 1)
+    _copies(menu, document, time)
+    return menu
+
+
+def other_menu(
+    parent: QWidget,
+    document: Document,
+    author: str,
+    time: float,
+    play: Callable[[float, float], None],
+) -> QMenu:
+    """What can be done on another author's track at a time in seconds."""
+    menu = QMenu(author, parent)
+    segments = document.others.get(author, ())
+    index = index_at(segments, time)
+    if index is not None:
+        start, end = segments[index].start, segments[index].end
+        label = translate("forcelab", "Copy this segment to mine")
+        _entry(menu, label, lambda: document.copy_from(author, start, end))
+    if document.range is not None:
+        low, high = document.range
+        label = translate("forcelab", "Copy the range to mine")
+        _entry(menu, label, lambda: document.copy_from(author, low, high))
+    label = translate("forcelab", "Copy the whole track to mine")
+    _entry(menu, label, lambda: document.copy_from(author, *document.bounds))
+    if index is not None:
+        menu.addSeparator()
+        _entry(menu, translate("forcelab", "Play it"), lambda: play(start, end))
+        _entry(
+            menu, translate("forcelab", "Zoom to it"), lambda: verbs.zoom_to(document, start, end)
+        )
+    return menu
+
+
+def range_menu(parent: QWidget, document: Document) -> QMenu:
+    """The actions that a marked range can be filled with."""
+    menu = QMenu(translate("forcelab", "Fill the range with"), parent)
+    menu.addSection(translate("forcelab", "Fill with"))
+    _actions(menu, document, lambda name: verbs.fill_range(document, name))
+    menu.addSeparator()
+    _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
+    return menu
+
+
+def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
+    """From whom to copy what lies at a time in seconds."""
+    menu = QMenu(translate("forcelab", "Copy from another author"), parent)
+    _copies(menu, document, time)
+    return menu
+
+
+def ask_longest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
+    """Ask how long gaps may be that are filled, and fill them; nothing waits for the answer."""
+    dialog = QInputDialog(parent)
+    dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
+    dialog.setWindowTitle(translate("forcelab", "Fill short gaps"))
+    where = (
+        translate("forcelab", "in the marked range")
+        if document.range
+        else translate("forcelab", "in the whole demonstration")
+    )
+    label = translate("forcelab", "Fill gaps {0} that last at most so many seconds:").format(where)
+    dialog.setLabelText(label)
+    dialog.setDoubleDecimals(3)
+    dialog.setDoubleRange(0.001, 3600.0)
+    dialog.setDoubleStep(0.01)
+    dialog.setDoubleValue(GAP)
+    dialog.doubleValueSelected.connect(lambda longest: verbs.fill_gaps(document, longest))
+    dialog.finished.connect(dialog.deleteLater)
+    dialog.open()
+    return dialog
+
+
+def _segment_entries(
+    menu: QMenu,
+    document: Document,
+    index: int,
+    time: float,
+    play: Callable[[float, float], None],
+) -> None:
+    """What can be done with one of the coder's segments."""
+    segment = document.segments[index]
+    relabel = menu.addMenu(translate("forcelab", "Relabel with"))
+    _actions(relabel, document, lambda name: document.relabel(index, name), but=segment.action)
+    _entry(menu, translate("forcelab", "Split here"), lambda: document.split(time))
+    before = _entry(
+        menu,
+        translate("forcelab", "Merge with the previous"),
+        lambda: document.merge(index - 1, index),
+    )
+    before.setEnabled(index > 0)
+    after = _entry(
+        menu, translate("forcelab", "Merge with the next"), lambda: document.merge(index, index + 1)
+    )
+    after.setEnabled(index + 1 < len(document.segments))
+    _entry(menu, translate("forcelab", "Delete"), lambda: document.delete(index))
+    menu.addSeparator()
+    _entry(menu, translate("forcelab", "Play it"), lambda: play(segment.start, segment.end))
+    zoom = lambda: verbs.zoom_to(document, segment.start, segment.end)  # noqa: E731
+    _entry(menu, translate("forcelab", "Zoom to it"), zoom)
+
+
+def _actions(
+    menu: QMenu, document: Document, chosen: Callable[[str], object], but: str = ""
+) -> None:
+    """One entry for each action, with its look and its key, which also picks it in the menu."""
+    for action in document.vocabulary:
+        if action.name == but:
+            continue
+        name = _plain(action.name)
+        label = f"&{action.key.upper()}  {name}" if action.key else name
+        entry = _entry(menu, label, partial(chosen, action.name))
+        entry.setIcon(swatch_icon(action.colour, action.texture))
+    menu.setEnabled(bool(menu.actions()))
+
+
+def _copies(menu: QMenu, document: Document, time: float) -> None:
+    """One entry for each other author to copy from."""
+    for author in document.others:
+        label = translate("forcelab", "Copy from {0}").format(_plain(author))
+        copy = _entry(menu, label, partial(_copy, document, author, time))
+        copy.setEnabled(_copied(document, author, time) is not None)
+
+
+def _copied(document: Document, author: str, time: float) -> tuple[float, float] | None:
+    """What copying from another author at a time would take: the range, or a segment."""
+    if document.range is not None:
+        return document.range
+    for segments in (document.segments, document.others.get(author, ())):
+        index = index_at(segments, time)
+        if index is not None:
+            return segments[index].start, segments[index].end
+    return None
+
+
+def _copy(document: Document, author: str, time: float) -> None:
+    """Copy from another author."""
+    stretch = _copied(document, author, time)
+    if stretch is not None:
+        document.copy_from(author, *stretch)
+
+
+def _plain(words: str) -> str:
+    """Words as they are: an ampersand in a menu marks a key."""
+    return words.replace("&", "&&")
+
+
+def _entry(menu: QMenu, label: str, done: Callable[[], object]) -> QAction:
+    """One entry of a menu."""
+    action = menu.addAction(label)
+    action.triggered.connect(lambda _checked=False: done())
+    return action

@@ -1,0 +1,225 @@
+"""How a track is drawn in the window: as in the figures, with the names of actions on it.
+
+A track of ten thousand segments costs little more than its pixels: segments too narrow for a line
+between them or for a texture are brought onto columns of pixels first, all at once.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+from operator import attrgetter
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPen
+
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.canvas import Theme
+from forcelab.gui.figures.tracks import Look, paint_track, plate
+from forcelab.gui.theme import Colours
+from forcelab.labels import Segments
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["crowd", "looks_of", "outline", "paint_row", "put_plate", "visible"]
+
+#: Room left of and right of a name inside its segment, in pixels.
+PADDING = 4.0
+#: Below this contrast to the ground (WCAG 2.2) a segment gets a line around it.
+SEEN = 1.6
+#: Segments narrower than this many pixels are drawn as columns of pixels.
+NARROW = 3.0
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+_action = attrgetter("action")
+
+
+def looks_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, Look]:
+    """How each action is drawn; grey where another author's action is not in the vocabulary."""
+    looks = {
+        action.name: Look(number, QColor(action.colour), action.texture)
+        for number, action in enumerate(vocabulary, 1)
+    }
+    for name in used:
+        if name not in looks:
+            looks[name] = Look(0, QColor(theme.muted))
+    return looks
+
+
+def visible(segments: Segments, start: float, end: float) -> Segments:
+    """The segments that reach into ``[start, end]``, found in O(log n)."""
+    first = bisect_right(segments, start, key=_end)
+    last = bisect_left(segments, end, key=_start)
+    return segments[first:last]
+
+
+def crowd(
+    segments: Segments, start: float, pixel: float, count: int, widest: float
+) -> tuple[Segments, NDArray[np.int64], tuple[str, ...]]:
+    """Bring the narrow segments onto columns of pixels.
+
+    A segment gets the columns whose middle it covers, but at least one. Where several crowd in one
+    column, the action that is the rarest among the narrow segments is seen: it must not be lost.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    start : float
+        The time at which the first column begins, in seconds.
+    pixel : float
+        Seconds in one column.
+    count : int
+        Number of columns.
+    widest : float
+        Segments shorter than this are narrow, in seconds.
+
+    Returns
+    -------
+    wide : tuple of Segment
+        The other segments.
+    columns : ndarray of int64, shape (count,)
+        What is seen in each column, as an index into the names; -1 where no narrow segment is.
+    names : tuple of str
+        The actions of the narrow segments.
+    """
+    columns = np.full(count, -1, dtype=np.int64)
+    starts = np.fromiter(map(_start, segments), np.float64, len(segments))
+    ends = np.fromiter(map(_end, segments), np.float64, len(segments))
+    is_narrow = ends - starts < widest
+    narrow = np.flatnonzero(is_narrow).tolist()
+    if not narrow:
+        return segments, columns, ()
+    wide = tuple(segments[i] for i in np.flatnonzero(~is_narrow).tolist())
+    actions = [segments[i].action for i in narrow]
+    names = tuple(dict.fromkeys(actions))
+    code_of = {name: code for code, name in enumerate(names)}
+    codes = np.fromiter(map(code_of.__getitem__, actions), np.int64, len(actions))
+    # Rare ones come last: of several values written to one place the last one stays.
+    order = np.argsort(-np.bincount(codes)[codes], kind="stable")
+    codes = codes[order]
+    left, right = ((times[is_narrow][order] - start) / pixel for times in (starts, ends))
+    first, last = np.ceil(left - 0.5), np.ceil(right - 0.5)
+    single = last <= first
+    first[single] = np.floor((left[single] + right[single]) / 2)
+    last[single] = first[single] + 1
+    for step in range(int((last - first).max())):
+        place = first + step
+        there = (place < last) & (place >= 0) & (place < count)
+        columns[place[there].astype(np.int64)] = codes[there]
+    return wide, columns, names
+
+
+def paint_row(
+    painter: QPainter,
+    box: QRectF,
+    axis: Axis,
+    segments: Segments,
+    *,
+    vocabulary: Vocabulary,
+    theme: Colours,
+    size: float,
+) -> None:
+    """Draw one author's visible segments with the actions' names in them.
+
+    Parameters
+    ----------
+    painter, box, axis
+        As of :func:`forcelab.gui.figures.tracks.paint_track`.
+    segments : tuple of Segment
+        In order, never overlapping; more than can be told apart cost little.
+    vocabulary : Vocabulary
+        How actions look.
+    theme : Colours
+        The window's colours.
+    size : float
+        Height of the names in pixels.
+    """
+    device = painter.device()
+    ratio = 1.0 if device is None else device.devicePixelRatio()
+    count = max(1, round(box.width() * ratio))
+    pixel = (axis.end - axis.start) / count
+    wide, columns, names = crowd(segments, axis.start, pixel, count, NARROW * ratio * pixel)
+    looks = looks_of(vocabulary, (*names, *(s.action for s in wide)), theme)
+    # Lines between segments lie on light colours in either theme.
+    on_track = replace(theme, text=theme.on_unlabelled)
+    edge = QPen(QColor(theme.on_unlabelled), 1.0)
+    ground = QColor(theme.unlabelled)
+    faint = {name for name, look in looks.items() if text.contrast(look.colour, ground) < SEEN}
+    inks = {name: text.ink_on(look.colour) for name, look in looks.items()}
+    face = text.font(size)
+
+    def inscribe(painter: QPainter, bar: QRectF, action: str, look: Look) -> None:
+        width = bar.width()
+        if action in faint:
+            painter.setPen(edge)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
+        if width < 2 * PADDING:
+            return
+        name, needed = _fitting(action, size, int(width - 2 * PADDING))
+        if name:
+            middle = bar.center()
+            line = QRectF(bar.left(), middle.y() - size * 0.7, width, size * 1.4)
+            plate(painter, line.intersected(bar), needed + PADDING, look)
+            text.put(
+                painter, middle.x() - needed / 2, middle.y(), name, face=face, ink=inks[action]
+            )
+
+    paint_track(painter, box, axis, wide, looks=looks, theme=on_track, inscribe=inscribe)
+    if names:
+        palette = [looks[name].colour.rgba() for name in names]
+        painter.drawImage(box, _strip(columns, np.array([*palette, 0], dtype=np.uint32)))
+
+
+def _strip(columns: NDArray[np.int64], palette: NDArray[np.uint32]) -> QImage:
+    """One line of pixels in the colours of the palette; its last one stands for -1."""
+    pixels = np.ascontiguousarray(palette[columns])
+    image = QImage(
+        pixels.data, len(pixels), 1, 4 * len(pixels), QImage.Format.Format_ARGB32_Premultiplied
+    )
+    return image.copy()  # of its own: the array's memory goes
+
+
+def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
+    """Draw a frame that is seen on every action's colour: accent outside, white inside."""
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    for inset, colour, thickness in ((0.0, theme.accent, 2.0), (2.0, "#ffffff", 1.0)):
+        shrunk = inset + thickness / 2
+        if bar.width() < 2 * shrunk + 1 and inset:
+            continue
+        pen = QPen(QColor(colour), thickness)
+        pen.setJoinStyle(Qt.PenJoinStyle.MiterJoin)
+        painter.setPen(pen)
+        painter.drawRect(bar.adjusted(shrunk, shrunk, -shrunk, -shrunk))
+
+
+def put_plate(painter: QPainter, at: QPointF, words: str, theme: Colours, within: QRectF) -> None:
+    """Write a few words on a small plate centred on a point, kept within a box."""
+    face = text.font(10)
+    room = QRectF(0, 0, text.width(words, face) + 10, 16)
+    room.moveCenter(at)
+    room.moveLeft(max(min(room.left(), within.right() - room.width()), within.left()))
+    painter.setPen(QPen(QColor(theme.frame), 1))
+    painter.setBrush(QColor(theme.background))
+    painter.drawRoundedRect(room.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
+    middle = room.center()
+    text.put(painter, middle.x(), middle.y(), words, face=face, ink=QColor(theme.text), align=0.5)
+
+
+@lru_cache(maxsize=4096)
+def _fitting(name: str, size: float, room: int) -> tuple[str, float]:
+    """As much of a name as fits into so many pixels, and its width; at least a letter, or none."""
+    face = text.font(size)
+    whole = text.shown(name)
+    short = whole if text.width(whole, face) <= room else text.elided(whole, face, room)
+    if len(short) < min(4, len(whole)):
+        # A sign that something was left out would take the room of the letters that tell it.
+        fitting = [n for n in (2, 1) if text.width(whole[:n], face) <= room]
+        short = whole[: fitting[0]] if fitting else ""
+    return short, text.width(short, face)

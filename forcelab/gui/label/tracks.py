@@ -1,0 +1,335 @@
+"""The tracks, painted on with the mouse."""
+
+from __future__ import annotations
+
+from weakref import ref
+
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
+from PySide6.QtWidgets import QMenu, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.label import track_menu
+from forcelab.gui.label.segment_verbs import zoom_to
+from forcelab.gui.label.snapping import Targets, rounded, snap, targets_of
+from forcelab.gui.label.track_gestures import (
+    Brushing,
+    Gesture,
+    Marking,
+    MovingEdge,
+    MovingSegment,
+)
+from forcelab.gui.label.track_hits import Hit, hit, index_at
+from forcelab.gui.label.track_painting import outline, put_plate
+from forcelab.gui.label.track_rows import Row, TrackRows
+from forcelab.gui.theme import colours
+from forcelab.labels import Segments
+
+__all__ = ["TrackPanel"]
+
+#: A press that moves less than this many pixels is a click.
+CLICK = 5.0
+
+_ALT = Qt.KeyboardModifier.AltModifier
+_CTRL = Qt.KeyboardModifier.ControlModifier
+
+
+class TrackPanel(TrackRows):
+    """One row for each author; the coder's own, at the top, is painted on with the mouse.
+
+    =========================  ====================================================================
+    drag                       paints with the brush; without one marks a range and asks with what
+    drag an edge               moves it, and that of a neighbour that touches it
+    Alt and drag a segment     moves it
+    Alt while dragging         nothing attracts (while moving a segment: Ctrl)
+    Esc while dragging         as if nothing had happened
+    click, double click        selects the segment and seeks; zooms to it
+    right click                everything else
+    =========================  ====================================================================
+
+    Parameters
+    ----------
+    document : Document
+        What is shown and painted on.
+    parent : QWidget, optional
+    """
+
+    #: Somebody wants a stretch to be played: start and end in seconds.
+    play_requested = Signal(float, float)
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(document, parent)
+        #: The drag that is on, and whether it has gone far enough to be one.
+        self._gesture: Gesture | None = None
+        self._live = False
+        self._pressed: QPointF | None = None
+        #: As they were when the drag began.
+        self._targets: Targets | None = None
+        self._dragged: tuple[str, str, Segments] = self._track
+        self._range_before: tuple[float, float] | None = None
+        #: The menu that was opened last.
+        self.menu: QMenu | None = None
+
+    @property
+    def dragging(self) -> bool:
+        """Whether a drag is on."""
+        return self._gesture is not None
+
+    # Mouse
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a drag on the coder's row."""
+        row = self.row_at(event.position())
+        if event.button() != Qt.MouseButton.LeftButton or row is None or not row.own:
+            super().mousePressEvent(event)
+            return
+        time = self.time_at(event.position().x())
+        modifiers = event.modifiers()
+        self._pressed, self._live = event.position(), False
+        self._targets = targets_of(self.document)
+        self._dragged = self._track
+        self._range_before = self.document.range
+        self._gesture = self._begun(row.segments, time, modifiers)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Go on with a drag; without one, show what a press would do."""
+        if self._gesture is None or self._pressed is None:
+            super().mouseMoveEvent(event)
+            if not event.buttons():
+                self._hover(event.position(), event.modifiers())
+            return
+        far = abs(event.position().x() - self._pressed.x()) >= CLICK
+        self._live = self._live or far
+        if self._live:
+            self._drag(event)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End a drag, or a click."""
+        gesture, live = self._gesture, self._live
+        if event.button() != Qt.MouseButton.LeftButton or gesture is None:
+            super().mouseReleaseEvent(event)
+            return
+        if live:
+            self._drag(event)
+        self._forget_drag()
+        if not live:
+            self._click(event)
+        elif isinstance(gesture, Marking):
+            gesture.commit(self.document)
+            if self.document.range is not None:
+                self.show_menu(
+                    track_menu.range_menu(self, self.document), event.globalPosition().toPoint()
+                )
+        else:
+            index = self.document.selected
+            gesture.commit(self.document)
+            if isinstance(gesture, MovingEdge | MovingSegment) and index is not None:
+                start, end = gesture.stretch
+                self.document.select(index_at(self.document.segments, (start + end) / 2))
+        self._hover(event.position(), event.modifiers())
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Zoom to the segment under the pointer."""
+        row, time = self.row_at(event.position()), self.time_at(event.position().x())
+        if row is None or event.button() != Qt.MouseButton.LeftButton:
+            return
+        index = self._hit(row, time).index if row.own else index_at(row.segments, time)
+        if index is not None:
+            zoom_to(self.document, row.segments[index].start, row.segments[index].end)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Nothing is offered any more."""
+        if self._gesture is None:
+            self.document.set_hint(None)
+        super().leaveEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Open the menu of what is under the pointer; by the keyboard, of what the cursor is on."""
+        if self.document.demonstration is None:
+            return
+        row, time = self.row_at(QPointF(event.pos())), self.time_at(event.pos().x())
+        where = event.globalPos()
+        if event.reason() == QContextMenuEvent.Reason.Keyboard:
+            row, time = self.rows()[0], self.document.cursor
+            place = QPointF(self.x_at(time), row.box.bottom())
+            where = self.mapToGlobal(place.toPoint())
+        if row is not None:
+            self.show_menu(self.menu_at(row, time), where)
+
+    def menu_at(self, row: Row, time: float) -> QMenu:
+        """The menu of a row at a time in seconds."""
+        # A menu must not keep its panel alive: its own end would then be the panel's, which ends
+        # the menu a second time.
+        here = ref(self)
+
+        def play(start: float, end: float) -> None:
+            if (panel := here()) is not None:
+                panel.play_requested.emit(start, end)
+
+        if not row.own:
+            return track_menu.other_menu(self, self.document, row.author, time, play)
+        found = self._hit(row, time)
+        if found.index is not None:
+            self.document.select(found.index)
+        return track_menu.own_menu(self, self.document, time, play)
+
+    def event(self, event: QEvent) -> bool:
+        """Keep Esc for the drag that is on, whatever else it is bound to."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and event.key() == Qt.Key.Key_Escape
+            and self._gesture is not None
+        ):
+            event.accept()
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc ends a drag as if nothing had happened."""
+        if event.key() == Qt.Key.Key_Escape and self._gesture is not None:
+            self.cancel_drag()
+        else:
+            super().keyPressEvent(event)
+
+    def show_menu(self, menu: QMenu, where: QPoint) -> None:
+        """Show a menu; nothing waits for it."""
+        if self.menu is not None:
+            self.menu.close()
+        self.menu = menu
+        menu.aboutToHide.connect(self._menu_hides)
+        menu.popup(where)
+
+    def _menu_hides(self) -> None:
+        """Let go of the menu, once what was chosen in it is done."""
+        if self.menu is not None:
+            self.menu.deleteLater()
+            self.menu = None
+
+    def cancel_drag(self) -> None:
+        """End a drag as if nothing had happened."""
+        marking = isinstance(self._gesture, Marking) and self._live
+        self._forget_drag()
+        if marking and self._range_before is None:
+            self.document.clear_range()
+        elif marking and self._range_before is not None:
+            self.document.set_range(*self._range_before)
+
+    # Inside
+
+    @property
+    def _track(self) -> tuple[str, str, Segments]:
+        """What is dragged on: demonstration, author and segments."""
+        return self.document.id, self.document.author, self.document.segments
+
+    def _hit(self, row: Row, time: float) -> Hit:
+        """What is under the pointer in a row."""
+        return hit(row.segments, time, self.seconds_per_pixel)
+
+    def _begun(self, segments: Segments, time: float, modifiers: Qt.KeyboardModifier) -> Gesture:
+        """The drag that a press begins, should the pointer move."""
+        document, alt = self.document, bool(modifiers & _ALT)
+        there = hit(segments, time, self.seconds_per_pixel)
+        if there.index is not None and there.edge is not None:
+            demonstration = document.demonstration
+            shortest = 0.0 if demonstration is None else demonstration.period
+            return MovingEdge(time, segments, there.index, there.edge, document.bounds, shortest)
+        if there.index is not None and alt:
+            return MovingSegment(time, segments, there.index, document.bounds)
+        begun = self._meant(time, snapping=not alt)
+        if document.action is not None:
+            return Brushing(time, begun, document.action, document.bounds)
+        return Marking(time, begun, document.bounds)
+
+    def _drag(self, event: QMouseEvent) -> None:
+        """Follow the pointer."""
+        gesture = self._gesture
+        assert gesture is not None
+        free = _CTRL if isinstance(gesture, MovingSegment) else _ALT
+        snapping = self.document.snapping and not event.modifiers() & free
+        time = self.time_at(event.position().x())
+        scale = 1 / self.seconds_per_pixel
+        found = gesture.follow(time, scale, self._targets if snapping else None)
+        self.document.set_hint(found)
+        if isinstance(gesture, Marking):
+            gesture.commit(self.document)
+        self.update()
+
+    def _click(self, event: QMouseEvent) -> None:
+        """Select the segment under the pointer, and go there."""
+        time = self.time_at(event.position().x())
+        there = self._hit(self.rows()[0], time)
+        self.document.clear_range()
+        meant = self._meant(time, snapping=not event.modifiers() & _ALT)
+        index = there.index if there.inside else None
+        if index is not None:
+            # A key relabels the segment that the cursor is in, however short that is.
+            segment = self.document.segments[index]
+            meant = min(max(meant, segment.start), segment.end)
+        self.document.seek(meant)
+        self.document.select(index)
+
+    def _meant(self, time: float, *, snapping: bool) -> float:
+        """The time that is taken for a pointed one."""
+        low, high = self.document.bounds
+        time = min(max(time, low), high)
+        if not (snapping and self.document.snapping):
+            return time
+        targets = targets_of(self.document)
+        found = snap(time, 1 / self.seconds_per_pixel, targets)
+        return rounded(time, targets) if found is None else found.time
+
+    def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
+        """Show by pointer and hint what a press would do."""
+        row = self.row_at(position)
+        if row is None or not row.own:
+            self.unsetCursor()
+            self.document.set_hint(None)
+            return
+        time = self.time_at(position.x())
+        there = self._hit(row, time)
+        if there.edge is not None:
+            self.setCursor(Qt.CursorShape.SplitHCursor)
+        elif there.index is not None and modifiers & _ALT:
+            self.setCursor(Qt.CursorShape.SizeAllCursor)
+        elif self.document.action is not None:
+            self.setCursor(Qt.CursorShape.CrossCursor)
+        else:
+            self.unsetCursor()
+        offered = None
+        if self.document.snapping and not modifiers & _ALT and there.edge is None:
+            offered = snap(time, 1 / self.seconds_per_pixel, targets_of(self.document))
+        self.document.set_hint(offered)
+
+    def _forget_drag(self) -> None:
+        """No drag is on any more."""
+        self._gesture, self._live, self._pressed = None, False, None
+        self.document.set_hint(None)
+        self.update()
+
+    def _tracks_changed(self) -> None:
+        """Draw anew; a drag ends when what was being dragged may not be there any more."""
+        if self._gesture is not None and self._track != self._dragged:
+            self._forget_drag()
+        super()._tracks_changed()
+
+    def _paint_marked(self, painter: QPainter, own: Row) -> None:
+        """Draw what a drag would make of the track, or else the selection."""
+        if self._gesture is not None and self._live:
+            self._paint_drag(painter, own, self._gesture)
+        else:
+            super()._paint_marked(painter, own)
+
+    def _paint_drag(self, painter: QPainter, own: Row, gesture: Gesture) -> None:
+        """Draw the track as the drag would make it, and how long what is dragged is."""
+        after = gesture.preview(own.segments)
+        start, end = gesture.stretch
+        if after is not own.segments:
+            self._paint_row(painter, own, after)
+        if end > start:
+            bar = QRectF(own.box)
+            bar.setLeft(self.x_at(start))
+            bar.setRight(self.x_at(end))
+            outline(painter, bar, colours())
+            words = f"{gesture.action} {start:.3f}-{end:.3f} s   {end - start:.3f} s".lstrip()
+            put_plate(painter, bar.center(), words, colours(), own.box)

@@ -1,0 +1,277 @@
+"""The transport: playing, stepping, the time, the range, and what painting is helped by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QPalette, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QComboBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QSpinBox,
+    QToolButton,
+    QWidget,
+)
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.label.readouts import Readout, TimeEdit
+from forcelab.gui.label.stored import StoredIndicator
+from forcelab.gui.player import SPEEDS, Player
+
+__all__ = ["Transport"]
+
+#: From this width on, in average characters, everything stands in one row.
+ONE_ROW = 150
+
+
+class Transport(QWidget):
+    """The bar below the panels.
+
+    Parameters
+    ----------
+    document : Document
+    player : Player
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, player: Player, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document, self.player = document, player
+        self.setAccessibleName(self.tr("Transport"))
+        self.buttons: dict[str, QToolButton] = {}
+        self.speed = QComboBox()
+        self.speed.addItems([_speed_text(speed) for speed in SPEEDS])
+        self.speed.setToolTip(self.tr("Speed of playback"))
+        self.speed.setAccessibleName(self.tr("Speed of playback"))
+        self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.speed.activated.connect(lambda at: document.set_speed(SPEEDS[at]))
+        self.time = TimeEdit(document)
+        self.length = QLabel()
+        self.frame = QLabel()
+        self.range = Readout()
+        self.range.setAccessibleName(self.tr("Marked range"))
+        self.reaction = QSpinBox()
+        self.stored = StoredIndicator(document)
+        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._rows.setContentsMargins(6, 3, 6, 3)
+        self._rows.setSpacing(4)
+        self._rows.addLayout(self._playing())
+        self._rows.addWidget(_line())
+        self._rows.addLayout(self._painting(), 1)
+        document.cursor_moved.connect(self._show_time)
+        document.demonstration_changed.connect(self._show)
+        document.frame_times_changed.connect(self._show_time)
+        document.range_changed.connect(self._show_range)
+        document.playing_changed.connect(self._show_playing)
+        document.snapping_changed.connect(self._show_snapping)
+        player.loop_changed.connect(self.buttons["loop"].setChecked)
+        self._show()
+
+    def sizeHint(self) -> QSize:
+        """One row or two, by the width."""
+        return self._rows.sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        """Two rows need less width than one."""
+        playing, painting = self._rows.itemAt(0), self._rows.itemAt(2)
+        assert playing is not None
+        assert painting is not None
+        wide = max(playing.minimumSize().width(), painting.minimumSize().width())
+        return QSize(wide + 12, self._rows.minimumSize().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Stand in one row where there is room for it, else in two."""
+        super().resizeEvent(event)
+        wide = self.width() >= ONE_ROW * self.fontMetrics().averageCharWidth()
+        directions = QBoxLayout.Direction
+        direction = directions.LeftToRight if wide else directions.TopToBottom
+        if direction != self._rows.direction():
+            self._rows.setDirection(direction)
+            line = self._rows.itemAt(1)
+            assert line is not None
+            if (rule := line.widget()) is not None:
+                rule.setVisible(wide)
+            self.updateGeometry()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._show()
+
+    # What it is made of
+
+    def _playing(self) -> QHBoxLayout:
+        """Buttons that move the cursor, the speed and the time."""
+        document, player = self.document, self.player
+        row = QHBoxLayout()
+        row.setSpacing(1)
+        ends = (
+            lambda: document.seek(document.bounds[0]),
+            lambda: document.seek(document.bounds[1]),
+        )
+        self._button(row, "start", self.tr("To the start"), ends[0])
+        self._button(row, "step-back", self.tr("Step back"), lambda: document.step(-1), repeat=True)
+        self._button(row, "play", self.tr("Play"), player.toggle)
+        self._button(
+            row, "step-forward", self.tr("Step forward"), lambda: document.step(1), repeat=True
+        )
+        self._button(row, "end", self.tr("To the end"), partial(self._to_end, 1))
+        loop = self._button(row, "loop", self.tr("Begin again at the end"), lambda: None)
+        loop.setCheckable(True)
+        loop.toggled.connect(player.set_loop)
+        row.addSpacing(3)
+        row.addWidget(self.speed)
+        row.addSpacing(6)
+        row.addWidget(self.time)
+        row.addSpacing(4)
+        row.addWidget(self.length)
+        row.addSpacing(8)
+        row.addWidget(self.frame)
+        row.addStretch(1)
+        for label in (self.length, self.frame):
+            label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        return row
+
+    def _painting(self) -> QHBoxLayout:
+        """The range, what painting is helped by, and whether all is stored."""
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        snap = self._button(
+            row,
+            "magnet",
+            self.tr("Snap to frames, samples, edges and contacts (Alt while dragging: not)"),
+            lambda: None,
+        )
+        snap.setCheckable(True)
+        snap.toggled.connect(self.document.set_snapping)
+        self.reaction.setRange(0, round(settings.LONGEST_MS))
+        self.reaction.setSingleStep(10)
+        self.reaction.setPrefix(self.tr("Reaction "))
+        self.reaction.setSuffix(self.tr(" ms"))
+        self.reaction.setToolTip(
+            self.tr("How late you press keys during playback; labels are put that much earlier")
+        )
+        self.reaction.setAccessibleName(self.tr("Reaction time in milliseconds"))
+        self.reaction.setValue(round(settings.reaction_ms()))
+        self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.reaction.setKeyboardTracking(False)
+        self.reaction.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
+        self.reaction.valueChanged.connect(
+            lambda milliseconds: settings.put("labelling/reaction_ms", milliseconds)
+        )
+        row.addWidget(self.reaction)
+        row.addSpacing(6)
+        row.addWidget(self.range, 1)
+        row.addWidget(self.stored)
+        return row
+
+    def _button(
+        self,
+        row: QHBoxLayout,
+        name: str,
+        text: str,
+        verb: Callable[[], object],
+        *,
+        repeat: bool = False,
+    ) -> QToolButton:
+        """A button with an icon; a click leaves the keyboard where it is."""
+        button = QToolButton()
+        button.setIcon(icon(name))
+        button.setIconSize(QSize(18, 18))
+        button.setToolTip(text)
+        button.setAccessibleName(text)
+        button.setAutoRaise(True)
+        button.setAutoRepeat(repeat)
+        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        button.clicked.connect(lambda _=False: verb())
+        self.buttons[name] = button
+        row.addWidget(button)
+        return button
+
+    def _to_end(self, which: int) -> None:
+        """Move the cursor to the start (0) or the end (1) of the demonstration."""
+        self.document.seek(self.document.bounds[which])
+
+    # What it shows
+
+    def _show(self) -> None:
+        """Show everything as it is now."""
+        there = self.document.demonstration is not None
+        moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
+        for widget in (*moving, self.speed, self.time):
+            widget.setEnabled(there)
+        self.length.setText(self.tr("/ {0:.3f} s").format(self.document.bounds[1]) if there else "")
+        self._show_playing()
+        self._show_snapping()
+        self._show_range()
+        self._show_time()
+
+    def _show_time(self) -> None:
+        """Show where the cursor is, in seconds and in frames."""
+        if not self.isVisible():
+            return
+        self.time.show_cursor()
+        frames = self.document.frame_times
+        if frames is None or not len(frames):
+            self.frame.clear()
+            self.frame.setFixedWidth(0)
+            return
+        # A cursor within float dust of a frame is on that frame.
+        number = int(np.searchsorted(frames, self.document.cursor + 1e-9, side="right"))
+        text = self.tr("frame {0}")
+        self.frame.setText(text.format(number if number else "–"))
+        self.frame.setToolTip(self.tr("{0} of {1} video frames").format(number, len(frames)))
+        # As wide as the last one, so that nothing moves during playback.
+        widest = text.format("0" * len(str(len(frames))))
+        self.frame.setFixedWidth(self.fontMetrics().horizontalAdvance(widest) + 2)
+
+    def _show_range(self) -> None:
+        """Show the range that is marked, or half of it."""
+        document = self.document
+        if document.range is not None:
+            start, end = document.range
+            text = self.tr("range {0:.3f}–{1:.3f} s ({2:.3f} s)").format(start, end, end - start)
+        elif document.range_in is not None:
+            text = self.tr("range from {0:.3f} s").format(document.range_in)
+        else:
+            text = ""
+        self.range.say(text)
+
+    def _show_playing(self) -> None:
+        """Show whether and how fast the cursor moves."""
+        playing, speed = self.document.playing, self.document.speed
+        play = self.buttons["play"]
+        play.setIcon(icon("pause" if playing else "play"))
+        text = self.tr("Pause") if playing else self.tr("Play")
+        play.setToolTip(text)
+        play.setAccessibleName(text)
+        if speed in SPEEDS:
+            self.speed.setCurrentIndex(SPEEDS.index(speed))
+        else:
+            self.speed.setCurrentIndex(-1)
+            self.speed.setPlaceholderText(_speed_text(speed))
+
+    def _show_snapping(self) -> None:
+        """Show whether painted times snap."""
+        self.buttons["magnet"].setChecked(self.document.snapping)
+
+
+def _speed_text(speed: float) -> str:
+    """A speed as it is shown."""
+    return f"{speed:g}×"
+
+
+def _line() -> QFrame:
+    """A thin line between two groups."""
+    line = QFrame()
+    line.setFrameShape(QFrame.Shape.VLine)
+    line.setForegroundRole(QPalette.ColorRole.Mid)
+    return line

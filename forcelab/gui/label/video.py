@@ -1,0 +1,255 @@
+"""The video at the cursor: the last frame at or before it, never a later one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QImage, QShowEvent
+from PySide6.QtWidgets import QWidget
+
+from forcelab.demonstration import VideoReference
+from forcelab.gui.document import Document
+from forcelab.gui.label.frames import Frames
+from forcelab.gui.label.picture_view import PictureView
+from forcelab.video.index import last_at
+
+__all__ = ["VideoPanel"]
+
+#: Steps of at most so many frames tell where the next one goes.
+STEP = 8
+#: Periods after the last frame's time at which the video counts as over.
+OVER = 1.5
+
+Array = NDArray[np.float64]
+
+
+class VideoPanel(PictureView):
+    """The frame of the demonstration's video at the cursor, and its number and time below.
+
+    Parameters
+    ----------
+    document : Document
+        What is open; its cursor is followed.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    frame_shown : Signal(int)
+        The number (from 0) of a frame that is on the screen now; -1 for none. After a jump it may
+        be told twice: for a coarse picture of the frame, and for the frame itself.
+    """
+
+    frame_shown = Signal(int)
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.setAccessibleName(self.tr("Video"))
+        self._frames: Frames | None = None
+        self._open: tuple[str, str] | None = None
+        self._forget()
+        document.demonstration_changed.connect(self._demonstration_changed)
+        document.cursor_moved.connect(self._follow)
+        self._demonstration_changed()
+
+    def _forget(self) -> None:
+        """Nothing is known of a video."""
+        self._times: Array | None = None
+        self._period = 0.0
+        self._shown = self._wanted = -1
+        self._sharp = True
+        self._trouble = self._progress = ""
+        self._missing = (-1, "")
+        self.setToolTip("")
+        self.set_image(None)
+
+    # What others ask
+
+    @property
+    def wanted(self) -> bool:
+        """Whether the open demonstration has a video."""
+        return self._reference is not None
+
+    @property
+    def shown_index(self) -> int:
+        """The number of the frame that is shown, from 0; -1 if none is."""
+        return self._shown
+
+    @property
+    def settled(self) -> bool:
+        """Whether the panel shows all that there is to show at the cursor."""
+        if self._open is None or self._trouble or not self.isVisible():
+            return True
+        known = self._times is not None
+        right = self._shown == self._wanted and self._sharp
+        return known and (right or self._missing[0] == self._wanted)
+
+    @property
+    def caption(self) -> str:
+        """What is said below the picture."""
+        times, reference = self._times, self._reference
+        if times is None or reference is None or self._shown < 0:
+            return self._progress
+        parts = [self.tr("frame {0} of {1}").format(self._shown + 1, len(times))]
+        parts.append(f"{float(reference.clock.to_force(times[self._shown])):.3f} s")
+        if self._period:
+            over = self._here > times[-1] + OVER * self._period
+            rate = f"{1 / self._period:.4g}/s"
+            parts.append(self.tr("the video is over") if over else rate)
+        return " · ".join(parts)
+
+    @property
+    def message(self) -> str:
+        """What is said in place of the picture; empty while there is one."""
+        reference = self._reference
+        if self._trouble:
+            return self._trouble
+        if self.troubled:
+            return self._missing[1]
+        if self._times is not None and reference is not None and self._wanted < 0:
+            start = float(reference.clock.to_force(self._times[0]))
+            return self.tr("The video begins at {0} s").format(f"{start:.3f}")
+        return ""
+
+    @property
+    def troubled(self) -> bool:
+        """Whether the video, or the frame at the cursor, cannot be shown."""
+        return bool(self._trouble) or 0 <= self._wanted == self._missing[0]
+
+    def close_video(self) -> None:
+        """Let go of the video; no thread is left."""
+        self._let_go()
+        if self._frames is not None:
+            self._frames.close()
+
+    # The document
+
+    def _let_go(self) -> None:
+        """Show no video any more, without waiting for the decoder."""
+        if self._open is not None and self._frames is not None:
+            self._frames.leave()
+        self._open = None
+        self._forget()
+
+    @property
+    def _reference(self) -> VideoReference | None:
+        """The video of the open demonstration."""
+        demonstration = self.document.demonstration
+        return None if demonstration is None else demonstration.video
+
+    @property
+    def _here(self) -> float:
+        """The cursor on the video's own clock, s."""
+        reference = self._reference
+        return 0.0 if reference is None else float(reference.clock.to_device(self.document.cursor))
+
+    def _demonstration_changed(self) -> None:
+        """Open the video of the demonstration, or follow a new clock of the one that is open."""
+        reference = self._reference
+        if reference is None:
+            self._let_go()
+            self.hide()
+            return
+        video = (self.document.id, str(reference.path))
+        if video != self._open:
+            self._forget()
+            self._open = video
+            self.fit()
+            self._source().open(reference.path)
+        elif self._times is not None:
+            self._tell_times()
+            self._follow()
+        if self.parentWidget() is not None:
+            self.show()
+        self.update()
+
+    def _source(self) -> Frames:
+        """Where frames come from; made when the first video is met."""
+        if self._frames is None:
+            self._frames = Frames(self)
+            self._frames.opened.connect(self._opened)
+            self._frames.failed.connect(self._failed)
+            self._frames.remarked.connect(self._remarked)
+            self._frames.indexed.connect(self._indexed)
+            self._frames.frame_ready.connect(self._ready)
+            self._frames.sketch_ready.connect(self._sketched)
+            self._frames.missed.connect(self._missed)
+        return self._frames
+
+    def _tell_times(self) -> None:
+        """Say when the frames are shown, on the force clock."""
+        if self._times is not None and self._reference is not None:
+            self.document.set_frame_times(self._reference.clock.to_force(self._times))
+
+    def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
+        """Ask for the frame at the cursor."""
+        if self._times is None:
+            return
+        number = last_at(self._times, self._here)
+        step, self._wanted = number - self._wanted, number
+        if number < 0:
+            self._show(None, -1)
+        elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
+            travelling = self.document.playing or 0 < step <= STEP
+            direction = 1 if travelling else -1 if -STEP <= step < 0 else 0
+            self._source().want(number, direction)
+        if step or self._here > self._times[-1]:
+            self.update()
+
+    # The decoder
+
+    def _opened(self, times: Array, _: tuple[int, int]) -> None:
+        self._times = times
+        self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+        self._shown = self._wanted = -1
+        self._tell_times()
+        self._follow(again=True)
+        self.update()
+
+    def _failed(self, sentence: str) -> None:
+        self._trouble = sentence
+        self._show(None, -1)
+
+    def _remarked(self, sentence: str) -> None:
+        self.setToolTip(sentence)
+        self.document.say(sentence, True)
+        self.update()
+
+    def _indexed(self, done: int, total: int) -> None:
+        self._progress = self.tr("reading the times of frame {0} of {1}").format(done, total)
+        self.update()
+
+    def _missed(self, number: int, sentence: str) -> None:
+        self._missing = (number, sentence)
+        if number == self._wanted:
+            self._show(None, -1)
+
+    def _ready(self, number: int, image: QImage) -> None:
+        """Show a frame if it is the one at the cursor, or nearer to it than the one shown."""
+        if self._times is None:  # the first frame, while the index is read
+            self._show(image, -1)
+        elif number == self._wanted or (
+            self.document.playing and self._shown < number < self._wanted
+        ):
+            self._show(image, number)
+
+    def _sketched(self, number: int, image: QImage) -> None:
+        """Show a coarse picture of the frame at the cursor until it is decoded."""
+        if number == self._wanted != self._shown:
+            self._show(image, number, sharp=False)
+
+    def _show(self, image: QImage | None, number: int, *, sharp: bool = True) -> None:
+        """Put a picture on the screen."""
+        self._sharp = sharp
+        if image is None and self._image is None and self._shown == number:
+            self.update()
+            return
+        self._shown = number
+        self.set_image(image)
+        self.frame_shown.emit(number)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Ask for the frame at the cursor, which was not followed while hidden."""
+        super().showEvent(event)
+        self._follow(again=True)

@@ -1,0 +1,301 @@
+"""The vocabulary beside the tracks: every action with its key, its look and what it has so far."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QModelIndex, QPoint, QSize, Qt, QTimer
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QCompleter,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.label.segment_verbs import fill_range
+from forcelab.gui.label.vocabulary_dialogs import KeyDialog, ask_name, colour_menu
+from forcelab.gui.label.vocabulary_model import VocabularyModel, entries
+from forcelab.gui.label.vocabulary_rows import ActionRows
+from forcelab.gui.theme import themes
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["VocabularyView"]
+
+#: Counting waits until nothing was painted for so many ms: strokes come first.
+PAUSE = 80
+
+
+class VocabularyView(QWidget):
+    """The actions of the open demonstration's task.
+
+    Clicking an action (or Enter on it) makes it the brush, and once more puts the brush down; while
+    a range is marked it fills the range instead.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.setAccessibleName(self.tr("Actions"))
+        self.model = VocabularyModel(document, self)
+        self.list = _List(self.model, self)
+        self.list.clicked.connect(self._clicked)
+        self.entry = QLineEdit()
+        self.entry.setPlaceholderText(self.tr("Add an action"))
+        self.entry.setAccessibleName(self.tr("Name of an action to add"))
+        self.entry.setClearButtonEnabled(True)
+        self.entry.returnPressed.connect(self._add_typed)
+        completer = QCompleter(list(entries()), self)
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.entry.setCompleter(completer)
+        self.plus = add = QToolButton()
+        add.setIcon(icon("plus"))
+        add.setToolTip(self.tr("Add the action; it gets a free colour and a free key"))
+        add.setAccessibleName(self.tr("Add action"))
+        add.clicked.connect(self._add_typed)
+        self._pages = QStackedLayout()
+        self._pages.addWidget(self.list)
+        self._pages.addWidget(self._suggestions())
+        bar = QHBoxLayout()
+        bar.setSpacing(2)
+        bar.addWidget(self.entry, 1)
+        bar.addWidget(add)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addLayout(self._pages, 1)
+        column.addLayout(bar)
+        self._counting = QTimer(self)
+        self._counting.setSingleShot(True)
+        self._counting.setInterval(PAUSE)
+        self._counting.timeout.connect(self._count)
+        document.vocabulary_changed.connect(self._refresh)
+        document.demonstration_changed.connect(self._refresh)
+        document.tracks_changed.connect(self._count_soon)
+        document.action_changed.connect(self.list.viewport().update)
+        document.stroke_changed.connect(self.list.viewport().update)
+        themes().changed.connect(self.list.viewport().update)
+        self._refresh()
+
+    def sizeHint(self) -> QSize:
+        """Room for eight actions."""
+        return QSize(300, 260)
+
+    def minimumSizeHint(self) -> QSize:
+        """Room for two."""
+        return QSize(180, 110)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Count what was painted while it was hidden."""
+        super().showEvent(event)
+        self._count()
+
+    # What one can do with an action
+
+    def use(self, name: str) -> None:
+        """Fill the marked range with an action, or take it up as the brush, or put it down."""
+        document = self.document
+        if document.range is not None:
+            self.fill(name)
+        else:
+            document.set_action(None if document.action == name else name)
+
+    def fill(self, name: str) -> None:
+        """Fill the marked range with an action, and forget the range."""
+        fill_range(self.document, name)
+
+    def add(self, name: str) -> bool:
+        """Add an action; the others stay as they are."""
+        name = " ".join(name.split())
+        if not name:
+            return False
+        if name in self.document.vocabulary:
+            self.document.say(self.tr("There is an action '{0}' already.").format(name), True)
+            return False
+        return self.document.set_vocabulary(self.document.vocabulary.with_actions(name))
+
+    def rename(self, name: str, new: str) -> bool:
+        """Give an action that no segment has another name."""
+        if self._painted(
+            name, self.tr("relabel those first, or add '{0}' as an action").format(new)
+        ):
+            return False
+        return self._change(lambda: self.document.vocabulary.renamed(name, new))
+
+    def recolour(self, name: str, colour: str) -> bool:
+        """Give an action another colour."""
+        return self._change(lambda: self.document.vocabulary.recoloured(name, colour))
+
+    def remove(self, name: str) -> bool:
+        """Take an action that no segment has out of the vocabulary."""
+        if self._painted(name, self.tr("relabel or delete those first")):
+            return False
+        return self._change(lambda: self.document.vocabulary.removed(name))
+
+    def menu(self, name: str) -> QMenu:
+        """What can be done with an action."""
+        document = self.document
+        menu = QMenu(self)
+        brush = menu.addAction(self.tr("Use as brush"))
+        brush.setCheckable(True)
+        brush.setChecked(document.action == name)
+        brush.triggered.connect(
+            lambda: document.set_action(None if document.action == name else name)
+        )
+        if document.range is not None:
+            fill = menu.addAction(icon("range"), self.tr("Fill the marked range"))
+            fill.triggered.connect(lambda: self.fill(name))
+        menu.addSeparator()
+        key = menu.addAction(icon("key"), self.tr("Change key..."))
+        key.triggered.connect(lambda: self._ask_key(name))
+        current = document.vocabulary[name].colour
+        menu.addMenu(colour_menu(current, lambda colour: self.recolour(name, colour), self))
+        rename = menu.addAction(icon("pencil"), self.tr("Rename..."))
+        rename.triggered.connect(lambda: self._ask_name(name))
+        remove = menu.addAction(icon("trash"), self.tr("Remove"))
+        remove.triggered.connect(lambda: self.remove(name))
+        return menu
+
+    # Inside
+
+    def _change(self, change: Callable[[], Vocabulary]) -> bool:
+        """Store the vocabulary as changed; what cannot be is told in one sentence."""
+        try:
+            changed = change()
+        except InputError as error:
+            self.document.say(str(error), True)
+            return False
+        return self.document.set_vocabulary(changed)
+
+    def _painted(self, name: str, cure: str) -> bool:
+        """Whether a segment of the task has the action; says so, with the cure."""
+        document = self.document
+        if document.project is None or document.demonstration is None:
+            return False
+        task = document.demonstration.task
+        try:
+            painted = name in document.project.painted_actions(task)
+        except ForcelabError as error:
+            document.say(str(error), True)
+            return True
+        if painted:
+            text = self.tr("There are segments of '{0}' in demonstrations of {1}; {2}.")
+            document.say(text.format(name, task, cure), True)
+        return painted
+
+    def _ask_key(self, name: str) -> None:
+        """Let a key be pressed for an action."""
+        dialog = KeyDialog(self.document.vocabulary, name, self)
+        dialog.exec()
+        if dialog.changed is not None:
+            self.document.set_vocabulary(dialog.changed)
+        dialog.deleteLater()
+
+    def _ask_name(self, name: str) -> None:
+        """Let an action's name be typed."""
+        if (new := ask_name(name, self)) is not None:
+            self.rename(name, new)
+
+    def _add_typed(self) -> None:
+        """Add the action whose name was typed."""
+        if self.add(self.entry.text()):
+            self.entry.clear()
+            self.list.scrollToBottom()
+
+    def _clicked(self, index: QModelIndex) -> None:
+        """Use the action that was clicked."""
+        if (name := self.model.name(index.row())) is not None:
+            self.use(name)
+
+    def _refresh(self) -> None:
+        """Show the vocabulary as it is now."""
+        self.model.refresh()
+        there = self.document.demonstration is not None
+        self._pages.setCurrentIndex(0 if self.model.rowCount() or not there else 1)
+        self.entry.setEnabled(there)
+        self.plus.setEnabled(there)
+        self._count_soon()
+
+    def _count_soon(self) -> None:
+        """Count when painting pauses."""
+        if self.isVisible():
+            self._counting.start()
+
+    def _count(self) -> None:
+        """Count the coder's segments."""
+        if self.isVisible():
+            self.model.count()
+
+    def _suggestions(self) -> QWidget:
+        """What is shown while there is no action: those of the glossary, one click each."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        text = QLabel(self.tr("No actions yet: add one below, or begin with one of these."))
+        text.setWordWrap(True)
+        column.addWidget(text)
+        names = list(entries())
+        grid = QHBoxLayout()
+        for half in (names[::2], names[1::2]):
+            side = QVBoxLayout()
+            for name in half:
+                button = QPushButton(name)
+                button.setToolTip(entries()[name].sentence)
+                button.clicked.connect(lambda _=False, name=name: self.add(name))
+                side.addWidget(button)
+            side.addStretch(1)
+            grid.addLayout(side, 1)
+        column.addLayout(grid)
+        column.addStretch(1)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setWidget(page)
+        return area
+
+
+class _List(ActionRows):
+    """The rows with their keys and their menu."""
+
+    def __init__(self, model: VocabularyModel, view: VocabularyView) -> None:
+        super().__init__(model)
+        self._view = view
+        self.setAccessibleName(self.tr("Actions: Enter takes up the brush"))
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter uses an action, Delete removes it; keys that label are left to the window."""
+        name = self.actions_model.name(self.currentIndex().row())
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and name is not None:
+            self._view.use(name)
+        elif event.text() and event.text().isprintable():
+            event.ignore()
+        else:
+            super().keyPressEvent(event)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the action that was pointed at or chosen."""
+        by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
+        index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
+        name = self.actions_model.name(index.row())
+        if name is None:
+            return
+        below = QPoint(8, self.visualRect(index).bottom())
+        at = event.globalPos() if by_mouse else self.viewport().mapToGlobal(below)
+        menu = self._view.menu(name)
+        menu.exec(at)
+        menu.deleteLater()

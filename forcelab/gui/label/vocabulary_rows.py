@@ -1,0 +1,128 @@
+"""The list of actions as it is drawn: key cap, swatch, name, and how much there is of each."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication, QModelIndex, QPersistentModelIndex, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPen
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QListView,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QWidget,
+)
+
+from forcelab.gui.label.swatches import look_of, paint_key, paint_swatch
+from forcelab.gui.label.vocabulary_model import VocabularyModel
+from forcelab.gui.theme import colours
+
+translate = QCoreApplication.translate
+
+__all__ = ["ActionRows"]
+
+
+class ActionRows(QListView):
+    """A list view of actions.
+
+    Parameters
+    ----------
+    model : VocabularyModel
+    """
+
+    def __init__(self, model: VocabularyModel) -> None:
+        super().__init__()
+        self.actions_model = model
+        self.setModel(model)
+        self.setItemDelegate(_Delegate(model, self))
+        self.setUniformItemSizes(True)
+        self.setMouseTracking(True)
+        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+
+class _Delegate(QStyledItemDelegate):
+    """Draws one action."""
+
+    def __init__(self, model: VocabularyModel, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def sizeHint(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        """A key cap with some room."""
+        return QSize(120, round(option.fontMetrics.height() * 1.9))
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Draw key, look, name and amounts; the brush on the accent's colour."""
+        document = self._model.document
+        action = document.vocabulary.actions[index.row()]
+        theme = colours()
+        box = QRectF(option.rect)
+        brush = action.name == document.action
+        stroke = document.stroke is not None and document.stroke.action == action.name
+        painter.save()
+        ink, aside = QColor(theme.text), QColor(theme.muted)
+        if brush:
+            painter.fillRect(box, QColor(theme.accent))
+            ink = aside = QColor(theme.accent_text)
+        elif option.state & QStyle.StateFlag.State_MouseOver:
+            painter.fillRect(box, QColor(theme.panel))
+        if stroke:
+            painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))
+        if option.state & QStyle.StateFlag.State_HasFocus:
+            painter.setPen(QPen(QColor(theme.accent_text if brush else theme.accent), 1))
+            painter.drawRect(box.adjusted(1.5, 1.5, -1.5, -1.5))
+        unit = option.fontMetrics.height()
+        cap = QRectF(box.left() + 6, 0, unit * 1.4, unit * 1.45)
+        cap.moveTop(round(box.center().y() - cap.height() / 2))
+        paint_key(painter, cap, action.key, option.font)
+        swatch = QRectF(round(cap.right() + 6), round(box.center().y() - unit * 0.45), unit, unit)
+        swatch.setSize(QSize(round(unit * 1.5), round(unit * 0.9)).toSizeF())
+        paint_swatch(painter, swatch, look_of(document.vocabulary, action.name))
+        self._write(
+            painter,
+            option,
+            box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0),
+            ink,
+            aside,
+            action.name,
+            brush,
+        )
+        painter.restore()
+
+    def _write(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        room: QRectF,
+        ink: QColor,
+        aside: QColor,
+        name: str,
+        brush: bool,
+    ) -> None:
+        """Write the name, and flush right how much there is where that leaves room for it."""
+        number, seconds = self._model.counts.get(name, (0, 0.0))
+        middle = Qt.AlignmentFlag.AlignVCenter
+        amount = translate("forcelab", "{0} · {1:.1f} s").format(number, seconds) if number else ""
+        width = option.fontMetrics.horizontalAdvance(amount) + 8
+        if amount and room.width() - width > 5 * option.fontMetrics.averageCharWidth():
+            painter.setPen(aside)
+            painter.setFont(option.font)
+            painter.drawText(room, middle | Qt.AlignmentFlag.AlignRight, amount)
+            room = room.adjusted(0, 0, -width, 0)
+        font = QFont(option.font)
+        font.setBold(brush)
+        painter.setFont(font)
+        painter.setPen(ink)
+        elided = painter.fontMetrics().elidedText(
+            name, Qt.TextElideMode.ElideMiddle, int(room.width())
+        )
+        painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, elided)

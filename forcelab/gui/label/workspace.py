@@ -1,0 +1,233 @@
+"""The Label workspace: panels on one time axis, video and lists beside them, transport below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
+from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtWidgets import (
+    QDockWidget,
+    QLabel,
+    QMainWindow,
+    QSplitter,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.force import ForcePanel
+from forcelab.gui.label.history import HistoryView
+from forcelab.gui.label.overview import Overview
+from forcelab.gui.label.ruler import Ruler
+from forcelab.gui.label.scalogram import ScalogramPanel
+from forcelab.gui.label.segments import SegmentTable
+from forcelab.gui.label.strokes import KeyStrokes
+from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.label.transport import Transport
+from forcelab.gui.label.video import VideoPanel
+from forcelab.gui.label.vocabulary import VocabularyView
+from forcelab.gui.player import Player
+from forcelab.signals.contacts import ContactEvent, finding_contacts
+
+__all__ = ["LabelWorkspace"]
+
+#: The layout's version: a layout of another one is not restored.
+LAYOUT = 1
+
+
+class LabelWorkspace(QMainWindow):
+    """Everything for labeling one demonstration.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+        Runs what takes long.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowFlags(Qt.WindowType.Widget)
+        self.document = document
+        self.jobs = jobs
+        self.player = Player(document, parent=self)
+        self.tracks = TrackPanel(document)
+        self.force = ForcePanel(document, jobs)
+        self.scalogram = ScalogramPanel(document, jobs)
+        self.video = VideoPanel(document)
+        self.vocabulary = VocabularyView(document)
+        self.segments = SegmentTable(document)
+        self.history = HistoryView(document)
+        self.overview = Overview(document, self.force)
+        self.transport = Transport(document, self.player)
+        self.strokes = KeyStrokes(document, self, lambda: 1 / self.tracks.seconds_per_pixel)
+        self.tracks.play_requested.connect(self.player.play_stretch)
+        self.toggles: dict[str, QAction] = {}
+        self._sought = ""
+        self._splitter = QSplitter(Qt.Orientation.Vertical)
+        self._splitter.setChildrenCollapsible(False)
+        self._add_panel("tracks", self.tr("Tracks"), self.tracks, 2)
+        self._add_panel("force", self.tr("Forces"), self.force, 5)
+        self._add_panel("scalogram", self.tr("Scalogram"), self.scalogram, 3)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self._nothing())
+        self._stack.addWidget(self._timeline())
+        self.setCentralWidget(self._stack)
+        self._docks: dict[str, QDockWidget] = {}
+        self._add_dock("video", self.tr("Video"), self.video)
+        self._add_dock("actions", self.tr("Actions"), self.vocabulary)
+        self._add_dock("segments", self.tr("Segments"), self.segments)
+        self._add_dock("history", self.tr("History"), self.history)
+        self._arrange()
+        self._standard = (self.saveState(LAYOUT), self._splitter.saveState())
+        self._shared_out = False
+        document.demonstration_changed.connect(self._demonstration_changed)
+        self._demonstration_changed()
+
+    @property
+    def settled(self) -> bool:
+        """Whether video and scalogram show what was asked for."""
+        return self.video.settled and self.scalogram.settled
+
+    def let_go(self) -> None:
+        """Stop what works in the background, before the window closes."""
+        self.player.stop()
+        self.video.close_video()
+
+    # Layout
+
+    def restore_layout(self) -> None:
+        """Put the panels where they were when the window was last closed."""
+        self.force.restore_choices()
+        state = settings.data("label/layout")
+        if state and self.restoreState(QByteArray(state), LAYOUT):
+            self._shared_out = True
+            self._splitter.restoreState(QByteArray(settings.data("label/panels")))
+        for name in settings.strings("label/hidden"):
+            if name in self.toggles:
+                self.toggles[name].setChecked(False)
+
+    def remember_layout(self) -> None:
+        """Keep where the panels are, and what they show."""
+        self.force.save_choices()
+        settings.put("label/layout", bytes(self.saveState(LAYOUT).data()))
+        settings.put("label/panels", bytes(self._splitter.saveState().data()))
+        hidden = [name for name, action in self.toggles.items() if not action.isChecked()]
+        settings.put("label/hidden", hidden)
+
+    def reset_layout(self) -> None:
+        """Put every panel back where it was at first."""
+        for action in self.toggles.values():
+            action.setChecked(True)
+        state, panels = self._standard
+        self.restoreState(state, LAYOUT)
+        self._splitter.restoreState(panels)
+        self._show_docks()
+        self._share_out()
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Share out the room once there is some, unless a layout was remembered."""
+        super().showEvent(event)
+        if not self._shared_out:
+            self._shared_out = True
+            QTimer.singleShot(0, self._share_out)
+
+    # Inside
+
+    def _add_panel(self, name: str, text: str, panel: QWidget, share: int) -> None:
+        """Stack a panel on the time axis; its action shows and hides it."""
+        self._splitter.addWidget(panel)
+        self._splitter.setStretchFactor(self._splitter.count() - 1, share)
+        self._add_action(name, text, panel.setVisible)
+
+    def _add_dock(self, name: str, text: str, content: QWidget) -> None:
+        """Put a list beside the panels; its action shows and hides it."""
+        dock = QDockWidget(text)
+        dock.setObjectName(name)
+        dock.setWidget(content)
+        self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+        self._docks[name] = dock
+        self._add_action(name, text, lambda _: self._show_docks())
+        # Closed by its own button, and not merely behind another tab or with nothing to show.
+        dock.installEventFilter(self)
+
+    def _add_action(self, name: str, text: str, show: Callable[[bool], object]) -> None:
+        """The entry of a panel in the View menu."""
+        action = QAction(text, self)
+        action.setCheckable(True)
+        action.setChecked(True)
+        action.toggled.connect(show)
+        self.toggles[name] = action
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Remember that a list was closed by its own button."""
+        if event.type() == QEvent.Type.Close and isinstance(watched, QDockWidget):
+            self.toggles[watched.objectName()].setChecked(False)
+        return super().eventFilter(watched, event)
+
+    def _arrange(self) -> None:
+        """The first layout: video above actions, segments and history behind one another."""
+        video, actions, segments, history = self._docks.values()
+        vertical = Qt.Orientation.Vertical
+        self.splitDockWidget(video, actions, vertical)
+        self.splitDockWidget(actions, segments, vertical)
+        self.tabifyDockWidget(segments, history)
+        segments.raise_()
+
+    def _share_out(self) -> None:
+        """Give the lists a quarter of the width, and the video a picture's shape."""
+        video, actions, segments, _ = self._docks.values()
+        width = min(max(self.width() // 4, 230), 420)
+        self.resizeDocks([video], [width], Qt.Orientation.Horizontal)
+        rest = max(self.height() - width * 3 // 4, 2)
+        heights = [width * 3 // 4, rest // 2, rest // 2]
+        self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
+
+    def _show_docks(self) -> None:
+        """Show the lists that are wanted; a video only where there is one."""
+        for name, dock in self._docks.items():
+            wanted = name != "video" or self.video.wanted
+            dock.setVisible(wanted and self.toggles[name].isChecked())
+
+    def _timeline(self) -> QWidget:
+        """Ruler, panels, overview and transport."""
+        column = QVBoxLayout()
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(Ruler(self.document))
+        column.addWidget(self._splitter, 1)
+        column.addWidget(self.overview)
+        column.addWidget(self.transport)
+        whole = QWidget()
+        whole.setLayout(column)
+        return whole
+
+    def _nothing(self) -> QWidget:
+        """What is said while no demonstration is open."""
+        label = QLabel(self.tr("Choose a demonstration on the left to label it."))
+        label.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        label.setEnabled(False)
+        return label
+
+    def _demonstration_changed(self) -> None:
+        """Show the demonstration that is open, and find its contact events."""
+        there = self.document.demonstration is not None
+        self._stack.setCurrentIndex(1 if there else 0)
+        self._show_docks()
+        demonstration = self.document.demonstration
+        if demonstration is not None and self._sought != self.document.id:
+            self._sought = self.document.id
+            finding = finding_contacts(demonstration.times, demonstration.signals)
+            self.jobs.run(finding, self._found, key="contacts")
+
+    def _found(self, events: tuple[ContactEvent, ...]) -> None:
+        """Offer the contact events for snapping."""
+        self.document.set_contacts(np.array([event.time for event in events]))

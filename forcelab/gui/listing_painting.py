@@ -1,0 +1,202 @@
+"""Painting a row of the list of demonstrations: name, marks, how far it is labelled and by whom."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication, QObject, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
+
+from forcelab.gui.icons import paint_icon
+from forcelab.gui.listing_model import Index, ListingModel
+from forcelab.gui.listing_rows import Group, Row, percent
+from forcelab.gui.theme import Colours, colours
+
+__all__ = ["RowPainter"]
+
+#: Space at the sides, between things in a line and above each line, as shares of a text's height.
+SIDE, GAP, ABOVE = 0.6, 0.4, 0.3
+#: The smaller line's size of that of the name, and the bar's width and thickness in its heights.
+SMALL, BAR_WIDTH, BAR_THICKNESS = 0.88, 3.6, 0.32
+#: How much of the accent's colour lies on a selected row, and on one under the pointer.
+SELECTED, HOVERED = 0.20, 0.07
+#: Width of the stripe that marks the open demonstration, in pixels.
+STRIPE = 3.0
+
+
+class RowPainter(QStyledItemDelegate):
+    """Paints tasks as headings and demonstrations as two lines each."""
+
+    def __init__(self, model: ListingModel, parent: QObject) -> None:
+        super().__init__(parent)
+        self._model = model
+
+    def sizeHint(self, option: QStyleOptionViewItem, index: Index) -> QSize:
+        """One line for a task, two for a demonstration."""
+        height = QFontMetricsF(option.font).height()
+        if isinstance(self._model.at(index), Group):
+            return QSize(0, round(height * 1.7))
+        return QSize(0, round(height * (1 + SMALL + 3 * ABOVE)))
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Paint one row."""
+        item = self._model.at(index)
+        painter.save()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        is_open = isinstance(item, Row) and item.info.id == self._model.opened
+        _paint_ground(painter, option, is_open)
+        if isinstance(item, Group):
+            _paint_group(painter, option, item)
+        elif item is not None:
+            _paint_row(painter, option, item, is_open)
+        painter.restore()
+
+
+def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_open: bool) -> None:
+    """A row's ground: under the pointer, selected, open."""
+    box, state = QRectF(option.rect), option.state
+    accent = QColor(colours().accent)
+    selected = bool(state & QStyle.StateFlag.State_Selected)
+    share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
+    if share:
+        tint = QColor(accent)
+        tint.setAlphaF(share)
+        painter.fillRect(box, tint)
+    if is_open:
+        painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
+    if selected and state & QStyle.StateFlag.State_HasFocus:
+        painter.setPen(QPen(accent, 1))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
+
+
+def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) -> None:
+    """A task: whether it is folded, its name, and how many of it are begun."""
+    theme, box = colours(), QRectF(option.rect)
+    face = QFont(option.font)
+    face.setBold(True)
+    height = QFontMetricsF(option.font).height()
+    expanded = bool(option.state & QStyle.StateFlag.State_Open)
+    left, right = box.left() + SIDE * height, box.right() - SIDE * height
+    _paint_chevron(painter, QPointF(left + 0.25 * height, box.center().y()), height, expanded)
+    left += height * 0.9
+    count = f"{group.labelled}/{len(group.rows)}"
+    small = _smaller(option.font)
+    room = QFontMetricsF(small).horizontalAdvance(count)
+    _put(
+        painter,
+        QRectF(right - room - 1, box.top(), room + 1, box.height()),
+        count,
+        small,
+        theme.muted,
+    )
+    name = group.task or QCoreApplication.translate("forcelab", "No task")
+    where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
+    _put(painter, where, name, face, theme.text)
+
+
+def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_open: bool) -> None:
+    """A demonstration: name and marks above; bar, percent and the other authors below."""
+    theme, box = colours(), QRectF(option.rect)
+    face = QFont(option.font)
+    face.setBold(is_open)
+    height = QFontMetricsF(option.font).height()
+    left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
+    top = box.top() + ABOVE * height
+    side = 0.85 * height
+    edge = right
+    for mark, ink in _marks(row, theme):
+        where = QRectF(edge - side, top + (height - side) / 2, side, side)
+        paint_icon(painter, where, mark, QColor(ink))
+        edge -= side + GAP * height
+    _put(painter, QRectF(left, top, edge - left, height), row.info.name, face, theme.text)
+
+    small = _smaller(option.font)
+    sizes = QFontMetricsF(small)
+    line = QRectF(left, top + height + ABOVE * height, right - left, sizes.height())
+    bar = QRectF(line.left(), 0, BAR_WIDTH * height, BAR_THICKNESS * height)
+    bar.moveCenter(QPointF(bar.center().x(), line.center().y()))
+    _paint_bar(painter, bar, row.share, theme)
+    digits = sizes.horizontalAdvance("100 %")
+    where = QRectF(bar.right() + GAP * height, line.top(), digits + 1, line.height())
+    ink = theme.text if row.share else theme.muted
+    _put(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
+    names = ", ".join(name for name, _ in row.others)
+    if row.blind:
+        names = QCoreApplication.translate("forcelab", "others hidden")
+    start = where.right() + 1.5 * GAP * height
+    _put(
+        painter,
+        QRectF(start, line.top(), right - start, line.height()),
+        names,
+        small,
+        theme.muted,
+        elide=Qt.TextElideMode.ElideRight,
+    )
+
+
+def _marks(row: Row, theme: Colours) -> list[tuple[str, str]]:
+    """The icons of a demonstration with their inks, from the right."""
+    marks = [("video", theme.muted)] if row.info.has_video else []
+    if row.done:
+        marks.append(("check", theme.text))
+    elif row.blind:
+        marks.append(("eye-off", theme.warning))
+    elif row.assignment is not None:
+        marks.append(("person", theme.text))
+    return marks
+
+
+def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> None:
+    """How far a demonstration is labelled."""
+    radius = bar.height() / 2
+    painter.setPen(Qt.PenStyle.NoPen)
+    rest = QColor(theme.frame)
+    rest.setAlphaF(0.6)
+    painter.setBrush(rest)
+    painter.drawRoundedRect(bar, radius, radius)
+    if share > 0:
+        # Never shorter than it is thick, so that a beginning is seen.
+        length = max(bar.width() * share, bar.height())
+        painter.setBrush(QColor(theme.curves[0]))
+        painter.drawRoundedRect(QRectF(bar.left(), bar.top(), length, bar.height()), radius, radius)
+
+
+def _paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:
+    """An angle that points down where the task is unfolded, and to its name where it is not."""
+    a, b = 0.22 * height, 0.11 * height
+    points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
+    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
+
+
+def _put(
+    painter: QPainter,
+    box: QRectF,
+    text: str,
+    face: QFont,
+    ink: str,
+    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
+    elide: Qt.TextElideMode = Qt.TextElideMode.ElideMiddle,
+) -> None:
+    """Write one line of text into a box, elided where it does not fit."""
+    sizes = QFontMetricsF(face)
+    if box.width() < sizes.horizontalAdvance("…"):
+        return
+    painter.setFont(face)
+    painter.setPen(QColor(ink))
+    line = " ".join(text.split())
+    fitting = sizes.elidedText(line, elide, box.width())
+    flags = align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine
+    painter.drawText(box, int(flags), fitting)
+
+
+def _smaller(font: QFont) -> QFont:
+    """The font of the second line."""
+    small = QFont(font)
+    if font.pointSizeF() > 0:
+        small.setPointSizeF(font.pointSizeF() * SMALL)
+    else:
+        small.setPixelSize(round(font.pixelSize() * SMALL))
+    return small

@@ -1,0 +1,141 @@
+"""What the list of demonstrations says about each: plain values, filtered and put in groups."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Literal
+
+from forcelab.project import Assignment, DemonstrationInfo
+
+__all__ = ["SHOWN", "Group", "Row", "Shown", "grouped", "percent", "rows_of"]
+
+Shown = Literal["all", "unlabelled", "assigned", "done"]
+
+#: What of the list can be shown.
+SHOWN: tuple[Shown, ...] = ("all", "unlabelled", "assigned", "done")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A demonstration as the coder may see it.
+
+    Parameters
+    ----------
+    info : DemonstrationInfo
+        Everything that the project tells of it.
+    share : float
+        Of its duration, what the coder has labelled: 0 to 1.
+    others : tuple of (str, float)
+        The other authors and their shares; empty while the coder is blind to them.
+    assignment : Assignment or None
+        The coder's own.
+    assigned_to : tuple of Assignment
+        The other coders'; empty while the coder is blind to them.
+    """
+
+    info: DemonstrationInfo
+    share: float = 0.0
+    others: tuple[tuple[str, float], ...] = ()
+    assignment: Assignment | None = None
+    assigned_to: tuple[Assignment, ...] = ()
+
+    @property
+    def done(self) -> bool:
+        """Whether the coder has marked it as done."""
+        return self.assignment is not None and self.assignment.done is not None
+
+    @property
+    def blind(self) -> bool:
+        """Whether the coder must not see what the others labelled."""
+        return self.assignment is not None and self.assignment.blind and not self.done
+
+    def shows(self, what: Shown) -> bool:
+        """Whether it is among what is to be shown."""
+        if what == "unlabelled":
+            return self.share == 0.0
+        if what == "assigned":
+            return self.assignment is not None and not self.done
+        return what == "all" or self.done
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """The demonstrations of one task that are shown."""
+
+    task: str
+    rows: tuple[Row, ...]
+
+    @property
+    def labelled(self) -> int:
+        """How many of them the coder has begun to label."""
+        return sum(row.share > 0 for row in self.rows)
+
+
+def rows_of(
+    infos: Iterable[DemonstrationInfo], assignments: Iterable[Assignment], author: str
+) -> tuple[Row, ...]:
+    """What a coder may see of each demonstration, in their order.
+
+    Parameters
+    ----------
+    infos : iterable of DemonstrationInfo
+        All demonstrations.
+    assignments : iterable of Assignment
+        Everybody's.
+    author : str
+        The coder who looks.
+    """
+    assigned: dict[str, list[Assignment]] = defaultdict(list)
+    for one in assignments:
+        assigned[one.demonstration].append(one)
+    return tuple(_row(info, assigned.get(info.id, ()), author) for info in infos)
+
+
+def grouped(rows: Iterable[Row], search: str, shown: Shown) -> tuple[Group, ...]:
+    """What is to be shown, by task, in the order of the rows.
+
+    Parameters
+    ----------
+    rows : iterable of Row
+        Those of one task one after the other.
+    search : str
+        Words that a name, task or id must all contain, whatever their case.
+    shown : "all", "unlabelled", "assigned" or "done"
+        Which of them.
+    """
+    words = search.casefold().split()
+    fitting = [row for row in rows if row.shows(shown) and _found(row, words)]
+    return tuple(
+        Group(task, tuple(of_task)) for task, of_task in groupby(fitting, lambda row: row.info.task)
+    )
+
+
+def percent(share: float) -> int:
+    """A share in percent; 0 and 100 only where there is nothing and everything."""
+    if share <= 0.0:
+        return 0
+    return 100 if share >= 0.9999 else min(max(round(100 * share), 1), 99)
+
+
+def _row(info: DemonstrationInfo, assigned: Iterable[Assignment], author: str) -> Row:
+    """A demonstration as `author` may see it."""
+    # Whoever painted past the end of the recording has labelled all of it, and not more.
+    shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
+    own = next((one for one in assigned if one.author == author), None)
+    row = Row(info, shares.pop(author, 0.0), assignment=own)
+    if row.blind:
+        return row
+    others = tuple((name, share) for name, share in shares.items() if share > 0)
+    elsewhere = tuple(one for one in assigned if one.author != author)
+    return Row(info, row.share, others, own, elsewhere)
+
+
+def _found(row: Row, words: list[str]) -> bool:
+    """Whether a demonstration has all these words."""
+    if not words:
+        return True
+    text = f"{row.info.name}\n{row.info.task}\n{row.info.id}".casefold()
+    return all(word in text for word in words)

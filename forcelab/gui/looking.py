@@ -1,0 +1,219 @@
+"""Where one looks: cursor, visible span, marked range, and what is offered to snap to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from forcelab.demonstration import Demonstration
+
+__all__ = ["SHORTEST_SPAN", "Looking", "Snap"]
+
+#: The closest look at the time axis, in seconds.
+SHORTEST_SPAN = 1e-4
+#: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
+#: the span turns like a page; otherwise in the middle.
+PAGE, MIDDLE = 0.05, 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Snap:
+    """A time that a dragged edge jumps to, in seconds, and what is there."""
+
+    time: float
+    kind: Literal["contact", "edge", "frame", "sample"]
+
+
+class Looking(QObject):
+    """The part of the window's state that says where one looks; all times in seconds.
+
+    Attributes
+    ----------
+    demonstration : Demonstration or None
+        What is looked at.
+    cursor : float
+    start, end : float
+        The visible span.
+    range : tuple of float or None
+        The marked range.
+    range_in : float or None
+        Its beginning, while it has no end.
+    hint : Snap or None
+        The snap target that is being offered.
+    frame_times : ndarray, shape (f,), or None
+        Force times of the video's frames, once they are known.
+    contacts : ndarray, shape (e,)
+        Times of contact events, once they are known.
+    playing : bool
+        Whether the cursor is being moved by playback.
+    speed : float
+        Seconds of the demonstration that pass in one second.
+    snapping : bool
+        Whether painted times jump to what is near.
+    """
+
+    cursor_moved = Signal(float)
+    span_changed = Signal(float, float)
+    range_changed = Signal()
+    hint_changed = Signal()
+    frame_times_changed = Signal()
+    contacts_changed = Signal()
+    playing_changed = Signal()
+    snapping_changed = Signal()
+    said = Signal(str, bool)
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.snapping = True
+        self.playing = False
+        self.speed = 1.0
+        self._look_anew(None)
+
+    def _look_anew(self, demonstration: Demonstration | None) -> None:
+        """Look at another demonstration from its start; nobody is told yet."""
+        self.demonstration: Demonstration | None = demonstration
+        self.start, self.end = self.bounds
+        self.cursor = self.start
+        self.range: tuple[float, float] | None = None
+        self.range_in: float | None = None
+        self.hint: Snap | None = None
+        self.frame_times: NDArray[np.float64] | None = None
+        self.contacts: NDArray[np.float64] = np.empty(0)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Start and end of the demonstration in seconds; 0 and 1 without one."""
+        if self.demonstration is None:
+            return 0.0, 1.0
+        return self.demonstration.start, self.demonstration.end
+
+    def seek(self, time: float) -> None:
+        """Move the cursor to a time in seconds; the visible span follows it."""
+        low, high = self.bounds
+        time = min(max(float(time), low), high)
+        if time != self.cursor:
+            self.cursor = time
+            self._reveal(time)
+            self.cursor_moved.emit(time)
+
+    def set_span(self, start: float, end: float) -> None:
+        """Show ``[start, end]`` in seconds, kept within the demonstration."""
+        low, high = self.bounds
+        length = min(max(end - start, SHORTEST_SPAN), high - low)
+        start = min(max((start + end - length) / 2, low), high - length)
+        if (start, start + length) != (self.start, self.end):
+            self.start, self.end = start, start + length
+            self.span_changed.emit(self.start, self.end)
+
+    def zoom(self, factor: float, about: float) -> None:
+        """Show `factor` times as long a span, with the time `about` where it is on screen."""
+        low, high = self.bounds
+        length = min(max((self.end - self.start) * factor, SHORTEST_SPAN), high - low)
+        share = (about - self.start) / (self.end - self.start)
+        start = about - share * length
+        self.set_span(start, start + length)
+
+    def pan(self, seconds: float) -> None:
+        """Move the span."""
+        low, high = self.bounds
+        seconds = min(max(seconds, low - self.start), high - self.end)
+        self.set_span(self.start + seconds, self.end + seconds)
+
+    def fit(self) -> None:
+        """Show the whole demonstration."""
+        self.set_span(*self.bounds)
+
+    def step(self, count: int) -> None:
+        """Move the cursor by video frames, or by samples where there is no video."""
+        if self.demonstration is None:
+            return
+        times = self.demonstration.times if self.frame_times is None else self.frame_times
+        if not len(times):
+            return
+        # A cursor within float dust of a frame is on that frame.
+        here = int(np.searchsorted(times, self.cursor + 1e-9, side="right")) - 1
+        on_it = here >= 0 and abs(times[here] - self.cursor) <= 1e-9
+        target = here + count if count > 0 or on_it else here + count + 1
+        self.seek(float(times[min(max(target, 0), len(times) - 1)]))
+
+    def mark_in(self) -> None:
+        """Begin the range at the cursor, or move its beginning there."""
+        self._mark(self.cursor, self.range[1] if self.range else None)
+
+    def mark_out(self) -> None:
+        """End the range at the cursor, or move its end there."""
+        begun = self.range[0] if self.range else self.range_in
+        self._mark(begun if begun is not None else self.bounds[0], self.cursor)
+
+    def set_range(self, start: float, end: float) -> None:
+        """Mark a range, the times given in any order."""
+        low, high = self.bounds
+        start, end = sorted((min(max(start, low), high), min(max(end, low), high)))
+        self.range_in, self.range = None, (start, end) if end > start else None
+        self.range_changed.emit()
+
+    def clear_range(self) -> None:
+        """Mark nothing."""
+        if self.range is not None or self.range_in is not None:
+            self.range = self.range_in = None
+            self.range_changed.emit()
+
+    def set_hint(self, hint: Snap | None) -> None:
+        """Offer a snap target."""
+        if hint != self.hint:
+            self.hint = hint
+            self.hint_changed.emit()
+
+    def set_snapping(self, snapping: bool) -> None:
+        """Whether painted times jump to what is near."""
+        if snapping != self.snapping:
+            self.snapping = snapping
+            self.snapping_changed.emit()
+
+    def set_frame_times(self, times: NDArray[np.float64] | None) -> None:
+        """Tell when the video's frames are, in force time."""
+        self.frame_times = times
+        self.frame_times_changed.emit()
+
+    def set_contacts(self, times: NDArray[np.float64]) -> None:
+        """Tell when contact events are."""
+        self.contacts = times
+        self.contacts_changed.emit()
+
+    def set_playing(self, playing: bool) -> None:
+        """Say whether the cursor is being moved by playback."""
+        if playing != self.playing:
+            self.playing = playing
+            self.playing_changed.emit()
+
+    def set_speed(self, speed: float) -> None:
+        """Say how fast playback is."""
+        if speed != self.speed:
+            self.speed = speed
+            self.playing_changed.emit()
+
+    def say(self, sentence: str, trouble: bool = False) -> None:
+        """Tell the user one sentence, in passing."""
+        self.said.emit(sentence, trouble)
+
+    def _mark(self, start: float, end: float | None) -> None:
+        """Mark a range, or only its beginning."""
+        if end is None or end <= start:
+            self.range, self.range_in = None, start
+            self.range_changed.emit()
+        else:
+            self.set_range(start, end)
+
+    def _reveal(self, time: float) -> None:
+        """Move the span so that a time is in it; during playback by pages."""
+        if self.start <= time <= self.end:
+            return
+        length = self.end - self.start
+        start = time - (PAGE if self.playing else MIDDLE) * length
+        low, high = self.bounds
+        start = min(max(start, low), max(high - length, low))
+        self.set_span(start, start + length)

@@ -1,0 +1,138 @@
+"""Opening, making and filling projects: the ways in, with their dialogs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.jobs import Progress
+from forcelab.project import Project
+
+__all__ = ["Opening", "sample_place"]
+
+
+class Opening(QObject):
+    """What opens projects for a window.
+
+    Parameters
+    ----------
+    document : Document
+        In which they are opened.
+    jobs : Jobs
+        Make the sample project and import recordings.
+    window : QWidget
+        Over which dialogs appear.
+    remembering : bool
+        Whether what is opened is kept among the recent projects.
+    """
+
+    sampling = Signal(object)
+
+    def __init__(
+        self, document: Document, jobs: Jobs, window: QWidget, *, remembering: bool
+    ) -> None:
+        super().__init__(window)
+        self._document, self._jobs, self._window = document, jobs, window
+        self._remembering = remembering
+
+    def open(self, path: Path, demonstration: str = "") -> bool:
+        """Open a project and a demonstration of it; gives whether that could be done.
+
+        Parameters
+        ----------
+        path : Path
+            The project's folder.
+        demonstration : str
+            Name or id; by default the one that was open last, or the first.
+        """
+        try:
+            self._document.open_project(path)
+        except ForcelabError as error:
+            self._document.say(str(error), True)
+            return False
+        if self._remembering:
+            settings.remember_project(path)
+        ids = [info.id for info in self._document.infos]
+        last = settings.text(_last_key(path))
+        wanted = demonstration or (last if last in ids else next(iter(ids), ""))
+        return self._document.open_demonstration(wanted) if wanted else True
+
+    def remember_demonstration(self) -> None:
+        """Keep which demonstration is open, for the next time."""
+        project = self._document.project
+        if self._remembering and project is not None and self._document.id:
+            settings.put(_last_key(project.path), self._document.id)
+
+    def make_sample(self, path: Path) -> None:
+        """Make the sample project in the background, unless it is there, and open it."""
+        from forcelab.sample import making
+
+        def over(_: object) -> None:
+            self.sampling.emit(None)
+
+        def made(_: bool) -> None:
+            over(None)
+            self.open(path)
+
+        def failed(error: Exception) -> None:
+            over(None)
+            self._document.say(str(error), True)
+
+        self.sampling.emit(Progress(0, 1, self.tr("making the sample project")))
+        self._jobs.run(making(path), made, failed, progress=self.sampling.emit, key="sample")
+
+    def ask_open(self) -> None:
+        """Let the user choose a project's folder."""
+        chosen = QFileDialog.getExistingDirectory(
+            self._window, self.tr("Open a project"), _last_folder()
+        )
+        if chosen:
+            self.open(Path(chosen))
+
+    def ask_new(self) -> None:
+        """Let the user name a new project's folder."""
+        suggested = str(Path(_last_folder()) / "study.forcelab")
+        chosen, _ = QFileDialog.getSaveFileName(self._window, self.tr("New project"), suggested)
+        if not chosen:
+            return
+        try:
+            Project.create(Path(chosen)).close()
+        except ForcelabError as error:
+            self._document.say(str(error), True)
+            return
+        self.open(Path(chosen))
+
+    def ask_import(self, files: tuple[Path, ...] = ()) -> None:
+        """Let the user choose recordings, and import them in the background."""
+        from forcelab.gui.importing import ImportDialog
+
+        if self._document.project is None:
+            self._document.say(
+                self.tr("Open or make a project first; recordings go into it."), True
+            )
+            return
+        ImportDialog(self._document, self._jobs, self._window, files).exec()
+
+
+def sample_place() -> Path:
+    """Where the sample project of this user lies."""
+    where = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation)
+    folder = Path(where) if where and Path(where).is_dir() else Path.home()
+    return folder / "sample.forcelab"
+
+
+def _last_folder() -> str:
+    """Where the user's projects lie, as far as known."""
+    recent = settings.recent_projects()
+    return str(recent[0].parent if recent else Path.home())
+
+
+def _last_key(project: Path) -> str:
+    """Where the settings keep which demonstration of a project was open last."""
+    return "last/" + str(project.resolve()).replace("/", "|").replace("\\", "|")

@@ -1,0 +1,251 @@
+"""The base of every panel on the common time axis: one mapping, one cursor, one set of gestures."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar
+
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+    QResizeEvent,
+    QWheelEvent,
+)
+from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["TimePanel"]
+
+#: What one notch of the wheel makes of the visible span.
+ZOOM_STEP = 1.25
+#: The share of the visible span that one notch pans by.
+PAN_STEP = 0.1
+
+
+class TimePanel(QWidget):
+    """A panel whose horizontal axis is the document's visible span.
+
+    What is slow to draw is drawn once into a pixmap (:meth:`paint_content`, :meth:`paint_gutter`)
+    and kept until it is stale; what follows the cursor is drawn over it each time.
+
+    Parameters
+    ----------
+    document : Document
+        What is shown.
+    title : str
+        For people: the panel's name in menus and to screen readers.
+    parent : QWidget, optional
+    """
+
+    #: Pixels left of the time axis, for names and vertical axes; and right of it.
+    GUTTER: ClassVar[int] = 88
+    RIGHT: ClassVar[int] = 8
+
+    def __init__(self, document: Document, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.title = title
+        self.setAccessibleName(title)
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMouseTracking(True)
+        self._content: QPixmap | None = None
+        self._press: QPointF | None = None
+        self._marking = False
+        self._panning: QPointF | None = None
+        document.span_changed.connect(self.invalidate)
+        document.demonstration_changed.connect(self.invalidate)
+        document.cursor_moved.connect(self._cursor_moved)
+        for signal in (document.range_changed, document.stroke_changed, document.hint_changed):
+            signal.connect(self.update)
+        themes().changed.connect(self.invalidate)
+
+    # Where things are
+
+    @property
+    def plot(self) -> QRectF:
+        """The area of the time axis, in pixels of the widget."""
+        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
+        return QRectF(self.GUTTER, 0.0, width, self.height())
+
+    @property
+    def seconds_per_pixel(self) -> float:
+        """How much time one pixel is."""
+        return (self.document.end - self.document.start) / self.plot.width()
+
+    def x_at(self, time: float) -> float:
+        """The pixel of a time in seconds."""
+        return self.GUTTER + (time - self.document.start) / self.seconds_per_pixel
+
+    def time_at(self, x: float) -> float:
+        """The time in seconds of a pixel; it may lie outside the demonstration."""
+        return self.document.start + (x - self.GUTTER) * self.seconds_per_pixel
+
+    # What a panel draws
+
+    @abstractmethod
+    def paint_content(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw what only changes with span, size, theme or :meth:`invalidate`."""
+
+    def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
+        """Draw names and axes left of the time axis; kept like the content."""
+
+    def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw what changes often: above the content, below the cursor."""
+
+    def invalidate(self, *_: object) -> None:
+        """Say that the content is stale."""
+        self._content = None
+        self.update()
+
+    # Qt
+
+    def sizeHint(self) -> QSize:
+        """Wide, and high enough to be useful."""
+        return QSize(900, 120)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Draw anew when fonts or the palette change."""
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self.invalidate()
+        super().changeEvent(event)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw anew."""
+        self.invalidate()
+        super().resizeEvent(event)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the kept content, then what lies over it."""
+        ratio = self.devicePixelRatioF()
+        if self._content is None or self._content.devicePixelRatio() != ratio:
+            self._content = self._drawn(ratio)
+        painter = QPainter(self)
+        painter.drawPixmap(0, 0, self._content)
+        plot = self.plot
+        painter.save()
+        painter.setClipRect(plot)
+        self._paint_range(painter, plot)
+        painter.restore()
+        self.paint_overlay(painter, plot)
+        painter.setClipRect(plot)
+        self._paint_lines(painter, plot)
+        painter.end()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom at the pointer; with Shift, or by a sideways wheel, pan."""
+        angle = event.angleDelta()
+        notches = (angle.y() or angle.x()) / 120.0
+        shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        if shifted or abs(angle.x()) > abs(angle.y()):
+            self.document.pan(-notches * PAN_STEP * (self.document.end - self.document.start))
+        else:
+            x = min(max(event.position().x(), self.plot.left()), self.plot.right())
+            self.document.zoom(ZOOM_STEP**-notches, self.time_at(x))
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a click, a marked range (left button) or a pan (middle button)."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._press, self._marking = event.position(), False
+        elif event.button() == Qt.MouseButton.MiddleButton:
+            self._panning = event.position()
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Mark a range, or pan."""
+        here = event.position()
+        if self._panning is not None:
+            self.document.pan((self._panning.x() - here.x()) * self.seconds_per_pixel)
+            self._panning = here
+        elif self._press is not None:
+            far = abs(here.x() - self._press.x()) >= QApplication.startDragDistance()
+            self._marking = self._marking or far
+            if self._marking:
+                self.document.set_range(self.time_at(self._press.x()), self.time_at(here.x()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """A click seeks, and forgets the range."""
+        if event.button() == Qt.MouseButton.MiddleButton and self._panning is not None:
+            self._panning = None
+            self.unsetCursor()
+        elif event.button() == Qt.MouseButton.LeftButton and self._press is not None:
+            if not self._marking:
+                self.document.clear_range()
+                if event.position().x() >= self.plot.left():
+                    self.document.seek(self.time_at(event.position().x()))
+            self._press = None
+
+    # Inside
+
+    def _drawn(self, ratio: float) -> QPixmap:
+        """The content and the gutter, at the screen's resolution."""
+        pixmap = QPixmap(self.size() * ratio)
+        pixmap.setDevicePixelRatio(ratio)
+        pixmap.fill(QColor(colours().background))
+        painter = QPainter(pixmap)
+        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+        if self.document.demonstration is not None:
+            painter.save()
+            painter.setClipRect(self.plot)
+            self.paint_content(painter, self.plot)
+            painter.restore()
+            painter.save()
+            self.paint_gutter(painter, QRectF(0, 0, self.GUTTER, self.height()))
+            painter.restore()
+        painter.end()
+        return pixmap
+
+    def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the marked range and the unfinished stroke as bands."""
+        document, now = self.document, colours()
+        if document.range is not None:
+            left, right = (self.x_at(time) for time in document.range)
+            self._band(painter, left, right, QColor(now.range))
+        elif document.range_in is not None:
+            painter.setPen(QPen(QColor(now.range), 1, Qt.PenStyle.DashLine))
+            x = round(self.x_at(document.range_in)) + 0.5
+            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+        stroke = document.stroke
+        if stroke is not None:
+            known = stroke.action in document.vocabulary
+            colour = document.vocabulary[stroke.action].colour if known else now.accent
+            begin, here = self.x_at(stroke.start), self.x_at(document.cursor)
+            self._band(painter, min(begin, here), max(begin, here), QColor(colour))
+
+    def _band(self, painter: QPainter, left: float, right: float, colour: QColor) -> None:
+        """A translucent band with an edge at either side, over the whole height."""
+        left = min(max(left, self.plot.left() - 2), self.plot.right() + 2)
+        right = min(max(right, self.plot.left() - 2), self.plot.right() + 2)
+        wash = QColor(colour)
+        wash.setAlphaF(0.16)
+        painter.fillRect(QRectF(left, 0, right - left, self.height()), wash)
+        painter.setPen(QPen(colour, 1))
+        for x in (left, right):
+            spot = round(x) + 0.5
+            painter.drawLine(QLineF(spot, 0, spot, self.height()))
+
+    def _paint_lines(self, painter: QPainter, plot: QRectF) -> None:
+        """Draw the snap target that is offered, and the cursor."""
+        document, now = self.document, colours()
+        if document.demonstration is None:
+            return
+        if document.hint is not None:
+            painter.setPen(QPen(QColor(now.hint), 1, Qt.PenStyle.DashLine))
+            x = round(self.x_at(document.hint.time)) + 0.5
+            painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+        painter.setPen(QPen(QColor(now.cursor), 1))
+        x = round(self.x_at(document.cursor)) + 0.5
+        painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
+
+    def _cursor_moved(self, _: float) -> None:
+        """Draw the cursor where it is now."""
+        if self.isVisible():
+            self.update()

@@ -1,0 +1,72 @@
+"""A picture of the window, drawn when everything that it shows is there."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QBuffer, QEventLoop, QIODevice
+from PySide6.QtWidgets import QApplication
+
+from forcelab.atomic import write_atomically
+from forcelab.errors import InputError
+from forcelab.gui.window import Window
+
+if TYPE_CHECKING:
+    from forcelab.gui.app import Start
+
+__all__ = ["draw", "settle"]
+
+#: How long nothing may have changed before the window counts as settled, in seconds.
+STILL = 0.25
+
+
+def settle(window: Window, patience: float) -> None:
+    """Wait until everything that the window was asked for is on the screen.
+
+    Raises
+    ------
+    InputError
+        If that takes longer than `patience`, in seconds.
+    """
+    deadline = time.monotonic() + patience
+    quiet_since = time.monotonic()
+    while time.monotonic() - quiet_since < STILL:
+        QApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
+        if not window.settled:
+            quiet_since = time.monotonic()
+        if time.monotonic() > deadline:
+            raise InputError(f"The window was not complete after {patience:g} s; try once more.")
+        time.sleep(0.002)
+
+
+def draw(window: Window, start: Start, path: Path, patience: float) -> None:
+    """Draw the window into a PNG.
+
+    Raises
+    ------
+    InputError
+        If what it is to show is not there, or the file cannot be written.
+    """
+    if path.suffix.lower() != ".png":
+        raise InputError(f"A screenshot is a .png, not '{path.name}'; change the suffix.")
+    window.resize(*(start.size or (1280, 800)))
+    troubles: list[str] = []
+
+    def hear(sentence: str, trouble: bool) -> None:
+        if trouble:
+            troubles.append(sentence)
+
+    window.document.said.connect(hear)
+    window.show()
+    window.begin(start)
+    if troubles:
+        window.close()
+        raise InputError(troubles[0])
+    settle(window, patience)
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    window.grab().save(buffer, "PNG")
+    window.close()
+    write_atomically(path, bytes(buffer.data().data()))

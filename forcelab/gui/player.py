@@ -1,0 +1,215 @@
+"""Playback: the cursor goes over the demonstration at a chosen speed, by a monotonic clock.
+
+The cursor is the master clock. Where it is depends on the time since playback started and on
+nothing else, so that a late tick skips time on screen and never slows it; what follows the cursor,
+such as the video, drops what it cannot show in time.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from forcelab.gui.document import Document
+
+__all__ = ["SPEEDS", "Player"]
+
+#: The speeds that the transport offers; normal speed is in the middle.
+SPEEDS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0)
+#: Time between two ticks in ms: 60 a second or a little more.
+TICK = 16
+
+
+class Player(QObject):
+    """Plays a document's demonstration.
+
+    It follows the document: whoever calls ``document.set_playing`` or ``document.set_speed``
+    starts, stops or paces it, and whoever calls ``document.seek`` while it plays makes it go on
+    from there.
+
+    Parameters
+    ----------
+    document : Document
+        Whose cursor is moved.
+    parent : QObject, optional
+    clock : callable
+        Seconds of a clock that never jumps; tests give their own.
+
+    Attributes
+    ----------
+    loop : bool
+        Whether to begin again at the end, instead of stopping there.
+    """
+
+    loop_changed = Signal(bool)
+
+    def __init__(
+        self,
+        document: Document,
+        parent: QObject | None = None,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.loop = False
+        self._clock = clock
+        self._timer = QTimer(self)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.setInterval(TICK)
+        self._timer.timeout.connect(self.tick)
+        self._own = False
+        self._stretch: tuple[float, float] | None = None
+        self._anchor = (0.0, 0.0, 1.0)  # clock, cursor and speed of the last start, seek or change
+        document.playing_changed.connect(self._follow_playing)
+        document.cursor_moved.connect(self._follow_cursor)
+        document.demonstration_changed.connect(self.stop)
+
+    # What one can ask for
+
+    def start(self) -> None:
+        """Play from the cursor to the end of the demonstration.
+
+        With the cursor at the end it begins at the start. With :attr:`loop` on, a marked range is
+        played over and over; without one, the whole demonstration.
+        """
+        stretch = self.document.range if self.loop else None
+        self._play(stretch, self.document.cursor)
+
+    def stop(self) -> None:
+        """Stop where the cursor is."""
+        self.document.set_playing(False)
+
+    def toggle(self) -> None:
+        """Start, or stop."""
+        if self.document.playing:
+            self.stop()
+        else:
+            self.start()
+
+    def play_stretch(self, start: float, end: float) -> None:
+        """Play ``[start, end]``, in seconds, once; over and over with :attr:`loop` on."""
+        if end > start:
+            self._play((start, end), start)
+
+    def play_current(self) -> None:
+        """Play the marked range, the selected segment or the one under the cursor, from its start.
+
+        Without any of them, play on from the cursor.
+        """
+        document = self.document
+        index = document.selected
+        if index is None:
+            here = document.cursor
+            under = (i for i, s in enumerate(document.segments) if s.start <= here < s.end)
+            index = next(under, None)
+        if document.range is not None:
+            self.play_stretch(*document.range)
+        elif index is not None:
+            segment = document.segments[index]
+            self.play_stretch(segment.start, segment.end)
+        else:
+            self.start()
+
+    def set_loop(self, loop: bool) -> None:
+        """Begin again at the end, or stop there."""
+        if loop != self.loop:
+            self.loop = loop
+            self.loop_changed.emit(loop)
+
+    def faster(self) -> None:
+        """Take the next speed of :data:`SPEEDS`."""
+        above = (speed for speed in SPEEDS if speed > self.document.speed)
+        self.document.set_speed(next(above, SPEEDS[-1]))
+
+    def slower(self) -> None:
+        """Take the speed of :data:`SPEEDS` before."""
+        below = (speed for speed in reversed(SPEEDS) if speed < self.document.speed)
+        self.document.set_speed(next(below, SPEEDS[0]))
+
+    def normal_speed(self) -> None:
+        """Play in real time."""
+        self.document.set_speed(1.0)
+
+    # How it goes
+
+    def tick(self) -> None:
+        """Move the cursor to where it is by now."""
+        if not self.document.playing:
+            return
+        start, end = self._bounds()
+        position = self._position()
+        if position < end:
+            self._move(position)
+        elif self.loop and end > start:
+            position = start + math.fmod(position - start, end - start)
+            self._hold(position)
+            self._move(position)
+        else:
+            self._move(end)
+            self.stop()
+
+    def _play(self, stretch: tuple[float, float] | None, position: float) -> None:
+        """Play from a position."""
+        if self.document.demonstration is None:
+            return
+        self._stretch = stretch
+        start, end = self._bounds()
+        if not start <= position < end:
+            position = start
+        self._hold(position)
+        self._move(position)
+        self._timer.start()
+        self.document.set_playing(True)
+
+    def _bounds(self) -> tuple[float, float]:
+        """What is played: the stretch, or the whole demonstration."""
+        low, high = self.document.bounds
+        if self._stretch is None:
+            return low, high
+        return max(self._stretch[0], low), min(self._stretch[1], high)
+
+    def _position(self) -> float:
+        """Where the cursor is by the clock."""
+        began, position, speed = self._anchor
+        return position + (self._clock() - began) * speed
+
+    def _hold(self, position: float) -> None:
+        """Count from here on."""
+        self._anchor = (self._clock(), position, self.document.speed)
+
+    def _move(self, position: float) -> None:
+        """Move the cursor, knowing that it was not somebody else."""
+        with self._moving():
+            self.document.seek(position)
+
+    @contextmanager
+    def _moving(self) -> Iterator[None]:
+        """While this lasts, the cursor is moved by playback."""
+        self._own = True
+        try:
+            yield
+        finally:
+            self._own = False
+
+    def _follow_playing(self) -> None:
+        """Start, stop or change the speed, as the document says."""
+        if not self.document.playing:
+            self._timer.stop()
+            self._stretch = None
+        elif not self._timer.isActive():
+            self._play(self._stretch, self.document.cursor)
+        elif self._anchor[2] != self.document.speed:
+            self._hold(self._position())
+
+    def _follow_cursor(self, position: float) -> None:
+        """Go on from where somebody moved the cursor; outside the stretch, play to the end."""
+        if self._own or not self.document.playing:
+            return
+        if self._stretch is not None and not self._stretch[0] <= position < self._stretch[1]:
+            self._stretch = None
+        self._hold(position)

@@ -1,0 +1,213 @@
+"""What the window remembers: one ini file of plain values, typed when they are read.
+
+Only text, numbers, flags, lists of text and bytes are written. Anything else Qt would store as a
+pickle, and a pickle in a settings file is a program that somebody else wrote: a file that holds
+one is put aside unread.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import getpass
+import json
+import logging
+import math
+import os
+import re
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TypeVar
+
+from PySide6.QtCore import QSettings, QStandardPaths
+
+__all__ = [
+    "coder",
+    "data",
+    "flag",
+    "forget",
+    "hold_ms",
+    "number",
+    "put",
+    "reaction_ms",
+    "recent_projects",
+    "remember_project",
+    "settings",
+    "strings",
+    "text",
+]
+
+log = logging.getLogger(__name__)
+
+#: How many projects the list of recent ones holds.
+RECENT = 10
+#: Longest reaction time and longest hold that make sense, in ms.
+LONGEST_MS = 2000.0
+
+#: A value that Qt would deserialise; a text that looks like it is stored with a second @.
+_VARIANT = re.compile(rb"(?:^[^=\n]*=|,)\s*\"?@Variant\(", re.MULTILINE)
+
+ValueT = TypeVar("ValueT")
+
+
+def settings() -> QSettings:
+    """The settings of this coder on this machine.
+
+    They lie in the platform's folder for configuration; the environment variable
+    ``FORCELAB_SETTINGS`` names another file.
+    """
+    return _opened(_path())
+
+
+def text(key: str, default: str = "") -> str:
+    """A remembered text."""
+    return _read(key, default, str)
+
+
+def number(
+    key: str, default: float, *, lowest: float = -math.inf, highest: float = math.inf
+) -> float:
+    """A remembered number; one outside of ``lowest`` to ``highest`` counts as broken."""
+
+    def checked(stored: str) -> float:
+        value = float(stored)
+        if not lowest <= value <= highest:
+            raise ValueError(f"{value} is not within {lowest} to {highest}")
+        return value
+
+    return _read(key, default, checked)
+
+
+def flag(key: str, default: bool = False) -> bool:
+    """A remembered yes or no."""
+    return _read(key, default, lambda stored: {"true": True, "false": False}[stored.lower()])
+
+
+def strings(key: str, default: Sequence[str] = ()) -> tuple[str, ...]:
+    """A remembered list of texts."""
+
+    def checked(stored: str) -> tuple[str, ...]:
+        items = json.loads(stored)
+        if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
+            raise ValueError("it is no list of texts")
+        return tuple(items)
+
+    return _read(key, tuple(default), checked)
+
+
+def data(key: str, default: bytes = b"") -> bytes:
+    """Remembered bytes, such as the layout of a window."""
+    return _read(key, default, lambda stored: base64.b64decode(stored, validate=True))
+
+
+def put(key: str, value: str | float | bool | bytes | Sequence[str]) -> None:
+    """Remember a value, at once also on disk.
+
+    Where the disk refuses it is remembered until the program ends, and the log says so.
+    """
+    stored = settings()
+    if isinstance(value, bool):
+        stored.setValue(key, "true" if value else "false")
+    elif isinstance(value, (int, float)):
+        stored.setValue(key, repr(value))
+    elif isinstance(value, str):
+        stored.setValue(key, value)
+    elif isinstance(value, bytes):
+        stored.setValue(key, base64.b64encode(value).decode("ascii"))
+    else:
+        stored.setValue(key, json.dumps(list(value)))
+    _written(stored)
+
+
+def forget(key: str) -> None:
+    """Forget a value, so that its default counts again."""
+    stored = settings()
+    stored.remove(key)
+    _written(stored)
+
+
+def recent_projects() -> tuple[Path, ...]:
+    """The projects opened last that are still there, the latest first."""
+    return tuple(path for path in map(Path, strings("projects/recent")) if path.is_dir())
+
+
+def remember_project(path: Path) -> None:
+    """Put a project at the head of the recent ones."""
+    here = str(Path(path).resolve())
+    others = [known for known in strings("projects/recent") if known != here]
+    put("projects/recent", [here, *others][:RECENT])
+
+
+def coder() -> str:
+    """Who labels: the name given last, or else that of the account."""
+    return text("coder/name").strip() or _account()
+
+
+def reaction_ms() -> float:
+    """How late a coder presses a key while a demonstration plays, in ms; 0 corrects nothing."""
+    return number("labelling/reaction_ms", 0.0, lowest=0.0, highest=LONGEST_MS)
+
+
+def hold_ms() -> float:
+    """From how many ms on a pressed key counts as held: its release then ends the stroke."""
+    return number("labelling/hold_ms", 250.0, lowest=50.0, highest=LONGEST_MS)
+
+
+def _account() -> str:
+    """The name of the account, with a capital."""
+    try:
+        name = getpass.getuser()
+    except (OSError, KeyError, ImportError):  # what it raises depends on Python and platform
+        name = ""
+    return name[:1].upper() + name[1:] or "Coder"
+
+
+def _path() -> Path:
+    """Where the settings lie."""
+    if named := os.environ.get("FORCELAB_SETTINGS"):
+        return Path(named)
+    # Not AppConfigLocation: that depends on whether the application has got its name yet.
+    folder = QStandardPaths.writableLocation(QStandardPaths.StandardLocation.GenericConfigLocation)
+    return Path(folder) / "forcelab" / "settings.ini"
+
+
+@cache
+def _opened(path: Path) -> QSettings:
+    """The file, which is put aside when Qt would have to unpickle something in it."""
+    try:
+        suspicious = _VARIANT.search(path.read_bytes()) is not None
+    except FileNotFoundError:
+        suspicious = False
+    except OSError as error:
+        log.warning("The settings in %s cannot be read (%s); the defaults are used.", path, error)
+        suspicious = False
+    if suspicious:
+        aside = path.with_name(path.name + ".refused")
+        log.warning("%s holds what forcelab never writes; it now lies in %s.", path, aside)
+        path.replace(aside)
+    return QSettings(str(path), QSettings.Format.IniFormat)
+
+
+def _written(stored: QSettings) -> None:
+    """Bring changes to the disk now: a crash must not cost the coder's keys and layout."""
+    stored.sync()
+    if stored.status() != QSettings.Status.NoError:
+        log.warning("The settings cannot be written to %s.", stored.fileName())
+
+
+def _read(key: str, default: ValueT, checked: Callable[[str], ValueT]) -> ValueT:
+    """A value as `checked` reads it from its text; the default where it is missing or broken."""
+    stored = settings()
+    if not stored.contains(key):
+        return default
+    value = stored.value(key)
+    try:
+        if not isinstance(value, str):
+            raise TypeError("it is no text")
+        return checked(value)
+    except (ValueError, KeyError, TypeError, binascii.Error) as error:
+        log.warning(
+            "'%s' in %s is broken (%s); its default is used.", key, stored.fileName(), error
+        )
+        return default

@@ -1,0 +1,262 @@
+"""Keys: the table of all commands, what keys they have, and the actions that carry them out.
+
+One table makes the menus, binds the keys, fills the help page and the dialog that changes keys, so
+that none of them can say something that is not so.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
+
+from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from forcelab.errors import InputError
+from forcelab.gui import settings
+from forcelab.gui.commands import COMMANDS, GROUPS, Command
+from forcelab.gui.typing_guard import guard
+from forcelab.vocabulary import KEYS, Vocabulary
+
+__all__ = ["COMMANDS", "GROUPS", "Command", "Keys", "bind", "collision", "key_name", "keys"]
+
+log = logging.getLogger(__name__)
+
+
+translate = QCoreApplication.translate
+_BY_ID = {command.id: command for command in COMMANDS}
+
+
+def key_name(key: str) -> str:
+    """A key as this platform prints it, such as ``"⌘Z"`` where others say ``"Ctrl+Z"``."""
+    return _parsed(key).toString(QKeySequence.SequenceFormat.NativeText)
+
+
+def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None = None) -> str:
+    """Say what is wrong with a set of keys.
+
+    Characters that can paint an action (:data:`forcelab.vocabulary.KEYS`) belong to the actions,
+    whatever the open task uses of them: the next one may use others.
+
+    Parameters
+    ----------
+    keys : mapping of str to sequence of str
+        The keys of each command.
+    vocabulary : Vocabulary, optional
+        Names the action that a key paints.
+
+    Returns
+    -------
+    str
+        One sentence, or nothing where all is well.
+    """
+    painting = {action.key: action.name for action in vocabulary or () if action.key}
+    owners: dict[str, str] = {}
+    for id_, bound in keys.items():
+        command = _BY_ID[id_]
+        for key in bound:
+            spelt = _spelt(key)
+            if not spelt:
+                return translate("forcelab", "'{key}' is no key; press another one.").format(
+                    key=key
+                )
+            plain = spelt.lower()
+            if plain in painting:
+                return translate(
+                    "forcelab",
+                    "The key {key} paints '{action}'; choose another one for '{command}'.",
+                ).format(key=key_name(key), action=painting[plain], command=command.shown)
+            if len(plain) == 1 and plain in KEYS:
+                return translate(
+                    "forcelab",
+                    "The key {key} is kept for painting actions; choose another one for "
+                    "'{command}', such as {key} together with Ctrl.",
+                ).format(key=key_name(key), command=command.shown)
+            owner = owners.setdefault(spelt, id_)
+            if owner != id_:
+                return translate(
+                    "forcelab",
+                    "The key {key} already means '{other}'; give that another key first.",
+                ).format(key=key_name(key), other=_BY_ID[owner].shown)
+    return ""
+
+
+class Keys(QObject):
+    """The keys that count: the defaults, and what the coder made of them.
+
+    Signals
+    -------
+    changed()
+        Some command has got other keys.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._bound: dict[str, tuple[str, ...]] = {}
+        self.reload()
+
+    def __getitem__(self, command: str) -> tuple[str, ...]:
+        return self._bound[command]
+
+    def all(self) -> dict[str, tuple[str, ...]]:
+        """The keys of each command."""
+        return dict(self._bound)
+
+    def shown(self, command: str) -> str:
+        """The keys of a command as this platform prints them, or nothing."""
+        return ", ".join(key_name(key) for key in self._bound[command])
+
+    def changed_by_coder(self, command: str) -> bool:
+        """Whether a command has other keys than by default."""
+        return self._bound[command] != _defaults()[command]
+
+    def set_keys(
+        self,
+        command: str,
+        keys: Sequence[str],
+        vocabulary: Vocabulary | None = None,
+    ) -> None:
+        """Give a command other keys, or none, and remember them.
+
+        Raises
+        ------
+        InputError
+            If a key is none, or paints actions, or belongs to another command.
+        """
+        # The one that changes comes last, so that the sentence names the one that has the key.
+        others = {known: bound for known, bound in self._bound.items() if known != command}
+        if sentence := collision({**others, command: tuple(keys)}, vocabulary):
+            raise InputError(sentence)
+        self._bound[command] = tuple(dict.fromkeys(_spelt(key) for key in keys))
+        self._remember(command)
+        self.changed.emit()
+
+    def reset(self, command: str) -> None:
+        """Give a command its default keys back.
+
+        Raises
+        ------
+        InputError
+            If another command has got one of them meanwhile.
+        """
+        self.set_keys(command, _defaults()[command])
+
+    def reset_all(self) -> None:
+        """Give all commands their default keys back."""
+        self._bound = _defaults()
+        for id_ in self._bound:
+            settings.forget(f"keys/{id_}")
+        self.changed.emit()
+
+    def reload(self) -> None:
+        """Read the coder's keys anew; where they collide, the defaults count."""
+        defaults = _defaults()
+        read = {id_: settings.strings(f"keys/{id_}", keys) for id_, keys in defaults.items()}
+        if sentence := collision(read):
+            log.warning("The keys in the settings are not used: %s", sentence)
+            read = defaults
+        self._bound = {id_: tuple(map(_spelt, bound)) for id_, bound in read.items()}
+        self.changed.emit()
+
+    def _remember(self, command: str) -> None:
+        """Store what differs from the defaults, so that better defaults reach everybody."""
+        if self.changed_by_coder(command):
+            settings.put(f"keys/{command}", self._bound[command])
+        else:
+            settings.forget(f"keys/{command}")
+
+
+@cache
+def keys() -> Keys:
+    """The keys of this coder on this machine."""
+    return Keys()
+
+
+def bind(
+    widget: QWidget, handlers: Mapping[str, Callable[[], object]], bound: Keys | None = None
+) -> dict[str, QAction]:
+    """Make the actions of some commands: for the widget's keys, and to be put into menus.
+
+    A field in which one types keeps the keys that it needs (:mod:`forcelab.gui.typing_guard`).
+
+    Parameters
+    ----------
+    widget : QWidget
+        The keys count wherever the focus is in its window.
+    handlers : mapping of str to callable
+        What to do, by the command's id.
+    bound : Keys, optional
+        By default :func:`keys`.
+
+    Returns
+    -------
+    dict of str to QAction
+        By the command's id; they follow when keys change.
+
+    Raises
+    ------
+    KeyError
+        If there is no such command.
+    """
+    bound = bound or keys()
+    guard()
+    made = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
+    follow = partial(_rebind, made, bound)
+    follow()
+    bound.changed.connect(follow)
+    widget.destroyed.connect(partial(_let_go, bound, follow))
+    return made
+
+
+def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
+    """The action of one command, still without keys."""
+    action = QAction(command.shown, widget)
+    action.setObjectName(command.id)
+    action.setCheckable(command.checkable)
+    action.setAutoRepeat(command.repeats)
+    action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+    action.triggered.connect(lambda _checked=False: handler())
+    widget.addAction(action)
+    return action
+
+
+def _rebind(made: Mapping[str, QAction], bound: Keys) -> None:
+    """Give actions the keys that count now, and say them where one looks for them."""
+    for id_, action in made.items():
+        command = _BY_ID[id_]
+        action.setShortcuts([_parsed(key) for key in bound[id_]])
+        name = command.shown.rstrip("…")
+        shown = bound.shown(id_)
+        tip = (
+            translate("forcelab", "{command} ({keys})").format(command=name, keys=shown)
+            if shown
+            else name
+        )
+        action.setToolTip(tip)
+        action.setStatusTip(tip)
+
+
+def _let_go(bound: Keys, follow: Callable[[], None], _gone: object = None) -> None:
+    """Forget the actions of a widget that is no more."""
+    bound.changed.disconnect(follow)
+
+
+def _parsed(key: str) -> QKeySequence:
+    """A key as Qt holds it; empty where the text is none."""
+    return QKeySequence(key, QKeySequence.SequenceFormat.PortableText)
+
+
+def _spelt(key: str) -> str:
+    """The one spelling of a key; empty where the text is no single key."""
+    parsed = _parsed(key)
+    portable = parsed.toString(QKeySequence.SequenceFormat.PortableText)
+    return portable if parsed.count() == 1 else ""
+
+
+def _defaults() -> dict[str, tuple[str, ...]]:
+    """The default keys of each command."""
+    return {command.id: tuple(map(_spelt, command.keys)) for command in COMMANDS}

@@ -1,0 +1,293 @@
+"""The window's looks: two sets of colours, the palette made of them, and the system's choice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtGui import QColor, QGuiApplication, QPalette
+from PySide6.QtWidgets import QApplication
+
+from forcelab.gui.figures.canvas import Theme
+
+__all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "palette", "themes"]
+
+Choice = Literal["light", "dark", "system"]
+
+
+@dataclass(frozen=True)
+class Colours(Theme):
+    """The colours of the window, each as ``"#rrggbb"``.
+
+    Text and muted text can be read on `background`, `panel` and `panel_edge`; `on_unlabelled` is
+    the text for unlabelled time.
+
+    Parameters
+    ----------
+    on_unlabelled : str
+        Text and lines on unlabelled time.
+    panel, panel_edge : str
+        Behind docks, tool bars and gutters; the lines and buttons on them.
+    accent, accent_text : str
+        What is selected or pressed; text on it.
+    warning, trouble : str
+        Sentences that warn, and that say what went wrong.
+    curves : tuple of str
+        Eight colours of curves on `background`, found by a search: at least 24 apart (CIE76) for
+        normal and simulated colour-blind vision (Machado, Oliveira and Fernandes 2009). The same
+        place has a similar hue in both themes.
+    cursor : str
+        The line at the cursor; seen on `background` and on unlabelled time.
+    range, hint : str
+        The marked range (drawn translucent); where an edge would snap.
+    """
+
+    on_unlabelled: str
+    panel: str
+    panel_edge: str
+    accent: str
+    accent_text: str
+    warning: str
+    trouble: str
+    curves: tuple[str, ...]
+    cursor: str
+    range: str
+    hint: str
+
+    @property
+    def dark(self) -> bool:
+        """Whether text is lighter than its ground."""
+        return QColor(self.text).lightnessF() > QColor(self.background).lightnessF()
+
+
+LIGHT = Colours(
+    background="#ffffff",
+    text="#1c1f24",
+    muted="#565d68",
+    grid="#e7e9ed",
+    frame="#aab0ba",
+    unlabelled="#ffffff",
+    on_unlabelled="#1c1f24",
+    panel="#f3f4f6",
+    panel_edge="#dfe2e7",
+    accent="#1f64b4",
+    accent_text="#ffffff",
+    warning="#8a5300",
+    trouble="#b3261e",
+    curves=(
+        "#258cf4",
+        "#da730b",
+        "#4c0891",
+        "#f42559",
+        "#054a61",
+        "#59500d",
+        "#c76bb0",
+        "#590d20",
+    ),
+    cursor="#d3202e",
+    range="#1f64b4",
+    hint="#a8348f",
+)
+
+#: Unlabelled time stays light in the dark theme: the actions' colours, black among them, were
+#: chosen for a white ground and keep their meaning only on one. Softened, so that an empty track
+#: does not glare; on no dark ground are black and blue both seen.
+DARK = Colours(
+    background="#16191e",
+    text="#e6e8ec",
+    muted="#a3aab5",
+    grid="#2a2f37",
+    frame="#59616d",
+    unlabelled="#ced3da",
+    on_unlabelled="#1c1f24",
+    panel="#1f2329",
+    panel_edge="#343a44",
+    accent="#2f74c8",
+    accent_text="#ffffff",
+    warning="#f0b75a",
+    trouble="#ff8a80",
+    curves=(
+        "#85a7e0",
+        "#da8d0b",
+        "#8a5cd6",
+        "#e2368c",
+        "#55f6f6",
+        "#c4f76e",
+        "#ebd4ad",
+        "#1f7a36",
+    ),
+    cursor="#dc343b",
+    range="#5aa9ff",
+    hint="#c83ca0",
+)
+
+
+class _Themes(QObject):
+    """Which colours are on, and what follows the system."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.choice: Choice = "system"
+        self.colours = LIGHT
+        self._begun = False
+
+    def apply(self, app: QApplication, choice: Choice) -> None:
+        """Put a theme on, and keep following the system if that is the choice."""
+        self.choice = choice
+        hints = QGuiApplication.styleHints()
+        if not self._begun:
+            app.setStyle("Fusion")
+            hints.colorSchemeChanged.connect(self._follow)
+            self._begun = True
+        # What the system draws, such as the window's frame, goes along.
+        if choice == "system":
+            hints.unsetColorScheme()
+        else:
+            hints.setColorScheme(Qt.ColorScheme.Dark if choice == "dark" else Qt.ColorScheme.Light)
+        self._put_on(app)
+
+    def _follow(self) -> None:
+        """The system has changed between light and dark."""
+        app = QApplication.instance()
+        if self.choice == "system" and isinstance(app, QApplication):
+            self._put_on(app)
+
+    def _put_on(self, app: QApplication) -> None:
+        """Give the application the colours of the choice."""
+        self.colours = _chosen(self.choice)
+        app.setPalette(palette(self.colours))
+        app.setStyleSheet(_sheet(self.colours))
+        self.changed.emit()
+
+
+@cache
+def themes() -> _Themes:
+    """The object whose signal ``changed`` tells that :func:`colours` gives others now."""
+    return _Themes()
+
+
+def colours() -> Colours:
+    """The colours that are on."""
+    return themes().colours
+
+
+def apply(app: QApplication, choice: Choice) -> None:
+    """Put a theme on.
+
+    Parameters
+    ----------
+    app : QApplication
+        Gets the Fusion style, a palette and a small style sheet.
+    choice : "light", "dark" or "system"
+        ``"system"`` follows the system whenever it changes.
+    """
+    themes().apply(app, choice)
+
+
+def _chosen(choice: Choice) -> Colours:
+    """The colours of a choice."""
+    if choice == "system":
+        return DARK if _system() == Qt.ColorScheme.Dark else LIGHT
+    return DARK if choice == "dark" else LIGHT
+
+
+def _system() -> Qt.ColorScheme:
+    """What the system shows; unknown where it has no such thing."""
+    return QGuiApplication.styleHints().colorScheme()
+
+
+def _mixed(one: str, other: str, share: float) -> QColor:
+    """A colour between two, `share` of the way from the first."""
+    a, b = QColor(one), QColor(other)
+    return QColor.fromRgbF(
+        a.redF() + (b.redF() - a.redF()) * share,
+        a.greenF() + (b.greenF() - a.greenF()) * share,
+        a.blueF() + (b.blueF() - a.blueF()) * share,
+    )
+
+
+def palette(colours: Colours) -> QPalette:
+    """All colours that Qt's own widgets ask for."""
+    role = QPalette.ColorRole
+    edge, panel = colours.panel_edge, colours.panel
+    deep = "#000000" if colours.dark else colours.text
+    normal = {
+        role.Window: QColor(panel),
+        role.WindowText: QColor(colours.text),
+        role.Base: QColor(colours.background),
+        role.AlternateBase: _mixed(colours.background, panel, 0.6),
+        role.Text: QColor(colours.text),
+        role.PlaceholderText: QColor(colours.muted),
+        role.Button: _mixed(panel, edge, 0.35),
+        role.ButtonText: QColor(colours.text),
+        role.BrightText: QColor(colours.trouble),
+        role.ToolTipBase: QColor(colours.background),
+        role.ToolTipText: QColor(colours.text),
+        role.Highlight: QColor(colours.accent),
+        role.HighlightedText: QColor(colours.accent_text),
+        role.Accent: QColor(colours.accent),
+        role.Link: QColor(colours.curves[0]),
+        role.LinkVisited: QColor(colours.curves[3]),
+        role.Light: _mixed(panel, colours.text if colours.dark else "#ffffff", 0.12),
+        role.Midlight: _mixed(panel, edge, 0.5),
+        role.Mid: QColor(edge),
+        role.Dark: QColor(colours.frame),
+        role.Shadow: _mixed(panel, deep, 0.6),
+    }
+    made = QPalette()
+    for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
+        for which, colour in normal.items():
+            made.setColor(group, which, colour)
+    faint = _mixed(colours.text, panel, 0.55)
+    off = dict(normal)
+    for which in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
+        off[which] = faint
+    off[role.Base] = QColor(panel)
+    off[role.Highlight] = off[role.Accent] = QColor(colours.frame)
+    off[role.HighlightedText] = QColor(colours.background)
+    for which, colour in off.items():
+        made.setColor(QPalette.ColorGroup.Disabled, which, colour)
+    return made
+
+
+def _sheet(colours: Colours) -> str:
+    """What the palette cannot say: flat handles, tabs, docks, tool buttons and table headers.
+
+    Sizes are in ``em``, so that they grow with the font.
+    """
+    c = colours
+    return f"""
+    QToolTip {{ color: {c.text}; background: {c.background}; border: 1px solid {c.frame};
+        padding: 0.25em; }}
+    QMainWindow::separator {{ background: {c.panel_edge}; width: 5px; height: 5px; }}
+    QMainWindow::separator:hover, QSplitter::handle:hover {{ background: {c.accent}; }}
+    QSplitter::handle {{ background: {c.panel_edge}; }}
+    QSplitter::handle:horizontal {{ width: 5px; }}
+    QSplitter::handle:vertical {{ height: 5px; }}
+    QDockWidget::title {{ background: {c.panel}; padding: 0.4em 0.5em; text-align: left; }}
+    QTabBar::tab {{ background: transparent; color: {c.muted}; padding: 0.45em 0.9em;
+        border: none; border-bottom: 2px solid transparent; }}
+    QTabBar::tab:hover {{ color: {c.text}; }}
+    QTabBar::tab:selected {{ color: {c.text}; border-bottom-color: {c.accent}; }}
+    QTabBar::tab:focus {{ background: {c.panel_edge}; }}
+    QTabWidget::pane {{ border: none; border-top: 1px solid {c.panel_edge}; }}
+    QToolBar {{ border: none; spacing: 2px; padding: 2px; }}
+    QToolButton {{ border: 1px solid transparent; border-radius: 4px; padding: 0.25em; }}
+    QToolButton:hover {{ background: {c.panel_edge}; }}
+    QToolButton:pressed {{ background: {c.frame}; }}
+    QToolButton:checked {{ background: {c.accent}; color: {c.accent_text}; }}
+    QToolButton:focus {{ border-color: {c.accent}; }}
+    QHeaderView {{ background: {c.panel}; }}
+    QHeaderView::section {{ background: {c.panel}; color: {c.muted}; border: none;
+        border-bottom: 1px solid {c.frame}; padding: 0.35em 0.5em; text-align: left; }}
+    QTableCornerButton::section {{ background: {c.panel}; border: none; }}
+    QCheckBox::indicator:unchecked, QRadioButton::indicator:unchecked {{
+        background: {c.background}; border: 1px solid {c.muted}; width: 11px; height: 11px; }}
+    QCheckBox::indicator:unchecked {{ border-radius: 3px; }}
+    QRadioButton::indicator:unchecked {{ border-radius: 6px; }}
+    QStatusBar::item {{ border: none; }}
+    """

@@ -1,0 +1,129 @@
+"""Keeps the window's plain keys out of fields in which one types, and Space on a button.
+
+Qt asks the widget in focus first whether it wants a key (``ShortcutOverride``). Line edits say yes
+for most of what they need; buttons, sliders and trees do not ask for theirs.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QKeySequenceEdit,
+    QLineEdit,
+    QPlainTextEdit,
+    QTextEdit,
+    QTreeView,
+    QWidget,
+)
+
+__all__ = ["guard", "typing", "wants"]
+
+_K = Qt.Key
+_S = QKeySequence.StandardKey
+_ARROWS = {_K.Key_Left, _K.Key_Right, _K.Key_Up, _K.Key_Down}
+_PAGING = {_K.Key_Home, _K.Key_End, _K.Key_PageUp, _K.Key_PageDown}
+#: What one edits text with, beside plain characters.
+_EDITING = (
+    _S.Undo,
+    _S.Redo,
+    _S.Copy,
+    _S.Cut,
+    _S.Paste,
+    _S.SelectAll,
+    _S.MoveToPreviousWord,
+    _S.MoveToNextWord,
+    _S.SelectPreviousWord,
+    _S.SelectNextWord,
+    _S.MoveToStartOfLine,
+    _S.MoveToEndOfLine,
+    _S.DeleteStartOfWord,
+    _S.DeleteEndOfWord,
+)
+
+
+#: What moves and deletes in text, with Shift or without.
+_TYPING = _ARROWS | _PAGING | {_K.Key_Backspace, _K.Key_Delete}
+#: What other widgets need. A table leaves left and right to the time axis; Tab walks its cells.
+_THEIRS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
+    (QAbstractButton, {_K.Key_Space}),
+    (QComboBox, _ARROWS | _PAGING | {_K.Key_Space}),
+    (QAbstractSlider, _ARROWS | _PAGING),
+    (QTreeView, _ARROWS),
+    (QAbstractItemView, {_K.Key_Up, _K.Key_Down}),
+)
+
+
+def typing(widget: QWidget | None) -> bool:
+    """Whether keys typed into a widget are text."""
+    if isinstance(widget, (QLineEdit, QTextEdit, QPlainTextEdit)):
+        return not widget.isReadOnly()
+    if isinstance(widget, QComboBox):
+        return widget.isEditable()
+    return isinstance(widget, (QAbstractSpinBox, QKeySequenceEdit))
+
+
+def wants(widget: QWidget | None, event: QKeyEvent) -> bool:
+    """Whether a key belongs to the widget in focus and not to the window."""
+    key = Qt.Key(event.key())
+    modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+    if widget is not None and typing(widget):
+        plain = modifiers in (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier)
+        if not plain:
+            return any(event.matches(standard) for standard in _EDITING)
+        return key in _TYPING or (bool(event.text()) and event.text().isprintable())
+    if modifiers != Qt.KeyboardModifier.NoModifier:
+        return False
+    if isinstance(widget, QAbstractItemView) and key == _K.Key_Space:
+        return _checkable(widget)
+    return any(isinstance(widget, kind) and key in theirs for kind, theirs in _THEIRS)
+
+
+def _checkable(view: QAbstractItemView) -> bool:
+    """Whether Space would tick the current row."""
+    # Not the flag: items have it even where there is nothing to tick.
+    return view.currentIndex().data(Qt.ItemDataRole.CheckStateRole) is not None
+
+
+class _Guard(QObject):
+    """Watches the widget in focus, and only that: a filter on everything would cost each event."""
+
+    def __init__(self, app: QApplication) -> None:
+        super().__init__(app)
+        app.focusChanged.connect(self._moved)
+        self._moved(None, app.focusWidget())
+
+    def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
+        if old is not None:
+            old.removeEventFilter(self)
+        if new is not None:
+            new.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Accept a key for the widget that needs it; the window's shortcut is then not tried."""
+        if (
+            event.type() == QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and isinstance(watched, QWidget)
+            and wants(watched, event)
+        ):
+            event.accept()
+            return True
+        return False
+
+
+@cache
+def guard() -> QObject:
+    """Start guarding; once per application, which must exist."""
+    app = QApplication.instance()
+    if not isinstance(app, QApplication):
+        raise RuntimeError("keys are bound after the application was made")
+    return _Guard(app)

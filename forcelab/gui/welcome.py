@@ -1,0 +1,104 @@
+"""What the window shows while no project is open: how to begin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QCommandLinkButton,
+    QLabel,
+    QProgressBar,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.jobs import Progress
+
+__all__ = ["Welcome"]
+
+#: How many recent projects are offered.
+SHOWN = 5
+
+
+class Welcome(QWidget):
+    """Ways to begin, and the progress of making the sample project."""
+
+    opening = Signal()
+    creating = Signal()
+    sampling = Signal()
+    chosen = Signal(object)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        title = QLabel(self.tr("Label and recognise force actions"))
+        face = title.font()
+        face.setPointSizeF(face.pointSizeF() * 1.7)
+        title.setFont(face)
+        self._say = QLabel(
+            self.tr("A project is a folder of demonstrations with everybody's labels.")
+        )
+        self._say.setWordWrap(True)
+        self._buttons = [
+            self._button(
+                self.tr("Try the sample project"),
+                self.tr("Thirty simulated demonstrations with video; made once, in a minute."),
+                self.sampling.emit,
+            ),
+            self._button(
+                self.tr("Open a project…"),
+                self.tr("A folder that forcelab made, such as study.forcelab."),
+                self.opening.emit,
+            ),
+            self._button(
+                self.tr("New project…"),
+                self.tr("An empty one; recordings are imported into it."),
+                self.creating.emit,
+            ),
+        ]
+        self._recent = QVBoxLayout()
+        self._bar = QProgressBar()
+        self._bar.setAccessibleName(self.tr("Progress of the sample project"))
+        self._bar.setVisible(False)
+        column = QVBoxLayout()
+        column.addStretch(1)
+        for widget in (title, self._say, self._bar, *self._buttons):
+            column.addWidget(widget)
+        column.addLayout(self._recent)
+        column.addStretch(2)
+        inner = QWidget()
+        inner.setLayout(column)
+        inner.setMaximumWidth(560)
+        inner.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        outer = QVBoxLayout(self)
+        outer.addWidget(inner, 1)
+        outer.setAlignment(inner, Qt.AlignmentFlag.AlignHCenter)
+
+    def set_recent(self, projects: Sequence[Path]) -> None:
+        """Offer the projects opened last."""
+        while (item := self._recent.takeAt(0)) is not None:
+            if (old := item.widget()) is not None:
+                old.deleteLater()
+        for path in projects[:SHOWN]:
+            here = partial(self.chosen.emit, path)
+            self._recent.addWidget(self._button(path.name, str(path.parent), here))
+
+    def show_progress(self, progress: Progress | None) -> None:
+        """Show how far the sample project is; None when it is over."""
+        self._bar.setVisible(progress is not None)
+        for button in self._buttons:
+            button.setEnabled(progress is None)
+        if progress is not None:
+            self._bar.setRange(0, progress.total)
+            self._bar.setValue(progress.done)
+            self._bar.setFormat(f"{progress.text} · %p %")
+
+    def _button(self, text: str, more: str, press: Callable[[], object]) -> QCommandLinkButton:
+        """A large button with a line of explanation."""
+        button = QCommandLinkButton(text, more)
+        button.setAccessibleName(f"{text}: {more}")
+        button.clicked.connect(lambda _checked: press())
+        return button

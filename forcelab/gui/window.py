@@ -1,0 +1,311 @@
+"""The window: demonstrations at the left, workspaces as tabs, menus made from the table of keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtGui import QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QDockWidget,
+    QMainWindow,
+    QMenu,
+    QStackedWidget,
+    QTabWidget,
+)
+
+from forcelab.gui import settings, theme
+from forcelab.gui.coders import CoderChoice
+from forcelab.gui.demonstrations import DemonstrationList
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label import verbs
+from forcelab.gui.label.workspace import LabelWorkspace
+from forcelab.gui.opening import Opening, sample_place
+from forcelab.gui.shortcuts import COMMANDS, bind, keys
+from forcelab.gui.welcome import Welcome
+from forcelab.gui.workspaces import WORKSPACES, coming
+
+if TYPE_CHECKING:
+    from forcelab.gui.app import Start
+
+__all__ = ["Window"]
+
+#: The layout's version: a layout of another one is not restored.
+LAYOUT = 1
+#: Milliseconds between two looks at what other windows and processes have changed, and from an
+#: edit to the new share in the list of demonstrations.
+LOOK_MS, LIST_MS = 1000, 600
+#: What one press of a zoom key makes of the visible span.
+ZOOM = 1.5
+
+
+class Window(QMainWindow):
+    """The program's one window.
+
+    Parameters
+    ----------
+    author : str
+        The coder who labels.
+    remembering : bool
+        Whether layout and recent projects are kept for the next time; not for pictures.
+    """
+
+    def __init__(self, author: str, *, remembering: bool = True) -> None:
+        super().__init__()
+        self._remembering = remembering
+        self.document = Document(author, self)
+        self.jobs = Jobs(self)
+        self.opening = Opening(self.document, self.jobs, self, remembering=remembering)
+        self.label = LabelWorkspace(self.document, self.jobs, self)
+        self.demonstrations = DemonstrationList(self.document)
+        self._welcome = Welcome()
+        self._tabs = QTabWidget()
+        self._tabs.setDocumentMode(True)
+        self._tabs.setAccessibleName(self.tr("Workspaces"))
+        for workspace in WORKSPACES:
+            page = self.label if workspace.name == "label" else coming(workspace)
+            self._tabs.addTab(page, workspace.title())
+        self._tabs.setCornerWidget(CoderChoice(self.document), Qt.Corner.TopRightCorner)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self._welcome)
+        self._stack.addWidget(self._tabs)
+        self.setCentralWidget(self._stack)
+        self._dock = QDockWidget(self.tr("Demonstrations"), self)
+        self._dock.setObjectName("demonstrations")
+        self._dock.setWidget(self.demonstrations)
+        self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
+        self.resizeDocks([self._dock], [250], Qt.Orientation.Horizontal)
+        self.commands = bind(self, self._handlers())
+        self._make_menus()
+        self.setAcceptDrops(True)
+        self._standard = self.saveState(LAYOUT)
+        self._listing = QTimer(self)
+        self._listing.setSingleShot(True)
+        self._look = QTimer(self)
+        self._connect()
+        self._project_changed()
+
+    # What the program does with the window
+
+    def begin(self, start: Start) -> None:
+        """Show what the program was started for."""
+        self.show_workspace(start.workspace)
+        project = start.project
+        if project is None and self._remembering:
+            project = next(iter(settings.recent_projects()), None)
+            if project is None and not settings.flag("window/begun"):
+                settings.put("window/begun", True)
+                self.opening.make_sample(sample_place())
+        if project is None or not self.opening.open(project, start.demonstration):
+            return
+        low, high = self.document.bounds
+        at = low if start.at is None else min(max(start.at, low), high)
+        if start.span is not None:
+            self.document.set_span(at - start.span / 2, at + start.span / 2)
+        self.document.seek(at)
+
+    def show_workspace(self, name: str) -> None:
+        """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""
+        self._tabs.setCurrentIndex([workspace.name for workspace in WORKSPACES].index(name))
+
+    def restore_layout(self) -> None:
+        """Look as when the window was last closed."""
+        if geometry := settings.data("window/geometry"):
+            self.restoreGeometry(QByteArray(geometry))
+        if state := settings.data("window/layout"):
+            self.restoreState(QByteArray(state), LAYOUT)
+        self._dock.setVisible(self.document.project is not None)
+        self.label.restore_layout()
+
+    @property
+    def settled(self) -> bool:
+        """Whether everything that was asked for is on the screen."""
+        return not self.jobs.busy and self.label.settled
+
+    # Qt
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Remember the layout and let go of everything; all labels are stored already."""
+        if self._remembering:
+            settings.put("window/geometry", bytes(self.saveGeometry().data()))
+            settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
+            self.label.remember_layout()
+        self._look.stop()
+        self._listing.stop()
+        self.label.let_go()
+        self.jobs.close()
+        self.document.close()
+        super().closeEvent(event)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take files, and folders of projects."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open a project that was dropped, or import recordings."""
+        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        folders = [path for path in paths if path.is_dir()]
+        if folders:
+            self.opening.open(folders[0])
+        elif paths:
+            self.opening.ask_import(tuple(paths))
+
+    # Inside
+
+    def _connect(self) -> None:
+        """Listen to the document and to what is pressed."""
+        document, opening = self.document, self.opening
+        document.project_changed.connect(self._project_changed)
+        document.demonstration_changed.connect(opening.remember_demonstration)
+        document.demonstration_changed.connect(self._title)
+        # So that the next key paints, and is not typed into a search field.
+        document.demonstration_changed.connect(self.label.tracks.setFocus)
+        document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
+        document.snapping_changed.connect(self._check_snapping)
+        document.said.connect(self._say)
+        self.jobs.trouble.connect(partial(self._say, trouble=True))
+        opening.sampling.connect(self._welcome.show_progress)
+        self.demonstrations.importing.connect(opening.ask_import)
+        self._welcome.opening.connect(opening.ask_open)
+        self._welcome.creating.connect(opening.ask_new)
+        self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
+        self._welcome.chosen.connect(opening.open)
+        self._listing.timeout.connect(document.refresh_info)
+        self._look.timeout.connect(document.refresh)
+        self._look.start(LOOK_MS)
+        self._check_snapping()
+
+    def _handlers(self) -> dict[str, Callable[[], object]]:
+        """What each command of the table does."""
+        document, opening, player = self.document, self.opening, self.label.player
+        handlers: dict[str, Callable[[], object]] = {
+            "new_project": opening.ask_new,
+            "open_project": opening.ask_open,
+            "import": opening.ask_import,
+            "next_demonstration": self.demonstrations.open_next,
+            "previous_demonstration": self.demonstrations.open_previous,
+            "search": self.demonstrations.focus_search,
+            "quit": self.close,
+            "full_screen": self._toggle_full_screen,
+            "zoom_in": lambda: document.zoom(1 / ZOOM, document.cursor),
+            "zoom_out": lambda: document.zoom(ZOOM, document.cursor),
+            "zoom_fit": document.fit,
+            "reset_layout": self._reset_layout,
+            "play": player.toggle,
+            "play_segment": player.play_current,
+            "slower": player.slower,
+            "faster": player.faster,
+            "normal_speed": player.normal_speed,
+            "range_in": document.mark_in,
+            "range_out": document.mark_out,
+            "undo": document.undo,
+            "redo": document.redo,
+            "snapping": lambda: document.set_snapping(not document.snapping),
+            "done": document.set_done,
+            "synchronise": self._ask_synchronise,
+            "help": self._show_help,
+            "change_keys": self._ask_keys,
+        }
+        for workspace in WORKSPACES:
+            handlers[f"workspace_{workspace.name}"] = partial(self.show_workspace, workspace.name)
+        choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
+        for choice in choices:
+            handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
+        return handlers | verbs.handlers(document, self.label.tracks, self)
+
+    def _make_menus(self) -> None:
+        """Menus in the order of the table; in View also the panels and the themes."""
+        menus: dict[str, QMenu] = {}
+        for command in COMMANDS:
+            if command.id not in self.commands:
+                continue
+            if command.group not in menus:
+                menus[command.group] = self.menuBar().addMenu(command.shown_group)
+            if not command.id.startswith("theme_"):
+                menus[command.group].addAction(self.commands[command.id])
+        view = menus["View"]
+        view.addSeparator()
+        panels = view.addMenu(self.tr("Panels"))
+        panels.addAction(self._dock.toggleViewAction())
+        panels.addActions(list(self.label.toggles.values()))
+        look = view.addMenu(self.tr("Theme"))
+        group = QActionGroup(self)
+        chosen = settings.text("window/theme", "system")
+        for choice in ("light", "dark", "system"):
+            action = group.addAction(self.commands[f"theme_{choice}"])
+            action.setCheckable(True)
+            action.setChecked(choice == chosen)
+            look.addAction(action)
+
+    def _project_changed(self) -> None:
+        """Show the project, or how to open one."""
+        there = self.document.project is not None
+        self._stack.setCurrentIndex(1 if there else 0)
+        self._dock.setVisible(there)
+        self._welcome.set_recent(settings.recent_projects())
+        self._title()
+
+    def _title(self) -> None:
+        """Name what is open in the window's title."""
+        project, demonstration = self.document.project, self.document.demonstration
+        parts = [demonstration.name] if demonstration is not None else []
+        parts += [project.path.name] if project is not None else []
+        self.setWindowTitle(" · ".join([*parts, "forcelab"]))
+
+    def _say(self, sentence: str, trouble: bool = False) -> None:
+        """Say a sentence in the status line; one about trouble stays longer."""
+        bar = self.statusBar()
+        colour = theme.colours().trouble if trouble else theme.colours().text
+        bar.setStyleSheet(f"QStatusBar {{ color: {colour}; }}")
+        bar.showMessage(sentence, 15_000 if trouble else 6_000)
+
+    def _check_snapping(self) -> None:
+        """Show in the menu whether snapping is on."""
+        self.commands["snapping"].setCheckable(True)
+        self.commands["snapping"].setChecked(self.document.snapping)
+
+    def _set_theme(self, choice: theme.Choice) -> None:
+        """Put on another theme and remember it."""
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        theme.apply(application, choice)
+        settings.put("window/theme", choice)
+        self.commands[f"theme_{choice}"].setChecked(True)
+
+    def _reset_layout(self) -> None:
+        """Put every panel back."""
+        self.restoreState(self._standard, LAYOUT)
+        self._dock.setVisible(self.document.project is not None)
+        self.label.reset_layout()
+
+    def _toggle_full_screen(self) -> None:
+        """Fill the screen, or no longer."""
+        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+
+    def _ask_synchronise(self) -> None:
+        """Let the user synchronise video and forces."""
+        from forcelab.gui.label.synchronising import SynchroniseDialog
+
+        demonstration = self.document.demonstration
+        if demonstration is None or demonstration.video is None:
+            self._say(self.tr("There is no video to synchronise here."), True)
+            return
+        SynchroniseDialog(self.document, self.jobs, self).show()
+
+    def _ask_keys(self) -> None:
+        """Let the user change keys."""
+        from forcelab.gui.keys import KeysDialog
+
+        KeysDialog(self.document, keys(), self).exec()
+
+    def _show_help(self) -> None:
+        """Show the page of keys and gestures."""
+        from forcelab.gui.help import HelpPage
+
+        HelpPage(self.document, keys(), self).exec()

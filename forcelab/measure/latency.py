@@ -1,0 +1,218 @@
+"""How long something keeps a person waiting: one row for each thing measured, in one form.
+
+A row holds every sample. What is told of it are quantiles, since what a person notices of a window
+is not the mean but the slow ones.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.measure.timing import machine
+from forcelab.versions import versions
+
+__all__ = ["Bound", "Latencies", "Latency", "load", "refused"]
+
+Statistic = Literal["median", "p95", "p99", "worst"]
+
+QUANTILES: dict[Statistic, float] = {"median": 0.5, "p95": 0.95, "p99": 0.99, "worst": 1.0}
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What a row has to keep.
+
+    Parameters
+    ----------
+    statistic : "median", "p95", "p99" or "worst"
+        Of the samples.
+    seconds : float
+        It must be less.
+    """
+
+    statistic: Statistic
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"{self.statistic} < {1000 * self.seconds:g}"
+
+
+@dataclass(frozen=True)
+class Latency:
+    """How long one thing took, each time that it was done.
+
+    Parameters
+    ----------
+    name : str
+        What was done, such as ``"zoom and pan"``.
+    setting : str
+        On what, such as ``"6 x 1e7 samples, 1 s visible"``.
+    samples : sequence of float
+        Seconds, one for each time; not negative. Empty only with a `refusal`.
+    bound : Bound, optional
+        What it has to keep.
+    wrong : int, optional
+        How often the result was wrong, of ``len(samples)``; None where nothing can be wrong. With a
+        bound, none may be.
+    alternative : str
+        What it is compared with: the `name` of a row of the same setting, measured in the same run;
+        empty for none.
+    refusal : str
+        Why there are no samples; empty where there are.
+
+    Raises
+    ------
+    InputError
+        If a sample is not finite or negative, or a row has neither samples nor a refusal, or both.
+    """
+
+    name: str
+    setting: str
+    samples: tuple[float, ...] = ()
+    bound: Bound | None = None
+    wrong: int | None = None
+    alternative: str = ""
+    refusal: str = ""
+
+    def __post_init__(self) -> None:
+        samples = tuple(float(sample) for sample in self.samples)
+        object.__setattr__(self, "samples", samples)
+        sound = all(math.isfinite(sample) and sample >= 0 for sample in samples)
+        if not sound or bool(samples) == bool(self.refusal):
+            raise InputError(
+                f"'{self.name}, {self.setting}' needs samples, finite and not negative, or a "
+                f"refusal; it has {len(samples)} and '{self.refusal}'."
+            )
+
+    def at(self, statistic: Statistic) -> float:
+        """A quantile of the samples in seconds, between two samples where it lies there."""
+        return float(np.quantile(self.samples, QUANTILES[statistic]))
+
+    @property
+    def kept(self) -> bool | None:
+        """Whether the bound is kept; None where there is none, or nothing was measured."""
+        if self.bound is None or self.refusal:
+            return None
+        return self.at(self.bound.statistic) < self.bound.seconds and not self.wrong
+
+
+@dataclass(frozen=True)
+class Latencies:
+    """All rows of one measurement.
+
+    Parameters
+    ----------
+    title : str
+        What was measured, and how.
+    rows : tuple of Latency
+        In the order in which they are shown.
+    loads : tuple of float
+        The machine's load (see :func:`load`) before and after.
+    remarks : tuple of str
+        Sentences that belong below the table.
+    """
+
+    title: str
+    rows: tuple[Latency, ...]
+    loads: tuple[float, ...] = ()
+    remarks: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not self.rows:
+            raise InputError(f"'{self.title}' has no row; measure at least one thing.")
+
+    @property
+    def missed(self) -> tuple[Latency, ...]:
+        """The rows that do not keep their bound."""
+        return tuple(row for row in self.rows if row.kept is False)
+
+    def ratio(self, row: Latency) -> float | None:
+        """How many times as long the row's alternative takes: the ratio of their medians.
+
+        None where there is no alternative, it has no samples, or the row took no time at all.
+        """
+        for other in self.rows:
+            if (other.name, other.setting) == (row.alternative, row.setting):
+                if other.samples and row.samples and row.at("median") > 0:
+                    return other.at("median") / row.at("median")
+                return None
+        return None
+
+    def cells(self) -> list[list[str]]:
+        """Header and rows as text; times in ms."""
+        header = ["what", "on", "times", *QUANTILES, "wrong", "bound", "kept", "alternative takes"]
+        return [header, *(self._cells(row) for row in self.rows)]
+
+    def to_json(self) -> dict[str, Any]:
+        """All rows, the machine and the versions as plain values; times in seconds."""
+        return {
+            "title": self.title,
+            "unit": "s",
+            "machine": machine(),
+            "load": list(self.loads),
+            "versions": versions(),
+            "remarks": list(self.remarks),
+            "rows": [self._plain(row) for row in self.rows],
+        }
+
+    def _cells(self, row: Latency) -> list[str]:
+        """A row as text."""
+        if row.refusal:
+            return [row.name, row.setting, "refused", *("" for _ in range(8))]
+        kept = {True: "yes", False: "NO", None: ""}[row.kept]
+        return [
+            row.name,
+            row.setting,
+            str(len(row.samples)),
+            *(_milliseconds(row.at(statistic)) for statistic in QUANTILES),
+            "" if row.wrong is None else str(row.wrong),
+            "" if row.bound is None else str(row.bound),
+            kept,
+            _times(self.ratio(row), row.alternative),
+        ]
+
+    def _plain(self, row: Latency) -> dict[str, Any]:
+        """A row as plain values."""
+        plain: dict[str, Any] = {"name": row.name, "setting": row.setting}
+        if row.refusal:
+            return {**plain, "refusal": row.refusal}
+        plain |= {statistic: row.at(statistic) for statistic in QUANTILES}
+        if row.wrong is not None:
+            plain["wrong"] = row.wrong
+        if row.bound is not None:
+            plain["bound"] = {"statistic": row.bound.statistic, "seconds": row.bound.seconds}
+            plain["kept"] = row.kept
+        if row.alternative:
+            plain["alternative"] = {"name": row.alternative, "ratio": self.ratio(row)}
+        return {**plain, "samples": list(row.samples)}
+
+
+def load() -> float:
+    """How many processes wanted a core on average over the last minute; NaN is never given.
+
+    The number of cores is the most that leaves times undisturbed. Windows does not tell: 0 there.
+    """
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+
+
+def _milliseconds(seconds: float) -> str:
+    """Milliseconds with three digits."""
+    value = 1000 * seconds
+    return f"{value:.0f}" if value >= 100 else f"{value:#.3g}"
+
+
+def _times(ratio: float | None, name: str) -> str:
+    """How many times as long an alternative takes."""
+    return "" if ratio is None else f"{ratio:.3g} x ({name})"
+
+
+def refused(names: Sequence[str], setting: str, refusal: str) -> tuple[Latency, ...]:
+    """Rows of things that could not be measured, all for one reason."""
+    return tuple(Latency(name, setting, refusal=refusal) for name in names)

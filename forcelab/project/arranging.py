@@ -1,0 +1,78 @@
+"""What is put right about a stored demonstration: its name, its video and the video's clock."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from pathlib import Path
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.project import files
+from forcelab.project.database import Database
+from forcelab.project.loading import DEMONSTRATIONS, row_of
+
+__all__ = ["attach_video", "rename", "set_video_clock"]
+
+
+def rename(database: Database, id_: str, name: str) -> None:
+    """Give a demonstration another name, which no other one of its task has."""
+    name = name.strip()
+    if not name:
+        raise InputError("A demonstration needs a name.")
+    with database.writing():
+        row = row_of(database, id_)
+        if database.one(
+            "SELECT 1 FROM demonstration WHERE task = ? AND name = ? AND id <> ?",
+            row["task"],
+            name,
+            id_,
+        ):
+            raise InputError(
+                f"'{row['name']}' was not renamed, as another demonstration of task "
+                f"'{row['task']}' is called '{name}'; choose another name."
+            )
+        database.execute("UPDATE demonstration SET name = ? WHERE id = ?", name, id_)
+
+
+def set_video_clock(database: Database, id_: str, clock: ClockMap) -> None:
+    """Say how the video's clock maps onto the force clock."""
+    with database.writing():
+        row = row_of(database, id_)
+        if row["video"] is None:
+            raise InputError(
+                f"'{row['name']}' has no video whose clock could be set; attach one first."
+            )
+        _write(database, id_, row["video"], clock)
+
+
+def attach_video(database: Database, id_: str, path: Path, clock: ClockMap) -> None:
+    """Copy a video into the project, in place of the one that the demonstration has."""
+    row = row_of(database, id_)
+    root = database.folder / DEMONSTRATIONS
+    home = root / id_
+    database.refuse_read_only()
+    with (
+        files.told(f"The video was not attached to '{row['name']}'"),
+        files.staging(root) as staged,
+    ):
+        video = files.copy_named(path, staged, "video-").name
+        with database.writing():
+            old: sqlite3.Row = row_of(database, id_)
+            home.mkdir(exist_ok=True)
+            files.move_into(home, staged)  # under the name of its content: over nothing else
+            _write(database, id_, video, clock)
+    if old["video"] not in (None, video):
+        with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
+            (home / old["video"]).unlink(missing_ok=True)
+
+
+def _write(database: Database, id_: str, video: str, clock: ClockMap) -> None:
+    """Write the columns of the video."""
+    database.execute(
+        "UPDATE demonstration SET video = ?, video_offset = ?, video_rate = ? WHERE id = ?",
+        video,
+        float(clock.offset),
+        float(clock.rate),
+        id_,
+    )

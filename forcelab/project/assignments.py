@@ -1,0 +1,139 @@
+"""Who is to label what, blind or not, and what is done: append-only, as the edits are.
+
+An assignment follows from its events, the latest of which counts. So it stays known when a coder
+who saw the others' labels, because the assignment was done or open, labels on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from datetime import datetime
+
+from forcelab.errors import InputError
+from forcelab.labels import Track, is_model
+from forcelab.project.database import Database
+from forcelab.project.loading import known_ids, row_of
+from forcelab.project.records import Assignment, AssignmentEvent, AssignmentKind, utc_now
+
+__all__ = ["Assignments"]
+
+_Key = tuple[str, str]
+
+
+class Assignments:
+    """All assignments of a project, each method as of :class:`Project`."""
+
+    def __init__(self, database: Database) -> None:
+        self._db = database
+
+    def events(self) -> tuple[AssignmentEvent, ...]:
+        """Everything that ever happened to assignments, the first event first."""
+        return self._events("")
+
+    def all(self, author: str | None) -> tuple[Assignment, ...]:
+        """The assignments that stand, in the order in which they were made."""
+        events = self._events("") if author is None else self._events("author = ?", author)
+        return tuple(_standing(events).values())
+
+    def is_blind(self, demonstration: str, author: str) -> bool:
+        """Whether the others' labels are hidden from a coder now."""
+        one = self._one(demonstration, author)
+        return one is not None and one.blind and one.done is None
+
+    def assign(self, demonstration: str, author: str, blind: bool) -> Assignment:
+        """Assign a demonstration to a coder, or change whether that is blind."""
+        Track(author)  # refuses an author without a name
+        with self._db.writing():
+            row_of(self._db, demonstration)
+            known = self._db.one("SELECT kind FROM author WHERE name = ?", author)
+            if is_model(author) or (known is not None and known["kind"] == "model"):
+                raise InputError(f"'{author}' is a model; only coders are assigned to label.")
+            one = self._one(demonstration, author)
+            if one is None or one.blind != blind:
+                self._write(demonstration, author, "blind" if blind else "open")
+            return self._standing_one(demonstration, author)
+
+    def set_done(self, demonstration: str, author: str, done: bool) -> Assignment:
+        """Mark an assignment as done, or open it again."""
+        with self._db.writing():
+            one = self._standing_one(demonstration, author)
+            if (one.done is not None) != done:
+                self._write(demonstration, author, "done" if done else "reopened")
+            return self._standing_one(demonstration, author)
+
+    def unassign(self, demonstration: str, author: str) -> None:
+        """Take an assignment back."""
+        with self._db.writing():
+            self._standing_one(demonstration, author)
+            self._write(demonstration, author, "removed")
+
+    def replay(self, events: Iterable[AssignmentEvent]) -> None:
+        """Let events happen again as they did, with their times."""
+        events = tuple(events)
+        with self._db.writing():
+            if missing := {event.demonstration for event in events} - known_ids(self._db):
+                raise InputError(
+                    f"There is no demonstration '{min(missing)}' in '{self._db.folder}'."
+                )
+            _standing(events)
+            for event in events:
+                Track(event.author)
+                self._write(event.demonstration, event.author, event.kind, event.time)
+
+    def _standing_one(self, demonstration: str, author: str) -> Assignment:
+        """An assignment that must be there."""
+        row = row_of(self._db, demonstration)
+        one = self._one(demonstration, author)
+        if one is None:
+            raise InputError(f"'{row['name']}' is not assigned to '{author}'; assign it first.")
+        return one
+
+    def _one(self, demonstration: str, author: str) -> Assignment | None:
+        """An assignment, if it stands."""
+        events = self._events("demonstration = ? AND author = ?", demonstration, author)
+        return _standing(events).get((demonstration, author))
+
+    def _events(self, where: str, *values: str) -> tuple[AssignmentEvent, ...]:
+        """The events of some assignments."""
+        condition = f"WHERE {where}" if where else ""
+        return tuple(
+            AssignmentEvent(
+                demonstration=row["demonstration"],
+                author=row["author"],
+                kind=row["kind"],
+                time=datetime.fromisoformat(row["time"]),
+            )
+            for row in self._db.all(f"SELECT * FROM assignment {condition} ORDER BY id", *values)
+        )
+
+    def _write(
+        self, demonstration: str, author: str, kind: AssignmentKind, time: datetime | None = None
+    ) -> None:
+        """Write an event down."""
+        self._db.execute(
+            "INSERT INTO assignment (demonstration, author, kind, time) VALUES (?, ?, ?, ?)",
+            demonstration,
+            author,
+            kind,
+            (time or utc_now()).isoformat(),
+        )
+
+
+def _standing(events: Iterable[AssignmentEvent]) -> dict[_Key, Assignment]:
+    """What the events lead to."""
+    found: dict[_Key, Assignment] = {}
+    for event in events:
+        key = (event.demonstration, event.author)
+        one = found.get(key)
+        if event.kind in ("blind", "open"):
+            blind = event.kind == "blind"
+            new = Assignment(event.demonstration, event.author, blind, event.time)
+            found[key] = new if one is None else replace(one, blind=blind)
+        elif one is None:
+            raise InputError(f"What was never assigned to '{event.author}' cannot be {event.kind}.")
+        elif event.kind == "removed":
+            del found[key]
+        else:
+            found[key] = replace(one, done=event.time if event.kind == "done" else None)
+    return found

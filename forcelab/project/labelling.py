@@ -1,0 +1,190 @@
+"""One coder at work on one demonstration: each verb is one edit, stored when it returns.
+
+The window's edits go through here, and a script's may as well; the line of history that people
+read is written here, so that it is the same for both.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Segments
+from forcelab.painting import (
+    SLIVER,
+    erase,
+    fill_gaps,
+    merge,
+    move_edge,
+    move_segment,
+    paint,
+    relabel,
+    splice,
+    split,
+)
+from forcelab.project.records import Edit
+from forcelab.project.store import Project
+
+__all__ = ["Labelling", "said"]
+
+
+def said(segment: Segment) -> str:
+    """A segment in a line of history, such as ``grab 1.250-1.730 s``."""
+    return f"{segment.action} {_stretch(segment.start, segment.end)}"
+
+
+class Labelling:
+    """A coder's track over one demonstration, and the verbs that change it.
+
+    Every verb gives the edit that it made, or None where there was nothing to change.
+
+    Parameters
+    ----------
+    project : Project
+        Where the track is stored.
+    demonstration : str
+        The demonstration's id.
+    author : str
+        The coder; a model's name is refused by the first edit.
+
+    Attributes
+    ----------
+    segments : tuple of Segment
+        The track as it was when it was last read or changed here.
+
+    Raises
+    ------
+    InputError
+        Every verb: as of the function of :mod:`forcelab.painting` that bears its name, and of
+        :meth:`Project.edit`; nothing was written then.
+    StaleTrackError
+        Every verb: if another window or process changed the track; :meth:`refresh` and repeat.
+    """
+
+    def __init__(self, project: Project, demonstration: str, author: str) -> None:
+        self.project = project
+        self.demonstration = demonstration
+        self.author = author
+        self.segments: Segments = ()
+        self.refresh()
+
+    def refresh(self) -> bool:
+        """Read the track again; gives whether it had changed."""
+        before = self.segments
+        self.segments = self.project.track(self.demonstration, self.author).segments
+        return self.segments is not before and self.segments != before
+
+    def history(self) -> tuple[Edit, ...]:
+        """Every edit of the track, the first one first."""
+        return self.project.history(self.demonstration, self.author)
+
+    def paint(self, start: float, end: float, action: str) -> Edit | None:
+        """Paint an action over ``[start, end)``, in seconds."""
+        after = paint(self.segments, start, end, action)
+        return self._store(after, f"{action} {_stretch(start, end)} painted")
+
+    def erase(self, start: float, end: float) -> Edit | None:
+        """Make ``[start, end)`` unlabelled."""
+        after = erase(self.segments, start, end)
+        return self._store(after, f"{_stretch(start, end)} made unlabelled")
+
+    def move_edge(self, index: int, edge: Literal["start", "end"], time: float) -> Edit | None:
+        """Move the start or the end of a segment, and of a neighbour that shares it."""
+        after = move_edge(self.segments, index, edge, time)
+        return self._store(after, f"{edge} of {said(self.segments[index])} moved to {time:.3f}")
+
+    def move_segment(self, index: int, start: float) -> Edit | None:
+        """Move a segment to another start; what lies there is painted over."""
+        after = move_segment(self.segments, index, start)
+        return self._store(after, f"{said(self.segments[index])} moved to {start:.3f}")
+
+    def split(self, time: float) -> Edit | None:
+        """Cut the segment at `time` into two."""
+        after = split(self.segments, time)
+        _, (old, *_), _ = splice(self.segments, after)
+        return self._store(after, f"{said(old)} split at {time:.3f}")
+
+    def merge(self, first: int, last: int, action: str | None = None) -> Edit | None:
+        """Make one segment of the run from `first` to `last`; `action`, or that of the first."""
+        after = merge(self.segments, first, last, action)
+        whole = after[first]
+        return self._store(after, f"{last - first + 1} segments merged into {said(whole)}")
+
+    def relabel(self, index: int, action: str) -> Edit | None:
+        """Give a segment another action."""
+        after = relabel(self.segments, index, action)
+        return self._store(after, f"{said(self.segments[index])} is now {action}")
+
+    def delete(self, index: int) -> Edit | None:
+        """Take a segment away; its time becomes unlabelled."""
+        if not 0 <= index < len(self.segments):
+            raise InputError(f"There is no segment {index}; the track has {len(self.segments)}.")
+        after = self.segments[:index] + self.segments[index + 1 :]
+        return self._store(after, f"{said(self.segments[index])} deleted")
+
+    def fill_gaps(
+        self, longest: float, action: str | None = None, within: tuple[float, float] | None = None
+    ) -> Edit | None:
+        """Fill unlabelled stretches of at most `longest` s between two segments.
+
+        Parameters
+        ----------
+        longest : float
+            In seconds.
+        action : str, optional
+            What they are filled with; by default both neighbours grow to the middle.
+        within : tuple of float, optional
+            Only between segments that overlap or touch this stretch, in seconds.
+        """
+        low, high = (float("-inf"), float("inf")) if within is None else within
+        inside = [i for i, s in enumerate(self.segments) if s.end >= low and s.start <= high]
+        if not inside:
+            return None
+        first, last = inside[0], inside[-1] + 1
+        filled = fill_gaps(self.segments[first:last], longest, action)
+        after = self.segments[:first] + filled + self.segments[last:]
+        with_what = f" with {action}" if action else ""
+        return self._store(after, f"gaps up to {longest:g} s filled{with_what}")
+
+    def copy_from(self, author: str, start: float, end: float) -> Edit | None:
+        """Make ``[start, end)`` of the track what another author's is there.
+
+        Segments of the other track that reach over a bound are cut at it; what is unlabelled there
+        becomes unlabelled here.
+        """
+        other = self.project.track(self.demonstration, author).segments
+        after = erase(self.segments, start, end)
+        for segment in other:
+            left, right = max(segment.start, start), min(segment.end, end)
+            if right - left > SLIVER:
+                # Placed, not painted: touching segments of one action stay as many as they were.
+                after = (*after, Segment(left, right, segment.action))
+        what = f"{_stretch(start, end)} copied from {author}"
+        return self._store(tuple(sorted(after)), what)
+
+    def undo(self) -> Edit | None:
+        """Take back the latest edit that was not taken back yet; reaches back past restarts."""
+        return self._reverted(self.project.undo(self.demonstration, self.author))
+
+    def redo(self) -> Edit | None:
+        """Take back the latest undo, unless another edit came after it."""
+        return self._reverted(self.project.redo(self.demonstration, self.author))
+
+    def _store(self, after: Segments, what: str) -> Edit | None:
+        """Write the edit; only then is the track here the new one."""
+        if after == self.segments:
+            return None
+        edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
+        self.segments = after
+        return edit
+
+    def _reverted(self, edit: Edit | None) -> Edit | None:
+        """Follow an undo or a redo."""
+        if edit is not None:
+            self.refresh()
+        return edit
+
+
+def _stretch(start: float, end: float) -> str:
+    """A stretch of time in a line of history."""
+    return f"{start:.3f}-{end:.3f} s"

@@ -1,0 +1,219 @@
+"""The envelope of a channel: the least and the greatest sample of every column of the screen.
+
+A curve of more samples than the screen has columns is drawn as one upright line a column, from the
+least to the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms.
+A pyramid of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a
+cost that does not depend on how many samples it holds:
+
+* level by level, a column holds a run of whole blocks; what sticks out of the next level's run is
+  fewer blocks at either end than one block of that level is made of, so that those few at either
+  end are looked at and no more;
+* at the coarsest level of which a column still holds four blocks, all of its run is looked at.
+
+Below 64 samples a column, its extremes are exactly those of its samples. From there on, the blocks
+of 16 samples at its two ends are taken whole: every sample of the column is in its extremes, and at
+either end fewer than 16 of its neighbours may be, less than a quarter of a mean column and of less
+than a column's width in time. Where they would be further off, as across a gap, the column is
+looked at sample by sample. The pyramid takes 2/16 + 2/64 + ... = 1/6 of the memory of its channel.
+
+Between the samples a curve is a straight line. With the line's values at the edges of the columns
+the same upright lines join up to the curve, however few samples there are; across a gap in the
+stamps and across a missing sample there is no line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.jobs import Progress
+from forcelab.signals.columns import CHUNK, FACTOR, SIZES, UNIT, Columns
+
+__all__ = ["Envelope", "Extremes", "read_envelopes"]
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Extremes:
+    """The least and the greatest sample of each of k columns.
+
+    Parameters
+    ----------
+    low, high : ndarray of float64, shape (k,)
+        In the channel's unit; NaN where a column holds no sample or only missing ones.
+    """
+
+    low: Real
+    high: Real
+
+
+class Envelope:
+    """One channel and the pyramid of its extremes, which :func:`read_envelopes` fills.
+
+    What was read already can be drawn while the rest is read: a reader in another thread raises
+    :attr:`filled` after the extremes are there.
+
+    Parameters
+    ----------
+    signals : ndarray of float64, shape (n, c)
+        All channels, perhaps mapped into memory; NaN or infinity marks a missing sample.
+    column : int
+        Which of them.
+
+    Attributes
+    ----------
+    filled : int
+        The pyramid holds the samples before this one.
+    """
+
+    def __init__(self, signals: Real, column: int) -> None:
+        signals = np.asarray(signals)  # no memmap, which is slow to index; nothing is copied
+        self.values: Real = signals[:, column]
+        self._width = signals.shape[1]
+        self._flat: Real = signals.reshape(-1)[column:]
+        self.filled = 0
+        # For each level the least sample and the negative of the greatest, shape (blocks, 2): two
+        # least values, found in one go. Made by the first read, in its thread: that takes time.
+        self._levels: list[Real] = []
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the pyramid."""
+        return sum(level.nbytes for level in self._levels)
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Least and greatest sample of what was read; None where there is none."""
+        if self.filled == 0:
+            return None
+        low, high = self._levels[-1].min(axis=0).tolist()
+        return (low, -high) if low <= -high else None
+
+    def read(self, start: int) -> None:
+        """Read the chunk that starts at sample `start`, a multiple of :data:`CHUNK`."""
+        if not self._levels:
+            # One block more at the end: a run may end behind the last block.
+            counts = [-(-len(self.values) // size) + 1 for size in SIZES]
+            self._levels = [np.full((count, 2), np.inf) for count in counts]
+        values = self.values[start : start + CHUNK]
+        padded = np.full(-(-len(values) // UNIT) * UNIT, np.nan)
+        padded[: len(values)] = values
+        low, high = _present(padded)
+        lowest = _coarser(np.stack([low, -high], axis=1), UNIT)
+        for level, size in zip(self._levels, SIZES, strict=True):
+            level[start // size : start // size + len(lowest)] = lowest
+            lowest = _coarser(lowest, FACTOR)
+
+    def extremes(self, columns: Columns) -> Extremes:
+        """The least and the greatest sample of each column.
+
+        Parameters
+        ----------
+        columns : Columns
+            Of the same demonstration. Where they need a pyramid, samples that were not read yet
+            are left out.
+        """
+        low, high = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
+        if columns.pyramid:
+            self._from_pyramid(columns.up_to(self.filled), low, high)
+        elif len(columns.full):
+            starts = columns.firsts[columns.full]
+            first = starts[0]
+            lows, highs = _present(np.array(self.values[first : columns.lasts[-1]]))
+            low[columns.full] = np.minimum.reduceat(lows, starts - first)
+            high[columns.full] = np.maximum.reduceat(highs, starts - first)
+        empty = low > high
+        low[empty] = high[empty] = np.nan
+        return Extremes(low, high)
+
+    def drawn(self, columns: Columns) -> Extremes:
+        """The least and the greatest value of the curve in each column.
+
+        As of :meth:`extremes`, with the values of the line through the samples at the edges.
+        """
+        found = self.extremes(columns)
+        which, after, share = columns.crossings
+        if columns.pyramid:
+            read = np.searchsorted(after, self.filled)
+            which, after, share = which[:read], after[:read], share[:read]
+        left, right = (self._flat.take(i * self._width) for i in (after - 1, after))
+        met = np.full(len(columns) + 1, np.nan)
+        with np.errstate(invalid="ignore", over="ignore"):
+            value = left * (1.0 - share) + right * share
+        met[which] = np.where(np.isfinite(value), value, np.nan)
+        return Extremes(
+            np.fmin(found.low, np.fmin(met[:-1], met[1:])),
+            np.fmax(found.high, np.fmax(met[:-1], met[1:])),
+        )
+
+    def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
+        """Find extremes by the pyramid."""
+        if not len(columns.full):
+            return
+        strict = columns.strict
+        if len(strict.which):
+            least, greatest = _present(self._flat.take(strict.blocks * self._width))
+            low[strict.which], high[strict.which] = least.min(axis=0), greatest.max(axis=0)
+        for ends, level in zip(columns.ends, self._levels, strict=False):
+            _lower(low, high, ends.which, level.take(ends.blocks, axis=0).min(axis=0))
+        which, bounds = columns.run
+        if len(which):
+            level = self._levels[columns.top][bounds[0] : bounds[-1] + 1]
+            found = np.minimum.reduceat(level.T.copy(), bounds - bounds[0], axis=1)[:, ::2]
+            _lower(low, high, which, found.T)
+
+
+def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, None]:
+    """Fill the pyramids of some channels of one demonstration, passing over its samples once.
+
+    A step is one chunk of one channel, some milliseconds in which numpy lets other threads run.
+
+    Parameters
+    ----------
+    envelopes : sequence of Envelope
+        Each goes on where it stopped before.
+    """
+    envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
+    if not envelopes:
+        return
+    n = len(envelopes[0])
+    for start in range(min(envelope.filled for envelope in envelopes), n, CHUNK):
+        for envelope in envelopes:
+            if envelope.filled <= start:
+                envelope.read(start)
+                envelope.filled = min(start + CHUNK, n)
+                yield Progress(envelope.filled, n, "reading the channels")
+
+
+def _present(values: Real) -> tuple[Real, Real]:
+    """The values for the search of the least and of the greatest: missing ones are never found."""
+    missing = ~np.isfinite(values)
+    if not missing.any():
+        return values, values
+    return np.where(missing, np.inf, values), np.where(missing, -np.inf, values)
+
+
+def _lower(low: Real, high: Real, which: Whole, lowest: Real) -> None:
+    """Widen some of the extremes to those of a level, shape (m, 2)."""
+    low[which] = np.minimum(low[which], lowest[:, 0])
+    high[which] = np.maximum(high[which], -lowest[:, 1])
+
+
+def _coarser(values: Real, width: int) -> Real:
+    """The least of each `width` neighbours, shape (n, 2); the last may have fewer."""
+    if len(values) % width:
+        rest = np.broadcast_to(values[-1], (-len(values) % width, 2))
+        values = np.concatenate([values, rest])
+    parts = values.reshape(-1, width, 2)
+    found = parts[:, 0].copy()
+    for i in range(1, width):  # many times faster than a reduction along a short axis
+        np.minimum(found, parts[:, i], out=found)
+    return found

@@ -1,0 +1,183 @@
+"""Rows of a scalogram from the band of frequencies that each scale answers to.
+
+A scale `a` answers to a band of about ``12 / a`` radians a sample only. So the band alone is cut
+from the signal's spectrum and brought back to time by a short transform: a few points every `a`
+samples instead of one every sample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["TOLERANCE", "Columns", "band", "band_rows", "reach"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+#: Wavelets and filters are cut where they have fallen to this share of their peak.
+TOLERANCE = 1e-6
+#: Half-width of a Gaussian of unit deviation at that share.
+_CUT = math.sqrt(2 * math.log(1 / TOLERANCE))
+#: Samples over which the last value leads to the first.
+_RAMP = 64
+#: A column with so many independent points needs no more.
+_MANY = 24
+#: Points for each independent one where a row is read between its points.
+_FINE = 4
+
+
+class Columns:
+    """Columns of the screen on the grid.
+
+    Parameters
+    ----------
+    first : float
+        Left edge of the first, in samples of the grid.
+    width : float
+        Samples a column.
+    count : int
+        How many.
+    """
+
+    def __init__(self, first: float, width: float, count: int) -> None:
+        self.first, self.width, self.count = first, width, count
+
+    @property
+    def last(self) -> float:
+        """Right edge of the last one."""
+        return self.first + self.width * self.count
+
+    def edges(self) -> Real:
+        """Edges in samples, shape (count + 1,)."""
+        return np.asarray(self.first + self.width * np.arange(self.count + 1), dtype=np.float64)
+
+    def centres(self) -> NDArray[np.int64]:
+        """The sample in the middle of each column, shape (count,)."""
+        return np.floor(self.first + self.width * (np.arange(self.count) + 0.5) + 1e-9).astype(
+            np.int64
+        )
+
+
+def reach(scale: float) -> int:
+    """Samples on either side that a coefficient rests on, to within the tolerance."""
+    return math.ceil(_CUT * scale) + 1
+
+
+def band(wavelet: Morlet) -> tuple[float, float]:
+    """The angular frequencies times scale between which the wavelet's spectrum lies."""
+    # The term that makes the mean zero lies around zero, and is small beyond p of about 5.
+    rest = max(0.0, _CUT**2 - wavelet.p**2)
+    return min(wavelet.p - _CUT, -math.sqrt(rest)), wavelet.p + _CUT
+
+
+def _spectrum(values: Real) -> tuple[Complex, int]:
+    """Spectrum of the samples on a ring, the last value leading smoothly to the first."""
+    n = len(values)
+    length = fft.next_fast_len(n + _RAMP, real=True)
+    place = (np.arange(length - n) - 0.5 * (length - n - 1)) / _RAMP
+    share = 0.5 + 0.5 * np.cos(np.pi * np.clip(0.5 + place, 0.0, 1.0))
+    ring = np.empty(length)
+    ring[:n] = values
+    ring[n:] = share * values[-1] + (1 - share) * values[0]
+    return fft.rfft(ring, overwrite_x=True), length
+
+
+def band_rows(
+    values: Real,
+    origin: int,
+    step: int,
+    *,
+    scales: Real,
+    wavelet: Morlet,
+    columns: Columns,
+    phase: bool,
+) -> Iterator[Complex | Real]:
+    """Compute rows from one piece of the signal.
+
+    Parameters
+    ----------
+    values : ndarray of float64, shape (n,)
+        Every `step`-th sample, the columns and the reach of the widest scale on either side.
+    origin : int
+        Place of ``values[0]`` on the grid, in samples.
+    step : int
+        Samples of the grid between two of `values`; what lies above their Nyquist frequency has
+        been filtered out.
+    scales : ndarray, shape (k,)
+        In samples of the grid.
+    wavelet : Morlet
+    columns : Columns
+    phase : bool
+        Whether to give coefficients at the columns' centre samples instead of mean powers.
+
+    Yields
+    ------
+    ndarray, shape (columns.count,)
+        Row by row: float64, the mean of ``|W|^2``, or complex128, ``W``.
+    """
+    spectrum, length = _spectrum(values)
+    low, high = band(wavelet)
+    for scale in scales:
+        widest = 2 * np.pi * scale / (high - low) / step  # between points that tell all, in steps
+        fine = phase or columns.width < _MANY * widest * step
+        between = max(1.0, widest / _FINE if fine else widest)
+        unit = 2 * np.pi / length / step
+        k = np.arange(
+            max(int(np.ceil(low / scale / unit)), -(length // 2) + 1),
+            min(int(np.floor(high / scale / unit)), length // 2) + 1,
+        )
+        part = np.empty(len(k), dtype=np.complex128)
+        below = int(np.searchsorted(k, 0))
+        part[:below] = np.conj(spectrum[-k[:below]])
+        part[below:] = spectrum[k[below] : k[-1] + 1] if below < len(k) else 0.0
+        part *= math.sqrt(scale) * wavelet.spectrum(scale * unit * k).real
+        if length % 2 == 0 and len(k) and k[-1] == length // 2:
+            part[-1] *= 0.5  # this bin stands for both signs of its frequency
+        count = min(length, fft.next_fast_len(max(int(np.ceil(length / between)), len(k), 1)))
+        middle = round(wavelet.p / scale / unit)
+        middle = min(max(middle, int(k[0])), int(k[-1])) if len(k) else 0
+        around = np.zeros(count, dtype=np.complex128)
+        upper = int(np.searchsorted(k, middle))
+        around[: len(k) - upper] = part[upper:]
+        around[count - upper :] = part[:upper]
+        points = fft.ifft(around, overwrite_x=True)
+        points *= count / length
+        spacing = length / count * step
+        if phase:
+            places = columns.centres() - origin
+            turns = np.exp(2j * np.pi * middle / length * (places / step))
+            yield _between(points, places / spacing) * turns
+        else:
+            power = points.real**2 + points.imag**2
+            yield _means(power, (columns.edges() - 0.5 - origin) / spacing)
+
+
+def _between(points: Complex, places: Real) -> Complex:
+    """Read a smooth row between its points, along straight lines."""
+    left = np.clip(np.floor(places).astype(np.int64), 0, len(points) - 1)
+    share = places - left
+    right = np.minimum(left + 1, len(points) - 1)
+    return points[left] * (1 - share) + points[right] * share
+
+
+def _means(power: Real, edges: Real) -> Real:
+    """Mean of a row between `edges`, in units of the distance of its points."""
+    width = edges[1] - edges[0]
+    if width < 2:
+        return np.interp(0.5 * (edges[1:] + edges[:-1]), np.arange(len(power)), power)
+    # Each point stands for what is nearer to it than to any other; only sums of what is positive.
+    cells = np.clip(edges + 0.5, 0, len(power) - 1e-9)
+    low, high = np.ceil(cells[:-1] - 1e-9), np.floor(cells[1:] + 1e-9)
+    first, last = low.astype(np.int64), high.astype(np.int64)
+    pairs = np.stack([first, last], axis=1).ravel()
+    inside = np.add.reduceat(np.append(power, 0.0), pairs)[::2]
+    before = power[np.maximum(first - 1, 0)] * np.maximum(low - cells[:-1], 0.0)
+    after = power[np.minimum(last, len(power) - 1)] * np.maximum(cells[1:] - high, 0.0)
+    return (inside + before + after) / width

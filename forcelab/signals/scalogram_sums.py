@@ -1,0 +1,84 @@
+"""Coefficients at single samples, by the sum itself: phases of narrow wavelets in wide columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.jobs import Progress
+from forcelab.signals.scalogram_bands import Columns, reach
+from forcelab.signals.scalogram_source import Source
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["sum_row", "sums_are_cheaper"]
+
+#: Below this scale the Nyquist frequency cuts the wavelet, which then rings for long.
+_CUT_BELOW = 4.0
+#: Samples on either side that a cut wavelet is followed for.
+_RINGING = 256
+#: Samples looked at in one step.
+_STEP = 1 << 18
+
+
+def sums_are_cheaper(scale: float, columns: Columns) -> bool:
+    """Whether sums around each column's centre cost less than a transform of the band."""
+    return 32 * scale < columns.width and 11 * scale * scale < 60 * columns.width
+
+
+def _kernel(scale: float, wavelet: Morlet) -> NDArray[np.complex128]:
+    """The conjugate wavelet over its reach, without what the Nyquist frequency cuts."""
+    if scale >= _CUT_BELOW:
+        place = np.arange(-reach(scale), reach(scale) + 1)
+        kernel = np.conj(wavelet.time(place / scale)) / math.sqrt(scale)
+    else:
+        half = _RINGING
+        omega = 2 * np.pi * np.fft.fftfreq(8 * half)
+        response = math.sqrt(scale) * wavelet.spectrum(scale * omega)
+        place = np.arange(-half, half + 1)
+        kernel = np.conj(np.fft.ifft(response)[place]) * np.kaiser(2 * half + 1, 4.0)
+    return np.asarray(kernel - kernel.mean(), dtype=np.complex128)
+
+
+def sum_row(
+    source: Source,
+    columns: Columns,
+    scale: float,
+    wavelet: Morlet,
+    *,
+    shift: float,
+    exponent: int,
+) -> Generator[Progress, None, NDArray[np.complex128]]:
+    """Coefficients at the columns' centre samples; a job.
+
+    Parameters
+    ----------
+    source : Source
+    columns : Columns
+    scale : float
+        In samples.
+    wavelet : Morlet
+    shift, exponent
+        Samples are taken as ``(x - shift) / 2**exponent``.
+
+    Returns
+    -------
+    ndarray of complex128, shape (columns.count,)
+    """
+    kernel = _kernel(scale, wavelet)
+    half = len(kernel) // 2
+    centres = columns.centres()
+    out = np.empty(columns.count, dtype=np.complex128)
+    chunk = max(1, _STEP // len(kernel))
+    for left in range(0, columns.count, chunk):
+        right = min(left + chunk, columns.count)
+        frames = np.empty((right - left, len(kernel)))
+        for frame, centre in zip(frames, centres[left:right].tolist(), strict=True):
+            frame[:] = source.read(centre - half, centre + half + 1)[0]
+        frames -= shift
+        np.ldexp(frames, -exponent, out=frames)
+        out[left:right] = frames @ kernel.real + 1j * (frames @ kernel.imag)
+        yield Progress(right, columns.count, "sums")
+    return out

@@ -1,0 +1,240 @@
+"""When each frame of a video is shown, read from the file without decoding it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.video.opencv import opencv
+
+__all__ = ["Index", "indexing", "last_at", "open_video"]
+
+#: Packets or frames between two reports of progress.
+STRETCH = 500
+#: Frames at the beginning that are decoded to see that their timestamps are the packets'.
+COMPARED = 24
+#: Codecs whose packets are not all shown: their frames have to be decoded to be counted.
+HIDING = ("VP80",)
+#: Seconds below which two timestamps are the same; files keep no finer than 1/1000000 s, and
+#: OpenCV hands them on as milliseconds in floating point.
+SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Index:
+    """The frames of a video in the order in which they are shown; n of them.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Timestamp of each frame in seconds, strictly increasing, from 0 for the first frame.
+    keys : ndarray of int64, shape (m,)
+        Numbers of the frames from which decoding can begin, rising; the first is 0.
+    origin : float
+        What the file itself calls the first frame's time, s.
+    remark : str
+        What is to be said about the file, such as where it ends too early; empty where nothing is.
+    """
+
+    times: NDArray[np.float64]
+    keys: NDArray[np.int64]
+    origin: float = 0.0
+    remark: str = ""
+
+
+def last_at(times: NDArray[np.float64], time: float) -> int:
+    """The last frame at or before a time; -1 before the first.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Timestamps of the frames, s, strictly increasing.
+    time : float
+        On the same clock. A frame's own time gives that frame, also when it is off by up to a
+        microsecond from being carried to another clock and back.
+    """
+    return int(np.searchsorted(times, time + SAME, side="right")) - 1
+
+
+def open_video(path: Path, *, packets: bool = False) -> Any:
+    """Open a video.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    packets : bool
+        Whether to read compressed packets rather than frames.
+
+    Returns
+    -------
+    cv2.VideoCapture
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is no video.
+    """
+    if not path.is_file():
+        raise InputError(
+            f"The video '{path}' is not there; put it back or add the demonstration again."
+        )
+    cv2 = opencv()
+    options = [cv2.CAP_PROP_FORMAT, -1] if packets else []
+    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, options)
+    if not capture.isOpened():
+        raise InputError(
+            f"'{path}' cannot be read as a video: it is damaged, cut short or of another kind; "
+            f"copy it again, or convert it to H.264 in mp4."
+        )
+    return capture
+
+
+def indexing(path: Path) -> Generator[Progress, None, Index]:
+    """Find out when each frame is shown.
+
+    Packets are listed, which takes microseconds each; where they do not tell the frames'
+    timestamps, all frames are decoded.
+
+    Parameters
+    ----------
+    path : Path
+        The video.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Index
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, has no frame, or its codec cannot be decoded.
+    """
+    listed = yield from _listing(path, packets=True)
+    shown, codec = _beginning(path)
+    if not shown:
+        _refuse(path, codec, bool(listed.stamps))
+    known = np.unique(np.array(listed.stamps))
+    exact = (
+        codec not in HIDING
+        and len(known) == len(listed.stamps)
+        and len(known) >= len(shown)
+        and bool(np.allclose(known[: len(shown)], shown, rtol=0.0, atol=SAME))
+    )
+    if not exact:
+        listed = yield from _listing(path, packets=False)
+    elif _is_cut(listed):
+        # The last packets may be cut or lack what they refer to. What is shown after the first of
+        # them is left out too: there is no telling what should be between.
+        decoded = yield from _listing(path, packets=False)
+        lost = set(listed.stamps) - set(decoded.stamps) | {listed.stamps[-1]}
+        listed.stamps = [stamp for stamp in listed.stamps if stamp < min(lost)]
+    return _index(path, listed)
+
+
+@dataclass
+class _Listed:
+    """What was read from a file from its beginning to its end, in the file's order."""
+
+    stamps: list[float]
+    keys: list[float]
+    rate: float
+    length: float
+
+
+def _listing(path: Path, *, packets: bool) -> Generator[Progress, None, _Listed]:
+    """Read all timestamps (s), and those of the key frames."""
+    cv2 = opencv()
+    capture = open_video(path, packets=packets)
+    try:
+        rate, count = capture.get(cv2.CAP_PROP_FPS), capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        rate = rate if math.isfinite(rate) and rate > 0 else 30.0
+        length = max(count, 0.0) / rate
+        listed = _Listed([], [], rate, length)
+        while capture.grab():
+            stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            listed.stamps.append(stamp)
+            if packets and capture.get(cv2.CAP_PROP_LRF_HAS_KEY_FRAME):
+                listed.keys.append(stamp)
+            done = len(listed.stamps)
+            if done % STRETCH == 0:
+                yield Progress(done, max(int(count), done), f"reading the times of {path.name}")
+    finally:
+        capture.release()
+    return listed
+
+
+def _beginning(path: Path) -> tuple[list[float], str]:
+    """Timestamps (s) of the first frames as they are decoded, and the codec's four letters."""
+    cv2 = opencv()
+    capture = open_video(path)
+    try:
+        letters = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little", signed=False)
+        codec = letters.decode("ascii", "replace").strip("\0 ")
+        stamps: list[float] = []
+        while len(stamps) < COMPARED and capture.grab():
+            if not stamps and not capture.retrieve()[0]:
+                break
+            stamps.append(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+    finally:
+        capture.release()
+    return stamps, codec
+
+
+def _refuse(path: Path, codec: str, packets: bool) -> None:
+    """Say why there is no frame.
+
+    Raises
+    ------
+    InputError
+        Always.
+    """
+    if not packets:
+        raise InputError(f"The video '{path}' has no frame; record or copy it again.")
+    kind = "AV1" if codec.casefold() == "av01" else codec or "unknown"
+    raise InputError(
+        f"The video '{path}' cannot be decoded (codec {kind}); convert it to H.264, for example "
+        f"with: ffmpeg -i {path.name} -c:v libx264 {path.stem}-h264.mp4"
+    )
+
+
+def _is_cut(listed: _Listed) -> bool:
+    """Whether a file ends clearly before what it says is its length."""
+    end = max(listed.stamps) + 1 / listed.rate
+    return len(listed.stamps) > 1 and listed.length - end > max(0.5, 3 / listed.rate)
+
+
+def _index(path: Path, listed: _Listed) -> Index:
+    """The index of what was read, with what is to be said of it.
+
+    Raises
+    ------
+    InputError
+        If nothing was read.
+    """
+    times = np.unique(np.array(listed.stamps))
+    if not len(times):
+        _refuse(path, "", packets=False)
+    remark = ""
+    if _is_cut(listed):
+        remark = (
+            f"'{path.name}' is cut short: it ends at {times[-1] - times[0]:.2f} s of "
+            f"{listed.length:.2f} s; copy it again if there is a whole one."
+        )
+    origin = float(times[0])
+    keys = np.unique(np.searchsorted(times, np.array([*listed.keys, origin]) - SAME))
+    times = times - origin
+    times.flags.writeable = False
+    return Index(times, keys[keys < len(times)].astype(np.int64), origin, remark)

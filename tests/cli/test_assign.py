@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+from forcelab.project import Project
+
+
+def names(said):
+    return [
+        (one["name"], one["author"], one["blind"], one["done"]) for one in said.json["assignments"]
+    ]
+
+
+def test_demonstrations_are_assigned_blind_and_done(forcelab, project):
+    said = forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--json")
+    assert names(said) == [("foam-01", "Anna", True, None), ("foam-02", "Anna", True, None)]
+    said = forcelab("assign", project, "foam-01", "--author", "Anna", "--done", "--json")
+    assert said.json["assignments"][0]["done"]
+    said = forcelab("assign", project, "foam-01", "--author", "Anna", "--reopen", "--json")
+    assert names(said) == [("foam-01", "Anna", True, None)]
+    forcelab("assign", project, "--task", "sponge", "--author", "Bert", "--open")
+    said = forcelab("assign", project, "--json")
+    assert len(names(said)) == 4
+    said = forcelab("assign", project, "--author", "Bert")
+    assert said.status == 0
+    assert "Anna" not in said.out
+    assert said.out.count("open") == 2
+    forcelab("assign", project, "foam-01", "foam-02", "--author", "Anna", "--remove")
+    with Project.open(project) as opened:
+        assert {one.author for one in opened.assignments()} == {"Bert"}
+        assert len(opened.assignment_events()) == 8
+
+
+def test_nothing_assigned_is_said(forcelab, project):
+    assert forcelab("assign", project).out == "Nothing is assigned.\n"
+    assert forcelab("assign", project, "--json").json == {"assignments": []}
+
+
+def test_what_cannot_be_assigned_is_one_sentence(forcelab, project):
+    assert "--author" in forcelab("assign", project, "foam-01").sentence
+    assert "no demonstration 'x'" in forcelab("assign", project, "x", "--author", "A").sentence
+    assert (
+        "not assigned to 'A'"
+        in forcelab("assign", project, "foam-01", "--author", "A", "--done").sentence
+    )
+    assert "names, ids or --task" in forcelab("assign", project, "--author", "A", "--done").sentence
+    assert "no task 'x'" in forcelab("assign", project, "--task", "x", "--author", "A").sentence
+    assert forcelab("assign", project, "--json").json == {"assignments": []}

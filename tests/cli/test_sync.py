@@ -1,0 +1,73 @@
+"""``forcelab sync``: proposes, stores when told to, and takes a clock by hand."""
+
+import pytest
+from filmed import OFFSET, filmed_demonstration
+from synthetic import synthetic_demonstration
+
+from forcelab.clock import ClockMap
+from forcelab.project import Project
+
+
+@pytest.fixture
+def project(tmp_path):
+    folder = tmp_path / "lab.forcelab"
+    with Project.create(folder) as made:
+        made.add(filmed_demonstration(tmp_path))
+        made.add(synthetic_demonstration(1, rate=100.0)[0])
+    return folder
+
+
+def clock_of(folder):
+    with Project.open(folder) as project:
+        return project.load("filmed 1").video.clock
+
+
+def test_a_proposal_is_told_and_not_stored(project, forcelab):
+    said = forcelab("sync", project, "filmed 1")
+    assert said.status == 0
+    assert "confidence" in said.out
+    assert "--accept" in said.out
+    told = forcelab("sync", project, "filmed 1", "--json").json
+    assert told["clock"]["offset"] == pytest.approx(OFFSET, abs=0.04)
+    assert told["clock"]["rate"] == 1.0
+    assert told["confidence"] > 0.5
+    assert len(told["taps"]) == 2
+    assert told["residual"] < 0.034
+    assert told["stored"] is False
+    assert clock_of(project) == ClockMap()
+
+
+def test_an_accepted_proposal_is_stored(project, forcelab):
+    told = forcelab("sync", project, "filmed 1", "--accept", "--json").json
+    assert told["stored"] is True
+    assert clock_of(project) == ClockMap(**told["clock"])
+
+
+def test_a_clock_is_set_by_hand(project, forcelab):
+    said = forcelab("sync", project, "filmed 1", "--offset", "-1.25", "--rate", "1.00002")
+    assert "offset -1.2500 s, rate +20.0 ppm" in said.out
+    assert clock_of(project) == ClockMap(-1.25, 1.00002)
+    told = forcelab("sync", project, "filmed 1", "--offset", "2", "--json").json
+    assert told["before"] == {"offset": -1.25, "rate": 1.00002}
+    assert "confidence" not in told
+    assert clock_of(project) == ClockMap(2.0, 1.00002)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("filmed 1", "--offset", "1", "--accept"), "not both"),
+        (("filmed 1", "--rate", "0"), "positive rate"),
+        (("filmed 1", "--offset", "nan"), "finite offset"),
+        (("other",), "other"),
+    ],
+)
+def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, words, told):
+    assert told in forcelab("sync", project, *words).sentence
+    assert clock_of(project) == ClockMap()
+
+
+def test_without_a_video_that_is_said(project, forcelab):
+    with Project.open(project) as made:
+        (name,) = (info.name for info in made.demonstrations() if not info.has_video)
+    assert "has no video" in forcelab("sync", project, name).sentence

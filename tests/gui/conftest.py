@@ -1,0 +1,70 @@
+"""What tests of the window need: one application, own settings, and nothing left behind."""
+
+import gc
+import threading
+import time
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def app():
+    from PySide6.QtWidgets import QApplication
+
+    application = QApplication.instance() or QApplication(["forcelab"])
+    yield application
+    for window in application.topLevelWidgets():
+        window.close()
+
+
+@pytest.fixture(autouse=True)
+def settings_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "settings.ini"))
+
+
+@pytest.fixture
+def until(app):
+    """Run the event loop until something holds, for at most some seconds."""
+
+    def wait(holds, seconds=5.0):
+        deadline = time.monotonic() + seconds
+        while not holds():
+            assert time.monotonic() < deadline, f"not within {seconds} s"
+            app.processEvents()
+            time.sleep(0.001)
+
+    return wait
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left_behind():
+    before = set(threading.enumerate())
+    yield
+    deadline = time.monotonic() + 2.0
+    while left := [t for t in set(threading.enumerate()) - before if t.is_alive()]:
+        assert time.monotonic() < deadline, f"threads still run: {left}"
+        time.sleep(0.005)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_timer_is_left_running(request):
+    yield
+    from PySide6.QtCore import QCoreApplication
+
+    if (application := QCoreApplication.instance()) is None:
+        return
+    deadline = time.monotonic() + 1.0
+    while left := _running_timers():
+        assert time.monotonic() < deadline, f"timers still run: {left}"
+        del left  # a reference to what is about to be deleted
+        application.processEvents()
+        gc.collect()
+
+
+def _running_timers():
+    """Timers that nobody stopped; once per file, as it looks at every object there is."""
+    from PySide6.QtCore import QTimer
+    from shiboken6 import isValid
+
+    timers = [thing for thing in gc.get_objects() if type(thing) is QTimer]
+    return [(t, t.parent()) for t in timers if isValid(t) and t.isActive()]

@@ -1,0 +1,323 @@
+import numpy as np
+import pytest
+from pictures import pixels
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMenu
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label import force_channels
+from forcelab.gui.label.force import ForcePanel
+from forcelab.gui.label.force_axes import number_of
+from forcelab.gui.theme import colours
+from forcelab.signals.envelope import Envelope
+
+NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "temperature")
+CHANNELS = tuple(Channel(name, "°C" if name == "temperature" else "N") for name in NAMES)
+
+
+def recording(n=20_000, rate=1000.0, seed=0):
+    random = np.random.default_rng(seed)
+    signals = random.standard_normal((n, len(NAMES))) * 0.1 + np.arange(len(NAMES))
+    return Demonstration("one", "foam", np.arange(n) / rate, signals, CHANNELS)
+
+
+def show(document, demonstration, id_="one"):
+    document.demonstration, document.id = demonstration, id_
+    document.start, document.end = document.bounds
+    document.demonstration_changed.emit()
+
+
+@pytest.fixture
+def document(app):
+    return Document("Ann")
+
+
+@pytest.fixture
+def jobs(app):
+    jobs = Jobs()
+    yield jobs
+    assert jobs.close(10.0)
+
+
+@pytest.fixture
+def panel(document, jobs):
+    panel = ForcePanel(document, jobs)
+    panel.resize(700, 360)
+    show(document, recording())
+    panel.show()
+    yield panel
+    panel.close()
+    panel.deleteLater()
+
+
+def picture(widget):
+    return pixels(widget.grab().toImage())
+
+
+def ink(image, colour, box):
+    """The pixels of a colour, fully covered, inside left, top, right, bottom."""
+    left, top, right, bottom = (round(edge) for edge in box)
+    part = image[top:bottom, left:right].astype(int)
+    return (np.abs(part - np.array(QColor(colour).getRgb()[:3])).max(axis=2) <= 3).nonzero()
+
+
+def lane_of(panel, name):
+    i = panel.channels.index(name)
+    return next((lane, axis) for lane, axis in panel._axes if i in lane.channels)
+
+
+def test_every_channel_is_drawn_where_its_values_are(panel):
+    for name in NAMES:
+        image = picture(panel)
+        lane, axis = lane_of(panel, name)
+        column = panel.channels.index(name)
+        rows, _ = ink(image, colours().curves[column], (100, lane.top, 690, lane.bottom))
+        assert rows.size > 200
+        values = panel.document.demonstration.signals[:, column]
+        assert axis.start <= values.min()
+        assert axis.end >= values.max()
+        assert lane.top + rows.min() == pytest.approx(axis.at(values.max()), abs=2.5)
+        assert lane.top + rows.max() == pytest.approx(axis.at(values.min()), abs=2.5)
+
+
+def test_a_single_sample_is_seen_however_far_one_zooms_out(panel):
+    demonstration = recording(80_000)
+    signals = np.zeros(demonstration.signals.shape)
+    signals[12_345, 2] = 50.0
+    show(panel.document, Demonstration("s", "", demonstration.times, signals, CHANNELS), "spike")
+    image = picture(panel)
+    _, axis = lane_of(panel, "fz1")
+    x = panel.x_at(12.345)
+    _, columns = ink(image, colours().curves[2], (x - 3, axis.at(45), x + 3, axis.at(5)))
+    assert columns.size > 20
+
+
+def test_no_line_runs_across_a_gap_and_the_gap_is_hatched(panel):
+    times = np.concatenate([np.arange(0, 4, 1e-3), np.arange(6, 10, 1e-3)])
+    signals = np.sin(times)[:, np.newaxis] * np.ones(len(NAMES))
+    show(panel.document, Demonstration("gap", "", times, signals, CHANNELS), "gap")
+    image = picture(panel)
+    left, right = panel.x_at(4.01), panel.x_at(5.99)
+    for column in range(len(NAMES)):
+        rows, _ = ink(image, colours().curves[column], (left + 2, 0, right - 2, 360))
+        assert rows.size == 0
+    gap = image[5:355, round(left) + 3 : round(right) - 3].reshape(-1, 3)
+    assert len(np.unique(gap, axis=0)) > 2  # more than a ground
+    # Close up, with fewer samples than pixels, it is no different.
+    panel.document.start, panel.document.end = 3.9, 6.1
+    panel.invalidate()
+    left, right = panel.x_at(4.0), panel.x_at(5.999)
+    rows, _ = ink(picture(panel), colours().curves[0], (left + 2, 0, right - 2, 360))
+    assert rows.size == 0
+
+
+def test_the_value_at_the_cursor_is_that_of_the_last_sample_at_or_before_it(panel):
+    signals = panel.document.demonstration.signals
+    at = panel.source.values_at
+    assert at(1.0)["fx1"] == signals[1000, 0]
+    assert at(1.0009)["fz1"] == signals[1000, 2]
+    assert at(-0.1)["fx1"] is None
+    assert at(19.9995)["fx1"] == signals[-1, 0]
+    assert at(20.1)["fx1"] is None
+
+
+def test_there_is_no_value_in_a_gap_or_where_a_sample_is_missing(panel):
+    times = np.concatenate([np.arange(0, 4, 1e-3), np.arange(6, 10, 1e-3)])
+    signals = np.ones((len(times), len(NAMES)))
+    signals[100, 1] = np.nan
+    show(panel.document, Demonstration("gap", "", times, signals, CHANNELS), "gap")
+    at = panel.source.values_at
+    assert at(0.1) == {name: None if name == "fy1" else 1.0 for name in NAMES}
+    assert at(3.9995)["fx1"] == 1.0
+    assert at(5.0)["fx1"] is None
+    assert at(6.0)["fx1"] == 1.0
+
+
+def test_moving_the_cursor_changes_the_values_but_draws_no_curve_anew(panel, monkeypatch):
+    before = picture(panel)
+    monkeypatch.setattr(panel, "paint_content", lambda *_: pytest.fail("drawn anew"))
+    panel.document.seek(7.0)
+    after = picture(panel)
+    assert (before[:, :60] != after[:, :60]).any()
+
+
+def test_a_hidden_channel_is_neither_read_nor_searched(panel, monkeypatch):
+    touched = []
+    read, drawn = Envelope.read, Envelope.drawn
+    monkeypatch.setattr(
+        Envelope, "read", lambda self, start: touched.append(self) or read(self, start)
+    )
+    monkeypatch.setattr(Envelope, "drawn", lambda self, c: touched.append(self) or drawn(self, c))
+    for name in ("fy1", "temperature"):
+        panel.set_shown(name, False)
+    show(panel.document, recording(seed=5), "two")
+    picture(panel)
+    assert panel.shown == ("fx1", "fz1", "fx2", "fy2")
+    assert set(touched) == {panel.source.envelope(name) for name in panel.shown}
+    with pytest.raises(KeyError):
+        panel.source.envelope("fy1")
+    assert "fy1" not in panel.source.values_at(1.0)
+    panel.set_shown("fy1", True)
+    assert panel.source.envelope("fy1").filled == 20_000
+
+
+def test_all_hidden_says_how_to_get_them_back(panel):
+    for name in NAMES:
+        panel.set_shown(name, False)
+    assert np.ptp(picture(panel)[150:210, 100:690], axis=(0, 1)).min() > 50
+
+
+def test_autoscale_follows_what_is_visible(panel):
+    signals = np.array(panel.document.demonstration.signals)
+    signals[:10_000] *= 100
+    times = panel.document.demonstration.times
+    show(panel.document, Demonstration("a", "", times, signals, CHANNELS), "a")
+    panel.document.set_span(15.0, 16.0)
+    picture(panel)
+    _, whole = lane_of(panel, "temperature")
+    panel.set_autoscale(True)
+    picture(panel)
+    _, visible = lane_of(panel, "temperature")
+    assert whole.end == signals[:, 5].max()
+    assert visible.end == signals[15_000:16_001, 5].max()
+    assert visible.start == signals[15_000:16_001, 5].min()
+
+
+def test_overlaid_channels_share_an_axis_with_those_of_their_unit(panel):
+    panel.set_overlaid(True)
+    picture(panel)
+    assert [lane.channels for lane, _ in panel._axes] == [(0, 1, 2, 3, 4), (5,)]
+    assert [lane.unit for lane, _ in panel._axes] == ["N", "°C"]
+
+
+def test_a_constant_channel_and_one_without_a_sample_can_be_drawn(panel):
+    signals = np.tile([1e300, -1e300, 0.0, 5.0, np.nan, np.inf], (20_000, 1))
+    signals[0, :2] *= -1
+    times = panel.document.demonstration.times
+    show(panel.document, Demonstration("odd", "", times, signals, CHANNELS), "odd")
+    image = picture(panel)
+    lane, _ = lane_of(panel, "fx2")
+    line = image[round(lane.top) + 3 : round(lane.bottom) - 3, 105].astype(int)
+    blue = QColor(colours().curves[3]).getRgb()[:3]
+    nearest = np.abs(line - np.array(blue)).sum(axis=1).argmin()
+    assert round(lane.top) + 3 + nearest == pytest.approx(lane.middle, abs=2)
+
+
+def test_a_note_says_that_samples_share_a_pixel(panel, monkeypatch):
+    said = []
+    monkeypatch.setattr(panel, "tr", lambda sentence: said.append(sentence) or sentence)
+    picture(panel)
+    assert any("min/max" in sentence for sentence in said)
+    said.clear()
+    panel.document.set_span(1.0, 1.2)
+    picture(panel)
+    assert not any("min/max" in sentence for sentence in said)
+
+
+def test_choices_are_remembered_by_the_channels_names(panel, document, jobs):
+    panel.set_shown("fy1", False)
+    panel.set_overlaid(True)
+    panel.set_autoscale(True)
+    panel.save_choices()
+    other = ForcePanel(document, jobs)
+    assert "fy1" in other.shown
+    other.restore_choices()
+    assert other.shown == panel.shown
+    assert (other.source.overlaid, other.source.autoscale) == (True, True)
+
+
+def test_another_demonstration_keeps_the_choices(panel):
+    heard = []
+    panel.choices_changed.connect(lambda: heard.append(panel.shown))
+    panel.set_shown("fx1", False)
+    assert heard == [NAMES[1:]]
+    show(panel.document, recording(seed=9), "other")
+    assert panel.shown == NAMES[1:]
+    panel.source.show_all()
+    assert panel.shown == NAMES
+
+
+def test_the_menu_key_offers_every_choice(panel):
+    QTest.keyClick(panel, Qt.Key.Key_Menu)
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, QPoint(5, 5), QPoint(5, 5))
+    panel.contextMenuEvent(event)
+    menu = panel.findChildren(QMenu)[-1]
+    entries = {entry.text(): entry for entry in menu.actions() if entry.text()}
+    assert list(entries)[: len(NAMES)] == list(NAMES)
+    entries["fz1"].trigger()
+    entries["One axis for each unit"].trigger()
+    entries["Scale to what is visible"].trigger()
+    assert "fz1" not in panel.shown
+    assert panel.source.overlaid
+    assert panel.source.autoscale
+    menu.close()
+
+
+def test_a_long_recording_is_shown_while_it_is_read(panel, monkeypatch):
+    monkeypatch.setattr(force_channels, "AT_ONCE", 1000)
+    monkeypatch.setattr(force_channels, "BREATH", 0.0)
+    grown = []
+    panel.source.grown.connect(lambda: grown.append(panel.source.read))
+    show(panel.document, recording(300_000), "long")
+    for _ in range(2000):
+        picture(panel)
+        QTest.qWait(1)
+        if panel.source.read == 1.0 and grown and grown[-1] == 1.0:
+            break
+    assert grown[-1] == 1.0
+    lane, _ = lane_of(panel, "fx1")
+    _, columns = ink(picture(panel), colours().curves[0], (100, lane.top, 690, lane.bottom))
+    assert columns.max() > 550
+
+
+def test_a_new_video_clock_reads_nothing_again(panel):
+    envelope = panel.source.envelope("fx1")
+    panel.document.demonstration_changed.emit()
+    assert panel.source.envelope("fx1") is envelope
+
+
+def test_closing_the_demonstration_leaves_nothing_drawn(panel):
+    panel.document.demonstration, panel.document.id = None, ""
+    panel.document.demonstration_changed.emit()
+    assert panel.channels == []
+    assert panel.source.values_at(1.0) == {}
+    assert (np.ptp(picture(panel), axis=(0, 1)) == 0).all()
+
+
+def test_pointing_at_a_name_tells_it_in_full(panel):
+    picture(panel)
+    lane, _ = lane_of(panel, "temperature")
+    assert panel._told(20, lane.middle) == "temperature (°C)"
+    assert panel._told(400, lane.middle) == ""
+
+
+@pytest.mark.parametrize("height", [80, 120, 400])
+def test_where_names_leave_no_room_values_stand_at_the_cursor(panel, monkeypatch, height):
+    said = []
+    put = text.put
+
+    def heard(painter, x, y, line, **more):
+        said.append((line, x))
+        put(painter, x, y, line, **more)
+
+    monkeypatch.setattr(text, "put", heard)
+    panel.resize(700, height)
+    panel.document.seek(10.0)
+    picture(panel)
+    signals = panel.document.demonstration.signals
+    for column, name in enumerate(NAMES):
+        value = number_of(signals[10_000, column], 1.0)
+        assert [x for line, x in said if line == value], name
+        at_cursor = any(x > panel.plot.left() for line, x in said if line == value)
+        assert at_cursor == (height < 200)
+
+
+def test_a_click_moves_the_cursor_there(panel):
+    x = panel.x_at(5.0)
+    QTest.mouseClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(x, 50).toPoint())
+    assert panel.document.cursor == pytest.approx(5.0, abs=panel.seconds_per_pixel)

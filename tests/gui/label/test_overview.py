@@ -1,0 +1,163 @@
+import numpy as np
+import pytest
+from pictures import pixels
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.force import ForcePanel
+from forcelab.gui.label.overview import HEIGHT, STRIP, Overview
+from forcelab.gui.theme import colours
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+
+CHANNELS = (Channel("fx1", "N"), Channel("fy1", "N"))
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def document(app, tmp_path):
+    times = np.arange(0.0, 20.0, 0.001)
+    signals = np.stack([np.sin(times), np.full(len(times), -3.0)], axis=1)
+    with Project.create(tmp_path / "study.forcelab") as project:
+        track = Track("Ann", (Segment(2.0, 6.0, "grab"), Segment(6.0, 10.0, "hold")))
+        project.add(Demonstration("one", "foam", times, signals, CHANNELS), (track,))
+    document = Document("Ann")
+    document.open_project(tmp_path / "study.forcelab")
+    document.open_demonstration("one")
+    document.set_span(5.0, 10.0)
+    yield document
+    document.close()
+
+
+@pytest.fixture
+def overview(document):
+    jobs = Jobs()
+    force = ForcePanel(document, jobs)
+    overview = Overview(document, force)
+    overview.force = force
+    overview.resize(696, overview.height())
+    overview.show()
+    yield overview
+    overview.close()
+    assert jobs.close(5.0)
+
+
+def x_at(overview, time):
+    return round(overview.axis.at(time))
+
+
+def drag(overview, start, end):
+    QTest.mousePress(overview, LEFT, pos=QPoint(start, 20))
+    QTest.mouseMove(overview, QPoint((start + end) // 2, 20))
+    QTest.mouseMove(overview, QPoint(end, 20))
+    QTest.mouseRelease(overview, LEFT, pos=QPoint(end, 20))
+
+
+def span(overview):
+    return overview.document.start, overview.document.end
+
+
+def near(expected):
+    return pytest.approx(expected, abs=0.08)
+
+
+def test_dragging_the_window_pans_and_stops_at_the_ends(overview):
+    drag(overview, x_at(overview, 7.0), x_at(overview, 11.0))
+    assert span(overview) == near((9.0, 14.0))
+    drag(overview, x_at(overview, 10.0), 2000)
+    assert span(overview) == near((15.0, 20.0))
+    assert overview.document.range is None
+
+
+def test_dragging_an_edge_zooms(overview):
+    drag(overview, x_at(overview, 10.0), x_at(overview, 16.0))
+    assert span(overview) == near((5.0, 16.0))
+    drag(overview, x_at(overview, 5.0), x_at(overview, 1.0))
+    assert span(overview) == near((1.0, 16.0))
+    drag(overview, x_at(overview, 1.0), x_at(overview, 18.0))
+    assert span(overview) == near((16.0, 18.0))
+
+
+def test_dragging_elsewhere_shows_that_span(overview):
+    drag(overview, x_at(overview, 18.0), x_at(overview, 13.0))
+    assert span(overview) == near((13.0, 18.0))
+
+
+def test_with_the_whole_visible_dragging_chooses_a_span(overview):
+    overview.document.fit()
+    drag(overview, x_at(overview, 4.0), x_at(overview, 6.0))
+    assert span(overview) == near((4.0, 6.0))
+
+
+def test_a_click_centres_the_window_and_moves_the_cursor(overview):
+    QTest.mouseClick(overview, LEFT, pos=QPoint(x_at(overview, 15.0), 20))
+    assert span(overview) == near((12.5, 17.5))
+    assert overview.document.cursor == near(15.0)
+    QTest.mouseClick(overview, LEFT, pos=QPoint(x_at(overview, 0.5), 20))
+    assert span(overview) == near((0.0, 5.0))
+    assert overview.document.cursor == near(0.5)
+
+
+def test_a_tiny_window_can_be_taken_hold_of_at_either_edge(overview):
+    overview.document.set_span(8.0, 8.001)
+    x = overview.axis.at(8.0)
+    assert overview.handle_at(x - 5) == "start"
+    assert overview.handle_at(x + 5) == "end"
+    assert overview.handle_at(x) == "body"
+    assert overview.handle_at(x + 40) == "new"
+
+
+def test_the_wheel_zooms_and_pans(overview):
+    for modifier, expected in (
+        (Qt.KeyboardModifier.NoModifier, (5.5, 9.5)),
+        (Qt.KeyboardModifier.ShiftModifier, (5.1, 9.1)),
+    ):
+        event = QWheelEvent(
+            QPointF(300, 20),
+            QPointF(300, 20),
+            QPoint(),
+            QPoint(0, 120),
+            Qt.MouseButton.NoButton,
+            modifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(overview, event)
+        assert span(overview) == near(expected)
+
+
+def test_the_track_and_the_shown_channels_are_seen(overview):
+    overview.document.fit()
+    image = pixels(overview.grab().toImage())
+    row = image[round(HEIGHT - STRIP / 2) - 3]
+    for time, action in ((3.0, "grab"), (9.0, "hold")):
+        colour = QColor(overview.document.vocabulary[action].colour).getRgb()[:3]
+        assert np.abs(row[x_at(overview, time)] - np.array(colour)).max() <= 2
+    x = x_at(overview, 15.0)
+    before = image[: round(HEIGHT - STRIP) - 2, x]
+    overview.force.set_shown("fy1", False)
+    after = pixels(overview.grab().toImage())[: round(HEIGHT - STRIP) - 2, x]
+    assert (before != after).any()
+
+
+def test_only_the_window_is_drawn_anew_when_the_span_changes(overview, monkeypatch):
+    before = pixels(overview.grab().toImage())
+    monkeypatch.setattr(overview, "_drawn", lambda _: pytest.fail("drawn anew"))
+    overview.document.set_span(1.0, 3.0)
+    overview.document.seek(2.0)
+    after = pixels(overview.grab().toImage())
+    assert (before != after).any()
+    cursor = np.array(QColor(colours().cursor).getRgb()[:3])
+    assert (np.abs(after[5:40, x_at(overview, 2.0)] - cursor).max(axis=1) <= 2).all()
+
+
+def test_without_a_demonstration_it_is_empty_and_nothing_can_be_dragged(overview):
+    overview.document.close()
+    overview.grab()
+    drag(overview, 200, 400)
+    assert overview.document.range is None

@@ -1,0 +1,101 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pictures import pixels
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label.ruler import Ruler, clock_marks, clock_time
+from forcelab.gui.theme import colours
+
+
+@pytest.fixture
+def document(app):
+    document = Document("Ann")
+    times = np.arange(0.0, 20.0, 0.01)
+    channels = (Channel("fx1", "N"),)
+    document.demonstration = Demonstration("one", "", times, times[:, np.newaxis], channels)
+    document.start, document.end = document.bounds
+    return document
+
+
+@pytest.fixture
+def ruler(document):
+    ruler = Ruler(document)
+    ruler.resize(696, ruler.height())
+    ruler.show()
+    yield ruler
+    ruler.close()
+    ruler.deleteLater()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "decimals", "shown"),
+    [
+        (0.0, 0, "0:00"),
+        (95.0, 0, "1:35"),
+        (59.9996, 3, "1:00.000"),
+        (3661.25, 2, "1:01:01.25"),
+        (-5.0, 1, "\N{MINUS SIGN}0:05.0"),
+    ],
+)
+def test_times_are_told_in_minutes_and_seconds(seconds, decimals, shown):
+    assert clock_time(seconds, decimals) == shown
+
+
+@given(start=st.floats(-100, 1e6), span=st.floats(90, 1e6), room=st.floats(150, 4000))
+@settings(max_examples=80, deadline=None)
+def test_numbers_in_minutes_have_room_and_stand_at_whole_steps(start, span, room):
+    axis = Axis(start, start + span, 88.0, 88.0 + room)
+    marks = clock_marks(axis, 10.0)
+    for (left, one), (right, other) in pairwise(marks):
+        half = (text.width(one, text.font(10)) + text.width(other, text.font(10))) / 2
+        assert axis.at(right) - axis.at(left) > half
+    assert len({round(b - a, 6) for (a, _), (b, _) in pairwise(marks)}) <= 1
+
+
+def test_dragging_scrubs_the_cursor_and_marks_no_range(ruler, document):
+    start = QPoint(round(ruler.x_at(5.0)), 10)
+    QTest.mousePress(ruler, Qt.MouseButton.LeftButton, pos=start)
+    assert document.cursor == pytest.approx(5.0, abs=ruler.seconds_per_pixel)
+    QTest.mouseMove(ruler, QPoint(round(ruler.x_at(12.0)), 10))
+    assert document.cursor == pytest.approx(12.0, abs=ruler.seconds_per_pixel)
+    QTest.mouseRelease(ruler, Qt.MouseButton.LeftButton, pos=QPoint(300, 10))
+    assert document.range is None
+
+
+def test_scrubbing_past_the_end_stays_in_sight(ruler, document):
+    document.set_span(5.0, 10.0)
+    QTest.mousePress(ruler, Qt.MouseButton.LeftButton, pos=QPoint(400, 10))
+    QTest.mouseMove(ruler, QPoint(5000, 10))
+    assert document.cursor == pytest.approx(10.0)
+    assert (document.start, document.end) == (5.0, 10.0)
+
+
+def test_the_cursors_time_stands_over_it_with_the_decimals_of_a_pixel(ruler, document):
+    document.seek(7.5)
+    assert ruler.cursor_text() == "7.500 s"
+    image = pixels(ruler.grab().toImage())
+    tag = (image[4] == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=1)
+    assert abs(np.flatnonzero(tag).mean() - ruler.x_at(7.5)) < 3
+    document.set_span(7.5, 7.501)
+    assert ruler.cursor_text() == "7.500000 s"
+
+
+def test_a_long_span_is_told_in_minutes(document, ruler):
+    times = np.arange(0.0, 300.0, 0.1)
+    channels = (Channel("fx1", "N"),)
+    document.demonstration = Demonstration("long", "", times, times[:, np.newaxis], channels)
+    document.demonstration_changed.emit()
+    document.fit()
+    document.seek(100.0)
+    assert ruler.cursor_text() == "1:40.000"
+    ruler.grab()

@@ -1,0 +1,263 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui import theme
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.scalogram import ScalogramPanel
+from forcelab.gui.label.scalogram_drawing import amount
+from forcelab.gui.label.scalogram_scales import PAPER
+from forcelab.recognition.settings import preset
+from forcelab.signals.cwt import cwt
+from forcelab.signals.wavelets import DOG, Morlet
+
+NAMES = ("fx1", "fy1", "fz1")
+
+
+class Shown(Document):
+    """A document that shows demonstrations of no project."""
+
+    def look(self, demonstration):
+        self._look_anew(demonstration)
+        self.demonstration_changed.emit()
+        self.span_changed.emit(self.start, self.end)
+
+
+def tone(n=8000, hertz=20.0, names=NAMES):
+    t = np.arange(n) / 1000
+    signals = 0.01 * np.random.default_rng(5).standard_normal((n, len(names)))
+    signals[:, -1] += 2 * np.sin(2 * np.pi * hertz * t) * (t > n / 4000)
+    return Demonstration("foam 1", "foam", t, signals, tuple(Channel(c, "N") for c in names))
+
+
+@pytest.fixture
+def document(app):
+    document = Shown("Ann")
+    document.look(tone())
+    return document
+
+
+@pytest.fixture
+def jobs(app):
+    jobs = Jobs()
+    yield jobs
+    assert jobs.close()
+
+
+@pytest.fixture
+def panel(document, jobs):
+    panel = ScalogramPanel(document, jobs)
+    panel.resize(88 + 400 + 8, 160)
+    yield panel
+    panel.close()
+
+
+@pytest.fixture
+def open_panel(panel, until):
+    panel.show()
+    until(lambda: panel.picture is not None and panel.settled)
+    return panel
+
+
+@pytest.fixture
+def ran(jobs, monkeypatch):
+    """The jobs that were begun."""
+    begun = []
+    run = jobs.run
+    monkeypatch.setattr(jobs, "run", lambda *a, **k: begun.append(a) or run(*a, **k))
+    return begun
+
+
+def colour(panel, time, hertz):
+    """The colour at a time and a frequency."""
+    rows = panel._rows(panel.plot)
+    y = rows.y(rows.rate / (rows.factor * hertz))
+    ratio = panel.devicePixelRatioF()
+    return panel.grab().toImage().pixelColor(int(panel.x_at(time) * ratio), int(y * ratio))
+
+
+def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
+    document.set_span(1.0, 2.0)
+    panel.set_channel("normal 1")
+    QTest.qWait(120)
+    assert not ran
+    assert panel.picture is None
+    assert panel.settled
+
+
+def test_hiding_ends_what_is_being_computed(panel, document, ran, app):
+    panel.show()
+    app.processEvents()
+    panel.hide()
+    QTest.qWait(120)
+    assert not ran
+    assert panel.settled
+
+
+def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel, document, until):
+    document.set_span(2.0, 4.0)
+    until(lambda: open_panel.settled)
+    picture = open_panel.picture
+    assert (picture.start, picture.end) == (pytest.approx(2.0), pytest.approx(4.0))
+    assert picture.values.shape == (80, 400)
+    assert not picture.coarse
+
+
+def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, until):
+    for i in range(20):
+        document.set_span(1.0 + 0.01 * i, 3.0)
+    until(lambda: open_panel.settled)
+    assert len(ran) == 1
+
+
+def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, until):
+    open_panel.set_channel("normal 1")
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    loud, quiet = colour(open_panel, 5.0, 20.0), colour(open_panel, 0.8, 20.0)
+    assert abs(loud.lightness() - quiet.lightness()) > 40
+    old = open_panel.picture
+    document.set_span(0.5, 6.5)
+    assert open_panel.picture is old
+    assert abs(colour(open_panel, 5.0, 20.0).lightness() - loud.lightness()) < 12
+    assert abs(colour(open_panel, 0.8, 20.0).lightness() - quiet.lightness()) < 12
+
+
+def test_colours_do_not_jump_while_panning(open_panel, document, until):
+    before = open_panel._range()
+    document.set_span(0.2, 1.2)
+    until(lambda: open_panel.settled)
+    assert open_panel._range() == before
+    open_panel.set_steady(False)
+    assert open_panel._range() != before
+
+
+def test_the_value_under_the_pointer_is_that_of_the_transform(open_panel, document, until):
+    open_panel.set_channel("normal 1")
+    document.set_span(4.0, 4.4)
+    until(lambda: open_panel.settled)
+    rows = open_panel._rows(open_panel.plot)
+    scale = rows.rate / (rows.factor * 20.0)
+    text = open_panel.value_at(open_panel.x_at(4.2), rows.y(scale))
+    hertz, rest = text.split(" Hz at ")
+    time, value = rest.split(" s: ")
+    assert float(hertz) == pytest.approx(20.0, rel=0.01)
+    assert float(time) == pytest.approx(4.2)
+    exact = np.abs(cwt(document.demonstration.signals[:, 2], [scale])[0, 4200])
+    assert value.endswith(" N")
+    assert float(value.removesuffix(" N")) == pytest.approx(exact, rel=0.05)
+
+
+def test_a_picture_of_another_channel_is_never_shown(open_panel, document, until):
+    for channel in ("normal 1", "fx1", "fy1", "tangential 1", "fz1"):
+        open_panel.set_channel(channel)
+        QTest.qWait(43)
+        assert open_panel.picture is None or open_panel.picture.view.source.channel == channel
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    assert open_panel.picture.view.source.channel == "fz1"
+
+
+def test_phases_are_shown_on_request(open_panel, until):
+    open_panel.set_phase(True)
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    assert open_panel.picture.phase
+    rows = open_panel._rows(open_panel.plot)
+    assert open_panel.value_at(300.0, rows.y(30.0)).endswith(" rad")
+
+
+def test_channels_are_those_of_recognition_then_the_recorded_ones(open_panel):
+    assert open_panel.channels == ("tangential 1", "normal 1", "fx1", "fy1", "fz1")
+    assert open_panel.channel == "tangential 1"
+
+
+def test_the_channel_is_chosen_from_the_keyboard(open_panel, until):
+    button = open_panel._button
+    assert button.focusPolicy() == Qt.FocusPolicy.StrongFocus
+    assert button.accessibleName()
+    menu = button.menu()
+    names = [action.text() for action in menu.actions() if action.text()]
+    assert names[:5] == list(open_panel.channels)
+    menu.popup(open_panel.mapToGlobal(QPoint(10, 10)))
+    for _ in range(2):
+        QTest.keyClick(menu, Qt.Key.Key_Down)
+    QTest.keyClick(menu, Qt.Key.Key_Return)
+    menu.close()
+    assert open_panel.channel == "normal 1"
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    assert open_panel.picture.view.source.channel == "normal 1"
+
+
+def test_another_demonstration_keeps_the_channel_where_it_has_one(open_panel, document, until):
+    open_panel.set_channel("normal 1")
+    document.look(tone(3000))
+    assert open_panel.channel == "normal 1"
+    document.look(tone(3000, names=("grip",)))
+    assert open_panel.channel == "grip"
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    assert open_panel.picture.end == pytest.approx(3.0)
+    document.look(None)
+    assert open_panel.channel == ""
+    open_panel.grab()
+
+
+def test_the_marked_scales_are_those_of_the_paper_unless_told(panel):
+    settings = preset("paper")
+    np.testing.assert_allclose(PAPER.scales, settings.scales)
+    assert pytest.approx(settings.mother.fourier_factor, rel=1e-12) == PAPER.factor
+    assert settings.mother.e_folding == PAPER.e_folding
+    assert settings.parameter == PAPER.p
+
+
+@pytest.mark.parametrize("wavelet", [Morlet(6.0), DOG(2)])
+def test_marks_stand_at_the_recognisers_frequencies(open_panel, wavelet, until):
+    open_panel.set_scales([8.0, 64.0], wavelet)
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    rows = open_panel._rows(open_panel.plot)
+    for scale, own in zip((8.0, 64.0), open_panel._marked.scales, strict=True):
+        assert rows.hertz(own) == pytest.approx(1000 / (wavelet.fourier_factor * scale))
+        assert rows.top < rows.y(own) < rows.bottom
+
+
+def test_trouble_is_one_sentence_on_the_panel(open_panel, document, until):
+    stray = tone(200)
+    times = np.append(stray.times[:-1], 1e9)
+    document.look(Demonstration("foam 2", "foam", times, stray.signals, stray.channels))
+    until(lambda: open_panel.settled)
+    assert "remove stray stamps" in open_panel._trouble
+    open_panel.grab()
+    document.look(tone())
+    assert not open_panel._trouble
+
+
+def test_the_theme_changes_the_colours(app, open_panel, until):
+    open_panel.set_channel("normal 1")
+    theme.apply(app, "light")
+    until(lambda: open_panel.settled and open_panel.picture is not None)
+    light = colour(open_panel, 0.5, 100.0).lightness()
+    theme.apply(app, "dark")
+    dark = colour(open_panel, 0.5, 100.0).lightness()
+    theme.apply(app, "light")
+    assert light > dark + 80
+
+
+def test_the_panel_loads_no_transform_before_it_computes():
+    script = "import sys, forcelab.gui.label.scalogram; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert not {"scipy", "scipy.fft", "sklearn", "cv2"} & set(done.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(113.2, "113"), (15.0, "15"), (2.04, "2"), (0.00344, "0.0034"), (3e-7, "3e-07")],
+)
+def test_the_legend_is_short(value, text):
+    assert amount(value) == text

@@ -1,0 +1,395 @@
+"""Painting with the mouse: real events on the real panel, and what the store holds afterwards."""
+
+import numpy as np
+import pytest
+from painting_bench import Hand, opened, shown
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QContextMenuEvent, QKeyEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from forcelab.gui.document import Snap
+from forcelab.gui.label.tracks import TrackPanel
+from forcelab.labels import Segment
+
+ALT = Qt.KeyboardModifier.AltModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
+TIMES = [(s.start, s.end, s.action) for s in TRACK]
+#: Ines' rows lie below Ann's, at this height in pixels.
+OTHER_ROW = 80
+
+
+@pytest.fixture
+def document(app):
+    with opened(TRACK, Ines=(Segment(7.03, 8.0, "hold"),)) as document:
+        yield document
+
+
+@pytest.fixture
+def panel(document):
+    panel = TrackPanel(document)
+    panel.resize(88 + 1000 + 8, 100)
+    panel.show()
+    yield panel
+    if panel.menu is not None:
+        panel.menu.close()
+    panel.close()
+
+
+@pytest.fixture
+def hand(panel):
+    return Hand(panel)
+
+
+def test_a_drag_with_a_brush_paints(document, hand):
+    document.set_action("hold")
+    hand.drag(3.5, 4.25)
+    assert (3.5, 4.25, "hold") in shown(document)
+    assert len(document.history()) == 2
+
+
+def test_a_drag_backwards_paints_the_same(document, hand):
+    document.set_action("hold")
+    hand.drag(4.25, 3.5)
+    assert (3.5, 4.25, "hold") in shown(document)
+
+
+def test_a_drag_over_a_segment_paints_over_it(document, hand):
+    document.set_action("grab")
+    hand.drag(2.5, 5.5)
+    assert shown(document) == [
+        (1.0, 2.0, "grab"),
+        (2.0, 2.5, "hold"),
+        (2.5, 5.5, "grab"),
+        (5.5, 6.0, "release"),
+    ]
+
+
+def test_while_dragging_nothing_is_stored(document, hand, panel):
+    document.set_action("hold")
+    hand.press(3.5)
+    hand.move(4.2)
+    panel.grab()
+    assert shown(document) == TIMES
+    hand.release(4.2)
+    assert (3.5, 4.2, "hold") in shown(document)
+
+
+def test_esc_ends_a_drag_as_if_nothing_had_happened(document, hand, panel):
+    document.set_action("hold")
+    hand.press(3.5)
+    hand.move(4.2)
+    QTest.keyClick(panel, Qt.Key.Key_Escape)
+    hand.move(4.4)
+    hand.release(4.4)
+    assert shown(document) == TIMES
+    assert not panel.dragging
+
+
+def test_esc_is_kept_for_the_drag_whatever_else_it_is_bound_to(hand, panel):
+    def wanted():
+        none = Qt.KeyboardModifier.NoModifier
+        event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Escape, none)
+        event.ignore()
+        QApplication.sendEvent(panel, event)
+        return event.isAccepted()
+
+    assert not wanted()
+    hand.press(3.5)
+    assert wanted()
+
+
+def test_a_drag_jumps_to_an_edge_nearby_and_says_so(document, hand):
+    document.set_action("hold")
+    hand.press(3.5)
+    hand.move(4.94)
+    assert document.hint == Snap(5.0, "edge")
+    hand.release(4.94)
+    assert (3.5, 5.0, "hold") in shown(document)
+
+
+def test_a_drag_jumps_to_a_contact_event_before_a_frame(document, hand):
+    document.set_contacts(np.array([4.213]))
+    document.set_frame_times(np.arange(0, 10, 1 / 30))
+    document.set_action("hold")
+    hand.drag(3.5, 4.25)
+    assert (3.5, 4.213, "hold") in shown(document)
+
+
+def test_alt_bypasses_snapping(document, hand):
+    document.set_action("hold")
+    hand.press(3.5, ALT)
+    hand.move(4.94, ALT)
+    assert document.hint is None
+    hand.release(4.94, ALT)
+    assert (3.5, 4.94, "hold") in shown(document)
+
+
+def test_snapping_can_be_switched_off(document, hand):
+    document.set_snapping(False)
+    document.set_action("hold")
+    hand.drag(3.5, 4.94)
+    assert (3.5, 4.94, "hold") in shown(document)
+
+
+def test_times_that_snap_to_nothing_are_those_of_samples(document, hand):
+    document.set_span(3.2, 4.2)  # a pixel is 1 ms, a sample 10 pixels
+    document.set_action("hold")
+    hand.drag(3.5041, 3.8072)
+    assert (3.5, 3.81, "hold") in shown(document)
+
+
+def test_painting_stops_at_the_ends_of_the_demonstration(document, hand):
+    document.set_action("hold")
+    hand.press(9.0)
+    hand.move(10.07)
+    hand.release(10.07)
+    assert (9.0, 10.0, "hold") in shown(document)
+
+
+def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand, panel):
+    hand.drag(3.5, 4.25)
+    assert document.range == pytest.approx((3.5, 4.25))
+    assert shown(document) == TIMES
+    entries = {action.text(): action for action in panel.menu.actions()}
+    entries["&3  release"].trigger()
+    assert (3.5, 4.25, "release") in shown(document)
+    assert document.range is None
+
+
+def test_esc_while_marking_brings_the_former_range_back(document, hand, panel):
+    document.set_range(8.0, 9.0)
+    hand.press(3.5)
+    hand.move(4.2)
+    assert document.range == pytest.approx((3.5, 4.2))
+    QTest.keyClick(panel, Qt.Key.Key_Escape)
+    assert document.range == (8.0, 9.0)
+
+
+def test_a_shared_edge_moves_for_both(document, hand):
+    hand.drag(2.02, 2.42)
+    assert shown(document)[:2] == [(1.0, 2.4, "grab"), (2.4, 3.0, "hold")]
+
+
+def test_an_edge_does_not_jump_under_the_pointer_when_grabbed_beside_it(document, hand):
+    hand.drag(4.96, 4.56)
+    assert shown(document)[2] == (4.6, 6.0, "release")
+
+
+def test_an_edge_cannot_pass_the_other_one(document, hand):
+    hand.drag(5.97, 4.2)
+    assert shown(document)[2] == (5.0, 5.01, "release")
+
+
+def test_an_edge_jumps_to_another_edge_but_not_back_to_its_own(document, hand):
+    hand.drag(5.0, 3.05)
+    assert shown(document)[2] == (3.0, 6.0, "release")
+    hand.drag(6.0, 6.06)
+    assert shown(document)[2] == (3.0, 6.06, "release")
+
+
+def test_an_edge_stays_selected_with_its_segment(document, hand):
+    document.select(2)
+    hand.drag(5.0, 0.5)  # over both others
+    assert shown(document) == [(0.5, 6.0, "release")]
+    assert document.selected == 0
+
+
+def test_alt_moves_a_segment_and_its_end_snaps_too(document, hand):
+    hand.drag(5.5, 3.52, ALT)
+    # Its start would come to lie at 3.02 s: the edge at 3 s is near.
+    assert shown(document)[2] == (3.0, 4.0, "release")
+    hand.drag(3.5, 6.55, ALT)
+    # Its end would come to lie at 7.05 s, near Ines' edge at 7.03 s.
+    assert shown(document)[2] == (6.03, 7.03, "release")
+
+
+def test_ctrl_lets_nothing_attract_while_a_segment_is_moved(document, hand):
+    hand.drag(5.5, 3.52, ALT | CTRL)
+    assert shown(document)[2] == (3.02, 4.02, "release")
+
+
+def test_a_click_selects_and_seeks(document, hand):
+    hand.click(2.5)
+    assert document.selected == 1
+    assert document.cursor == pytest.approx(2.5)
+    hand.click(4.0)
+    assert document.selected is None
+    assert document.cursor == pytest.approx(4.0)
+    assert shown(document) == TIMES
+
+
+def test_less_than_five_pixels_on_an_edge_are_a_click(document, hand):
+    hand.press(2.02)
+    hand.move(2.05)
+    hand.release(2.05)
+    assert shown(document) == TIMES
+    assert document.selected == 1
+
+
+def test_a_double_click_zooms_to_the_segment(document, hand, panel):
+    QTest.mouseDClick(
+        panel, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, hand.at(5.5)
+    )
+    assert (document.start, document.end) == pytest.approx((4.75, 6.25))
+    assert shown(document) == TIMES
+
+
+def test_on_anothers_track_one_only_seeks(document, panel):
+    document.set_action("hold")
+    hand = Hand(panel, OTHER_ROW)
+    assert not panel.rows()[1].own
+    assert panel.rows()[1].box.contains(hand.at(7.5))
+    hand.click(7.5)
+    assert document.cursor == pytest.approx(7.5)
+    assert document.selected is None
+    assert shown(document) == TIMES
+
+
+def test_a_change_from_elsewhere_ends_a_drag(document, hand, panel):
+    hand.press(2.0)
+    hand.move(2.4)
+    document.delete(0)
+    hand.release(2.4)
+    assert not panel.dragging
+    assert shown(document) == TIMES[1:]
+
+
+def test_the_pointer_tells_what_a_press_would_do(document, hand, panel):
+    hand.move(5.02, pressed=False)
+    assert panel.cursor().shape() == Qt.CursorShape.SplitHCursor
+    hand.move(5.5, ALT, pressed=False)
+    assert panel.cursor().shape() == Qt.CursorShape.SizeAllCursor
+    hand.move(5.5, pressed=False)
+    assert panel.cursor().shape() == Qt.CursorShape.ArrowCursor
+    document.set_action("grab")
+    hand.move(4.0, pressed=False)
+    assert panel.cursor().shape() == Qt.CursorShape.CrossCursor
+
+
+def test_the_snap_target_is_offered_before_it_is_taken(document, hand):
+    hand.move(7.08, pressed=False)
+    assert document.hint == Snap(7.03, "edge")
+    hand.move(7.08, ALT, pressed=False)
+    assert document.hint is None
+
+
+def menu_of(panel, time, y=20):
+    """The entries of the menu that a right click opens, those of its menus included."""
+    place = Hand(panel, y).at(time)
+    reason = QContextMenuEvent.Reason.Mouse
+    event = QContextMenuEvent(reason, place, panel.mapToGlobal(place))
+    QApplication.sendEvent(panel, event)
+    entries = {}
+    for action in panel.menu.actions():
+        if action.menu() is not None:
+            entries |= {f"{action.text()}/{sub.text()}": sub for sub in action.menu().actions()}
+        entries[action.text()] = action
+    return entries
+
+
+@pytest.mark.parametrize(
+    ("time", "entry", "after"),
+    [
+        (1.5, "Relabel with/&3  release", [(1.0, 2.0, "release"), *TIMES[1:]]),
+        (1.5, "Split here", [(1.0, 1.5, "grab"), (1.5, 2.0, "grab"), *TIMES[1:]]),
+        (1.5, "Merge with the next", [(1.0, 3.0, "grab"), TIMES[2]]),
+        (5.5, "Merge with the previous", [TIMES[0], (2.0, 6.0, "hold")]),
+        (1.5, "Delete", TIMES[1:]),
+        (4.0, "Fill this gap with/&1  grab", [*TIMES[:2], (3.0, 5.0, "grab"), TIMES[2]]),
+        (7.5, "Copy from Ines", [*TIMES, (7.03, 8.0, "hold")]),
+        (1.5, "Copy from Ines", TIMES[1:]),
+    ],
+)
+def test_the_menu_of_the_own_track(document, panel, time, entry, after):
+    menu_of(panel, time)[entry].trigger()
+    assert shown(document) == after
+
+
+def test_the_menu_fills_and_erases_the_range(document, panel):
+    document.set_range(1.5, 5.5)
+    menu_of(panel, 4.0)["Fill the range with/&2  hold"].trigger()
+    assert shown(document) == [(1.0, 1.5, "grab"), (1.5, 5.5, "hold"), (5.5, 6.0, "release")]
+    document.set_range(2.0, 3.0)
+    menu_of(panel, 4.0)["Erase the range"].trigger()
+    assert (2.0, 3.0) not in [(s.start, s.end) for s in document.segments]
+    assert document.range is None
+
+
+def test_the_menu_of_anothers_track_copies(document, panel):
+    menu_of(panel, 7.5, OTHER_ROW)["Copy this segment to mine"].trigger()
+    assert shown(document) == [*TIMES, (7.03, 8.0, "hold")]
+
+
+def test_the_menu_asks_for_a_segment_to_be_played(panel):
+    heard = []
+    panel.play_requested.connect(lambda start, end: heard.append((start, end)))
+    menu_of(panel, 1.5)["Play it"].trigger()
+    assert heard == [(1.0, 2.0)]
+
+
+def test_the_longest_gap_is_asked_for_and_filled(document, panel):
+    menu_of(panel, 4.0)["Fill short gaps…"].trigger()
+    (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
+    dialog.setDoubleValue(2.5)
+    dialog.accept()
+    assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
+
+
+def test_the_menu_key_opens_the_menu_of_the_cursor(document, panel):
+    document.seek(1.5)
+    where = QPoint(0, 0)
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Keyboard, where, where)
+    QApplication.sendEvent(panel, event)
+    entries = {action.text(): action for action in panel.menu.actions()}
+    entries["Split here"].trigger()
+    assert (1.0, 1.5, "grab") in shown(document)
+
+
+def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
+    hand.drag(3.5, 4.25)
+    QTest.keyClick(panel.menu, Qt.Key.Key_2)
+    assert (3.5, 4.25, "hold") in shown(document)
+
+
+def test_another_coder_is_not_painted_for_by_a_drag(document, hand, panel):
+    document.erase(0.0, 10.0)
+    document.set_action("hold")
+    hand.press(3.5)
+    hand.move(4.0)
+    document.set_author("Eva")  # whose track is as empty
+    hand.release(4.2)
+    assert document.segments == ()
+    assert not panel.dragging
+
+
+def test_a_key_relabels_a_tiny_segment_that_was_clicked(document, hand):
+    document.paint(8.0012, 8.0041, "grab")
+    hand.click(8.0)
+    assert document.segments[3].start <= document.cursor <= document.segments[3].end
+    assert document.selected == 3
+
+
+def test_a_change_of_another_author_does_not_end_a_drag(document, hand):
+    document.set_action("hold")
+    hand.press(3.5)
+    hand.move(4.0)
+    document.set_hidden_authors(frozenset({"Ines"}))
+    hand.move(4.2)
+    hand.release(4.2)
+    assert (3.5, 4.2, "hold") in shown(document)
+
+
+def test_words_under_the_pointer_and_for_screen_readers(document, panel):
+    def words(time, y):
+        return panel.words_at(QPointF(Hand(panel, y).at(time)))
+
+    assert words(1.5, 20) == "Ann: grab 1.000-2.000 s (1.000 s)"
+    assert words(7.5, OTHER_ROW) == "Ines: hold 7.030-8.000 s (0.970 s)"
+    assert words(4.0, 20) == ""
+    assert panel.words_at(QPointF(20, OTHER_ROW)) == "Ines"
+    document.select(1)
+    assert panel.accessibleDescription() == "hold 2.000-3.000 s (1.000 s)"
+    document.select(None)
+    assert panel.accessibleDescription() == ""

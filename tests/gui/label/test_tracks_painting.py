@@ -1,0 +1,154 @@
+"""What is seen on the tracks: pixels and names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from painting_bench import Hand, opened
+from PySide6.QtGui import QColor
+
+from forcelab.gui.label import track_painting
+from forcelab.gui.label.track_painting import crowd, looks_of, visible
+from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.theme import colours
+from forcelab.labels import Segment
+
+TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
+
+
+@pytest.fixture
+def document(app):
+    with opened(TRACK, Ines=(Segment(7.0, 8.0, "lift"),)) as document:
+        yield document
+
+
+@pytest.fixture
+def panel(document):
+    panel = TrackPanel(document)
+    panel.resize(1096, 100)
+    panel.show()
+    yield panel
+    panel.close()
+
+
+def colour_at(panel, time, y=14):
+    """The colour on screen at a time; near the top of the row, where no name is."""
+    return panel.grab().toImage().pixelColor(Hand(panel, y).at(time))
+
+
+def test_segments_have_their_actions_colours_and_the_rest_is_unlabelled(document, panel):
+    for time, action in ((1.5, "grab"), (2.5, "hold"), (5.5, "release")):
+        assert colour_at(panel, time) == QColor(document.vocabulary[action].colour)
+    assert colour_at(panel, 4.0) == QColor(colours().unlabelled)
+
+
+def test_an_action_that_is_not_in_the_vocabulary_is_grey(document):
+    looks = looks_of(document.vocabulary, ["grab", "unheard of"], colours())
+    assert looks["grab"].colour == QColor(document.vocabulary["grab"].colour)
+    assert looks["unheard of"].colour == QColor(colours().muted)
+
+
+def test_the_others_tracks_are_seen_too(document, panel):
+    (other,) = panel.rows()[1:]
+    lifted = QColor(document.vocabulary["lift"].colour)
+    assert colour_at(panel, 7.2, round(other.box.top()) + 3) == lifted
+
+
+def test_what_is_dragged_is_seen_at_its_new_place(document, panel):
+    document.set_action("hold")
+    hand = Hand(panel)
+    hand.press(3.5)
+    hand.move(4.5)
+    assert colour_at(panel, 4.3) == QColor(document.vocabulary["hold"].colour)
+    panel.cancel_drag()
+    assert colour_at(panel, 4.3) == QColor(colours().unlabelled)
+    hand.press(2.0)
+    hand.move(2.6)
+    assert colour_at(panel, 2.4) == QColor(document.vocabulary["grab"].colour)
+
+
+def test_a_stroke_grows_with_the_cursor(document, panel):
+    document.begin_stroke("release", 7.0)
+    document.seek(8.0)
+    assert colour_at(panel, 7.5) == QColor(document.vocabulary["release"].colour)
+    assert colour_at(panel, 8.5) == QColor(colours().unlabelled)
+
+
+def test_the_selected_segment_is_framed(document, panel):
+    before = colour_at(panel, 5.5, 5)
+    document.select(2)
+    assert colour_at(panel, 5.5, 5) == QColor(colours().accent)
+    document.select(None)
+    assert colour_at(panel, 5.5, 5) == before
+
+
+def test_every_author_has_a_row_and_the_coder_the_highest(document, panel):
+    rows = panel.rows()
+    assert [row.author for row in rows] == ["Ann", "Ines"]
+    assert rows[0].box.height() > rows[1].box.height()
+    document.set_hidden_authors(frozenset({"Ines"}))
+    assert [row.author for row in panel.rows()] == ["Ann"]
+
+
+def test_room_grows_with_the_authors(document, panel):
+    low = panel.minimumSizeHint().height()
+    document.set_hidden_authors(frozenset({"Ines"}))
+    assert panel.minimumSizeHint().height() < low
+
+
+def test_a_name_is_cut_to_what_fits_but_not_to_nothing(app):
+    fitting = track_painting._fitting
+    whole, wide = fitting("slip transition", 12.0, 500)
+    assert whole == "slip transition"
+    for room in range(500):
+        name, width = fitting("slip transition", 12.0, room)
+        assert width <= max(room, 0)
+        if room >= 12:
+            assert name.startswith("s")
+        if room >= wide:
+            assert name == whole
+    assert fitting("slip transition", 12.0, 3) == ("", 0.0)
+    assert fitting("x", 12.0, 100)[0] == "x"
+
+
+def test_visible_segments_reach_into_the_span():
+    assert visible(TRACK, 2.5, 5.5) == TRACK[1:]
+    assert visible(TRACK, 3.0, 5.0) == ()
+    assert visible(TRACK, 1.9, 1.95) == TRACK[:1]
+
+
+def test_the_rarest_of_a_crowd_is_seen():
+    track = [Segment(i / 1000, (i + 1) / 1000, "a") for i in range(1000)]
+    track[555] = replace(track[555], action="b")
+    wide, columns, names = crowd(tuple(track), 0.0, 0.01, 100, 0.03)
+    assert wide == ()
+    assert [names[code] for code in columns] == ["a"] * 55 + ["b"] + ["a"] * 44
+
+
+def test_one_short_segment_is_seen_on_screen(document, panel):
+    document.paint(4.0001, 4.0002, "hold")
+    assert colour_at(panel, 4.0) == QColor(document.vocabulary["hold"].colour)
+
+
+@given(
+    st.lists(st.floats(1e-4, 1.0), max_size=80).map(np.cumsum),
+    st.floats(1e-3, 1.0),
+)
+def test_every_narrow_segment_has_a_column_that_it_or_a_neighbour_shows(cuts, pixel):
+    pairs = cuts[: len(cuts) // 2 * 2].reshape(-1, 2).tolist()
+    track = tuple(Segment(a, b, f"action {i % 3}") for i, (a, b) in enumerate(pairs) if b > a)
+    count = int(max(cuts, default=0.0) / pixel) + 2
+    wide, columns, names = crowd(track, 0.0, pixel, count, 3 * pixel)
+    assert wide == tuple(s for s in track if s.duration >= 3 * pixel)
+    near = set()
+    for segment in set(track) - set(wide):
+        first, last = int(segment.start / pixel), int(segment.end / pixel) + 1
+        here = {code for code in columns[first:last].tolist() if code >= 0}
+        assert here
+        near |= set(range(first, last))
+        if segment.duration >= 2 * pixel:
+            middle = columns[int((segment.start + segment.end) / 2 / pixel)]
+            assert names[middle] == segment.action
+    assert set(np.flatnonzero(columns >= 0).tolist()) <= near

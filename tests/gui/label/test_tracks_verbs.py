@@ -1,0 +1,230 @@
+"""What the commands of time and segments do to the document."""
+
+import numpy as np
+import pytest
+from painting_bench import opened, shown
+
+from forcelab.gui.commands import COMMANDS
+from forcelab.gui.label import segment_verbs, verbs
+from forcelab.gui.label.tracks import TrackPanel
+from forcelab.labels import Segment
+
+TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
+TIMES = [(s.start, s.end, s.action) for s in TRACK]
+
+
+@pytest.fixture
+def document(app):
+    with opened(TRACK, Ines=(Segment(7.0, 8.0, "hold"),)) as document:
+        yield document
+
+
+@pytest.fixture
+def tracks(document):
+    panel = TrackPanel(document)
+    panel.resize(1096, 100)
+    yield panel
+    panel.deleteLater()
+
+
+@pytest.fixture
+def do(document, tracks):
+    handlers = verbs.handlers(document, tracks, tracks)
+    return lambda name: handlers[name]()
+
+
+@pytest.fixture
+def said(document):
+    sentences = []
+    document.said.connect(lambda sentence, trouble: sentences.append((sentence, trouble)))
+    return sentences
+
+
+def test_every_handler_is_a_command_of_the_table(document, tracks):
+    known = {command.id for command in COMMANDS}
+    assert set(verbs.handlers(document, tracks, tracks)) <= known
+
+
+def test_walking_along_the_segments(document, do, said):
+    visited = []
+    for _ in range(3):
+        do("next_segment")
+        visited.append((document.selected, document.cursor))
+    assert visited == [(0, 1.0), (1, 2.0), (2, 5.0)]
+    assert said == []
+    do("next_segment")
+    assert said == [("There is no segment after the cursor.", True)]
+    document.seek(4.0)
+    do("previous_segment")
+    assert (document.selected, document.cursor) == (1, 2.0)
+    do("previous_segment")
+    do("previous_segment")
+    assert document.selected == 0
+    assert said[-1] == ("There is no segment before the cursor.", True)
+
+
+def test_the_first_segment_is_reached_from_its_own_start(document, do):
+    document.paint(0.0, 0.5, "hold")
+    do("next_segment")
+    assert document.selected == 0
+
+
+def test_delete_takes_the_selected_segment_or_the_range(document, do, said):
+    do("delete")
+    assert said[-1][1]
+    document.select(1)
+    do("delete")
+    assert shown(document) == [TIMES[0], TIMES[2]]
+    document.select(None)
+    document.set_range(1.5, 5.5)
+    do("delete")
+    assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "release")]
+
+
+def test_split_merge_and_erase(document, do):
+    document.seek(1.5)
+    do("split")
+    assert shown(document)[:2] == [(1.0, 1.5, "grab"), (1.5, 2.0, "grab")]
+    document.select(0)
+    do("merge")
+    assert shown(document) == TIMES
+    document.set_range(1.5, 5.5)
+    do("merge")
+    assert shown(document) == [(1.0, 6.0, "grab")]
+    do("erase_range")
+    assert shown(document) == [(1.0, 1.5, "grab"), (5.5, 6.0, "grab")]
+
+
+def test_a_range_that_only_touches_a_segment_does_not_merge_it(document, do, said):
+    document.set_range(2.0, 4.0)
+    do("merge")
+    assert said[-1][1]
+    assert shown(document) == TIMES
+
+
+def test_merging_needs_a_next_one(document, do, said):
+    document.select(2)
+    do("merge")
+    assert "no segment after" in said[-1][0]
+
+
+def test_gaps_are_filled_in_the_range_or_everywhere(document, said):
+    document.set_range(0.0, 2.5)
+    assert not segment_verbs.fill_gaps(document, 3.0)
+    assert said[-1] == ("There is no gap of at most 3 s to fill.", False)
+    document.clear_range()
+    assert segment_verbs.fill_gaps(document, 3.0)
+    assert shown(document) == [TIMES[0], (2.0, 4.0, "hold"), (4.0, 6.0, "release")]
+
+
+@pytest.mark.parametrize(
+    ("command", "index", "after", "cursor"),
+    [
+        ("start_earlier", 2, (4.99, 6.0), 4.99),
+        ("start_later", 2, (5.01, 6.0), 5.01),
+        ("end_earlier", 2, (5.0, 5.99), 5.99),
+        ("end_later", 2, (5.0, 6.01), 6.01),
+        ("move_earlier", 2, (4.99, 5.99), 4.99),
+        ("move_later", 2, (5.01, 6.01), 5.01),
+    ],
+)
+def test_nudges_by_a_sample(document, do, command, index, after, cursor):
+    document.select(index)
+    do(command)
+    assert shown(document)[index][:2] == pytest.approx(after)
+    assert document.cursor == pytest.approx(cursor)
+    assert document.selected == index
+
+
+def test_nudges_by_a_video_frame_where_there_is_one(document, do):
+    frames = np.arange(0, 10, 0.04) + 0.001
+    document.set_frame_times(frames)
+    document.select(2)
+    do("start_later")
+    do("start_later")
+    assert shown(document)[2][0] == pytest.approx(5.041)
+
+
+def test_a_nudge_over_a_neighbour_keeps_the_segment(document, do):
+    document.paint(4.99, 5.0, "grab")
+    document.select(3)
+    do("start_earlier")
+    assert document.segments[document.selected].action == "release"
+
+
+def test_nudges_stop_at_the_ends(document, do):
+    document.paint(9.99, 10.0, "grab")
+    document.select(3)
+    do("end_later")
+    do("move_later")
+    assert shown(document)[3] == (9.99, 10.0, "grab")
+
+
+def test_edges_to_the_cursor(document, do, said):
+    document.seek(4.0)
+    do("end_to_cursor")
+    assert shown(document)[1] == (2.0, 4.0, "hold")
+    document.seek(4.5)
+    do("start_to_cursor")
+    assert shown(document)[2] == (4.5, 6.0, "release")
+    document.seek(1.5)
+    do("start_to_cursor")
+    assert shown(document)[0] == (1.5, 2.0, "grab")
+    document.seek(0.5)
+    do("end_to_cursor")
+    assert said[-1] == ("There is no segment before the cursor.", True)
+    document.seek(9.0)
+    do("start_to_cursor")
+    assert said[-1] == ("There is no segment after the cursor.", True)
+
+
+def test_zooming_to_the_selection(document, do, said):
+    do("zoom_selection")
+    assert said[-1][1]
+    document.select(2)
+    do("zoom_selection")
+    assert (document.start, document.end) == pytest.approx((4.75, 6.25))
+    document.set_range(0.0, 2.0)
+    do("zoom_selection")
+    assert (document.start, document.end) == pytest.approx((0.0, 2.5))
+
+
+def test_copying_from_the_only_other_author(document, do, said):
+    do("copy_from")
+    assert said[-1] == ("Ines has no segment at the cursor; mark a range to copy.", True)
+    document.seek(7.5)
+    do("copy_from")
+    assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
+
+
+def test_esc_takes_back_one_thing_after_the_other(document, do):
+    document.select(0)
+    document.set_range(3.0, 4.0)
+    document.begin_stroke("grab", 0.0)
+    do("cancel")
+    assert (document.stroke, document.range is None, document.selected) == (None, False, 0)
+    do("cancel")
+    assert (document.range, document.selected) == (None, 0)
+    do("cancel")
+    assert document.selected is None
+
+
+def test_moving_in_time(document, do):
+    document.seek(5.0)
+    do("step_forward")
+    assert document.cursor == pytest.approx(5.01)
+    do("step_back")
+    do("leap_forward")
+    assert document.cursor == pytest.approx(5.2)
+    do("leap_back")
+    assert document.cursor == pytest.approx(5.0)
+    do("to_end")
+    assert document.cursor == 10.0
+    do("to_start")
+    assert document.cursor == 0.0
+    document.set_span(0.0, 1.0)
+    do("pan_right")
+    assert document.start == pytest.approx(0.2)
+    document.set_frame_times(np.arange(0, 10, 0.04))
+    do("leap_forward")
+    assert document.cursor == pytest.approx(0.4)

@@ -1,0 +1,344 @@
+import threading
+import time
+
+import films
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject, QPointF, Qt, Signal
+from PySide6.QtGui import QGuiApplication, QImage
+from PySide6.QtTest import QTest
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.gui.label.frames import Frames
+from forcelab.gui.label.video import VideoPanel
+
+COUNT = 200
+ODD = films.odd_times(COUNT)
+CLOCK = ClockMap(offset=1.2345, rate=1.00003)
+
+
+class Paper(QObject):
+    """What the panel needs of a document."""
+
+    demonstration_changed = Signal()
+    cursor_moved = Signal(float)
+
+    def __init__(self):
+        super().__init__()
+        self.demonstration, self.id = None, ""
+        self.cursor, self.playing = 0.0, False
+        self.frame_times, self.said = None, []
+
+    def show(self, video, clock=CLOCK, id_="a"):
+        reference = None if video is None else VideoReference(video, clock)
+        times = np.linspace(0, 30, 100)
+        self.demonstration = Demonstration(
+            "a", "", times, times[:, None], (Channel("fz"),), video=reference
+        )
+        self.id = id_
+        self.demonstration_changed.emit()
+
+    def seek(self, time):
+        self.cursor = time
+        self.cursor_moved.emit(time)
+
+    def set_frame_times(self, times):
+        self.frame_times = times
+
+    def say(self, text, trouble=False):
+        self.said.append((text, trouble))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("films")
+
+
+@pytest.fixture(scope="module")
+def video(folder):
+    return films.write(folder / "h264-vfr.mp4", "libx264", ODD, films.GOP_250)
+
+
+@pytest.fixture
+def document(app):
+    return Paper()
+
+
+@pytest.fixture
+def panel(document):
+    panel = VideoPanel(document)
+    panel.resize(400, 200)
+    panel.show()
+    yield panel
+    panel.close_video()
+    panel.close()
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("video ")]
+
+
+def wait(true, seconds=10.0):
+    until = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < until, "waited in vain"
+        QTest.qWait(1)
+
+
+def number_of(image: QImage):
+    image = image.convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
+    return films.number_of(rows[:, : 3 * image.width()].reshape(image.height(), -1, 3))
+
+
+def on_screen(panel):
+    """The number that the pixels say that are painted."""
+    shot = panel.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+    rows = np.frombuffer(shot.constBits(), np.uint8).reshape(shot.height(), -1)
+    pixels = rows[:, : 3 * shot.width()].reshape(shot.height(), -1, 3)
+    ratio = shot.width() / panel.width()
+    box = panel._picture_box()
+    row = pixels[round(box.center().y() * ratio), :, 0]
+    middles = box.left() + (np.arange(films.BITS) + 0.5) * box.width() / films.BITS
+    return int(sum(1 << bit for bit in range(films.BITS) if row[round(middles[bit] * ratio)] > 128))
+
+
+def expected(times, cursor):
+    return int(np.flatnonzero(CLOCK.to_force(times - times[0]) <= cursor + 1e-6)[-1])
+
+
+def test_after_any_seek_the_frame_at_the_cursor_is_on_the_screen(panel, document, video):
+    document.show(video)
+    wait(lambda: panel.settled and document.frame_times is not None)
+    np.testing.assert_allclose(document.frame_times, CLOCK.to_force(ODD - ODD[0]), atol=1e-6)
+    random = np.random.default_rng(1)
+    for cursor in random.uniform(1.3, 1.2 + ODD[-1], 10):
+        document.seek(cursor)
+        wait(lambda: panel.settled)
+        assert panel.shown_index == expected(ODD, cursor)
+        assert on_screen(panel) == panel.shown_index
+
+
+def test_steps_onto_the_frames_own_times_show_these_frames(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    for number in [*range(100, 112), *range(112, 100, -1)]:
+        document.seek(float(document.frame_times[number]))
+        wait(lambda: panel.settled)
+        assert panel.shown_index == number == number_of(panel._image)
+
+
+def test_of_many_requests_the_newest_wins(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    shown = []
+    panel.frame_shown.connect(shown.append)
+    for cursor in np.random.default_rng(2).uniform(1.3, 1.2 + ODD[-1], 200):
+        document.seek(cursor)
+    wait(lambda: panel.settled)
+    assert panel.shown_index == expected(ODD, document.cursor) == on_screen(panel)
+    assert len(shown) < 20
+
+
+def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    document.seek(2.0)
+    wait(lambda: panel.settled)
+    shown = []
+    panel.frame_shown.connect(lambda number: shown.append((number, document.cursor)))
+    document.playing = True
+    began = time.monotonic()
+    while len(shown) < 8:
+        played = time.monotonic() - began
+        assert played < 10
+        document.seek(2.0 + played)
+        QTest.qWait(5)
+    document.playing = False
+    wait(lambda: panel.settled)
+    numbers = [number for number, _ in shown]
+    assert numbers == sorted(numbers)
+    assert all(document.frame_times[number] <= cursor + 1e-6 for number, cursor in shown)
+    assert panel.shown_index == expected(ODD, document.cursor)
+
+
+def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    document.seek(0.5)
+    wait(lambda: panel.settled)
+    assert panel.message == "The video begins at 1.234 s"
+    assert panel.shown_index == -1
+    document.seek(1e3)
+    wait(lambda: panel.settled and panel.shown_index == COUNT - 1)
+    assert panel.message == ""
+    assert panel.caption.startswith(f"frame {COUNT} of {COUNT} · ")
+    assert panel.caption.endswith("the video is over")
+    assert panel.accessibleDescription().startswith(f"frame {COUNT} of {COUNT} · ")
+
+
+def test_without_a_video_there_is_no_thread_and_no_panel(panel, document):
+    document.show(None)
+    assert not panel.wanted
+    assert panel.isHidden()
+    assert panel.settled
+    assert panel._frames is None
+
+
+def test_another_demonstration_gets_its_own_video_and_one_without_gets_none(
+    panel, document, video, folder
+):
+    other = films.write_with_opencv(folder / "mp4v.mp4", "mp4v", 90)
+    document.show(video)
+    document.show(other, ClockMap(), "b")
+    document.seek(2.0)
+    wait(lambda: document.frame_times is not None and panel.settled)
+    np.testing.assert_allclose(document.frame_times, np.arange(90) / 30, atol=1e-6)
+    assert panel.shown_index == 60 == on_screen(panel)
+    document.show(None, id_="c")
+    assert panel.shown_index == -1
+    assert panel.isHidden()
+
+
+def test_a_new_clock_is_followed_without_reading_the_video_again(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    document.seek(5.0)
+    wait(lambda: panel.settled)
+    before = panel.shown_index
+    decoder = panel._frames._decoder
+    document.show(video, ClockMap(offset=3.0))
+    wait(lambda: panel.settled)
+    assert panel._frames._decoder is decoder
+    np.testing.assert_allclose(document.frame_times, ODD - ODD[0] + 3.0, atol=1e-6)
+    assert panel.shown_index == int(np.flatnonzero(ODD - ODD[0] <= 2.0 + 1e-6)[-1]) != before
+
+
+@pytest.mark.parametrize("kind", ["missing", "damaged", "truncated", "opencv"])
+def test_what_cannot_be_shown_is_said_in_the_panel(
+    panel, document, video, tmp_path, kind, monkeypatch
+):
+    path = tmp_path / "film.mp4"
+    if kind == "damaged":
+        path.write_bytes(b"no video" * 100)
+    elif kind == "truncated":
+        path.write_bytes(video.read_bytes()[:3000])
+    elif kind == "opencv":
+        import sys
+
+        path = video
+        monkeypatch.setitem(sys.modules, "cv2", None)
+    document.show(path)
+    wait(lambda: panel.message)
+    assert panel.settled
+    assert panel.troubled
+    assert path.name in panel.message
+    assert panel.message.count(". ") == 0
+    assert panel.grab().toImage().height() > 0
+    # The rest works: the next one is shown.
+    monkeypatch.undo()
+    document.show(video, id_="b")
+    document.seek(4.0)
+    wait(lambda: panel.shown_index >= 0)
+    assert not panel.troubled
+
+
+def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, tmp_path):
+    whole = films.write(tmp_path / "w.mkv", "libx264", films.even_times(150), {"g": "20"})
+    content = whole.read_bytes()
+    (tmp_path / "cut.mkv").write_bytes(content[: len(content) * 6 // 10])
+    document.show(tmp_path / "cut.mkv")
+    wait(lambda: document.said)
+    assert "cut short" in document.said[0][0]
+    document.seek(2.5)
+    wait(lambda: panel.settled)
+    assert on_screen(panel) == panel.shown_index > 20
+
+
+def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None and panel.settled)
+    panel.hide()
+    before = panel.shown_index
+    document.seek(6.0)
+    QTest.qWait(50)
+    assert panel.shown_index == before
+    assert panel.settled
+    panel.show()
+    wait(lambda: panel.settled)
+    assert panel.shown_index == expected(ODD, 6.0)
+
+
+def test_zoom_keeps_the_point_under_the_pointer_and_double_click_fits(panel, document, video):
+    document.show(video)
+    document.seek(3.0)
+    wait(lambda: panel.shown_index >= 0)
+    whole = panel._picture_box()
+    about = QPointF(90, 80)
+    panel.zoom_by(4.0, about)
+    box = panel._picture_box()
+    assert box.width() == pytest.approx(4 * whole.width())
+    assert (about.x() - box.left()) / 4 == pytest.approx(about.x() - whole.left())
+    QTest.mousePress(panel, Qt.MouseButton.LeftButton, pos=QPointF(200, 80).toPoint())
+    QTest.mouseMove(panel, QPointF(150, 80).toPoint())
+    QTest.mouseRelease(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
+    assert panel._picture_box().left() == pytest.approx(box.left() - 50)
+    QTest.mouseDClick(panel, Qt.MouseButton.LeftButton, pos=QPointF(150, 80).toPoint())
+    assert panel._picture_box() == whole
+
+
+def test_the_frame_can_be_copied(panel, document, video):
+    document.show(video)
+    document.seek(7.0)
+    wait(lambda: panel.settled and panel.shown_index >= 0)
+    copy = next(action for action in panel.menu().actions() if action.text() == "Copy frame")
+    copy.trigger()
+    assert number_of(QGuiApplication.clipboard().image()) == panel.shown_index
+
+
+def test_a_long_index_tells_how_far_it_is_and_shows_the_first_frame_at_once(app, folder):
+    path = films.write_with_opencv(folder / "long.mp4", "mp4v", 1200)
+    frames, told = Frames(), []
+    frames.indexed.connect(lambda done, total: told.append(("indexed", done, total)))
+    frames.frame_ready.connect(lambda number, _: told.append(("frame", number)))
+    frames.opened.connect(lambda times, size: told.append(("opened", len(times), size)))
+    frames.open(path)
+    wait(lambda: told and told[-1][0] == "opened")
+    frames.close()
+    assert told[0] == ("frame", 0)
+    assert ("indexed", 1000, 1200) in told
+    assert told[-1] == ("opened", 1200, (films.WIDTH, films.HEIGHT))
+
+
+def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypatch):
+    from forcelab.video.reader import VideoReader
+
+    readers, ready = [], []
+    start = VideoReader.__init__
+    monkeypatch.setattr(
+        VideoReader, "__init__", lambda self, *given: readers.append(self) or start(self, *given)
+    )
+    frames = Frames()
+    frames.frame_ready.connect(lambda number, _: ready.append(number))
+    frames.open(video)
+    frames.want(150)
+    wait(lambda: ready == [150])
+    frames.want(151, 1)
+    wait(lambda: ready == [150, 151])
+    wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
+    assert ready == [150, 151]
+    frames.close()
+
+
+def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
+    panel, document, video
+):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    wait(lambda: len(panel._frames._decoder._sketches) == COUNT)
+    coarse = []
+    panel._frames.sketch_ready.connect(lambda number, image: coarse.append((number, image.copy())))
+    for cursor in (9.0, 2.0, 8.0, 4.0):
+        document.seek(cursor)
+        wait(lambda: panel.settled)
+        assert panel.shown_index == expected(ODD, cursor) == number_of(panel._image)
+    assert all(number_of(image) == number for number, image in coarse)
+    assert panel._sharp

@@ -1,0 +1,417 @@
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
+from PySide6.QtGui import QHelpEvent, QImage
+from PySide6.QtTest import QAbstractItemModelTester, QTest
+from PySide6.QtWidgets import QPushButton
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui import theme
+from forcelab.gui.demonstrations import DemonstrationList
+from forcelab.gui.document import Document
+from forcelab.gui.listing_model import ListingModel
+from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
+from forcelab.labels import Segment, Track
+from forcelab.project import DemonstrationInfo, Incoming, Project
+
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
+
+
+@pytest.fixture
+def tmp_path():
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        yield Path(folder)
+
+
+def incoming(name: str, task: str, seed: int, **labelled: float) -> Incoming:
+    """A demonstration of 10 s of which each author has labelled so many."""
+    times = np.arange(100) / 10
+    signals = np.random.default_rng(seed).normal(size=(100, 1))
+    tracks = tuple(
+        Track(author, (Segment(0.0, seconds, "grab"),)) for author, seconds in labelled.items()
+    )
+    demonstration = Demonstration(name, task, times, signals, (Channel("fz", "N"),))
+    return Incoming(demonstration, tracks, f"/data/{name}.csv"[:80])
+
+
+@pytest.fixture
+def path(tmp_path):
+    with Project.create(tmp_path / "study.forcelab") as project:
+        added = project.add_all(
+            [
+                incoming("pen-10", "stylus", 0),
+                incoming("pen-2", "stylus", 1, anna=5.0, bert=2.5),
+                incoming("block", "foam", 2, anna=10.0),
+                incoming("sponge", "foam", 3, bert=10.0),
+                incoming(LONG, "a task with a rather long name of its own for once", 4),
+            ]
+        )
+        block = next(one.id for one in added if one.name == "block")
+        project.edit(block, "net", (), (Segment(0.0, 1.0, "grab"),), "predicted", kind="predict")
+    return tmp_path / "study.forcelab"
+
+
+@pytest.fixture
+def document(app, path):
+    document = Document("anna")
+    document.open_project(path)
+    yield document
+    document.close()
+
+
+@pytest.fixture
+def listing(document):
+    listing = DemonstrationList(document)
+    listing.resize(260, 500)
+    listing.show()
+    yield listing
+    listing.close()
+    listing.deleteLater()
+
+
+def id_of(document: Document, name: str) -> str:
+    return next(info.id for info in document.infos if info.name == name)
+
+
+def shown(listing: DemonstrationList) -> dict[str, list[str]]:
+    return {group.task: [row.info.name for row in group.rows] for group in listing.model.groups}
+
+
+def row(listing: DemonstrationList, name: str) -> Row:
+    rows = [row for group in listing.model.groups for row in group.rows]
+    return next(row for row in rows if row.info.name == name)
+
+
+def click(listing: DemonstrationList, index: QModelIndex) -> None:
+    where = listing.view.visualRect(index).center()
+    assert listing.view.viewport().rect().contains(where)
+    QTest.mouseClick(
+        listing.view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, where
+    )
+
+
+def opened(document: Document) -> str:
+    return document.demonstration.name if document.demonstration else ""
+
+
+def test_demonstrations_stand_by_task_in_natural_order(listing):
+    tasks = list(shown(listing))
+    assert tasks == ["a task with a rather long name of its own for once", "foam", "stylus"]
+    assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
+    assert all(listing.view.isExpanded(listing.model.index(g, 0)) for g in range(3))
+
+
+def test_the_model_is_as_qt_wants_it(listing, document):
+    QAbstractItemModelTester(
+        listing.model, QAbstractItemModelTester.FailureReportingMode.Fatal, listing
+    )
+    listing.search.setText("pen")
+    listing.search.setText("")
+    document.open_demonstration(id_of(document, "pen-2"))
+    document.close()
+    assert listing.model.rowCount() == 0
+
+
+def test_a_row_tells_ones_own_share_and_who_else_labelled(listing):
+    assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.5, (("bert", 0.25),))
+    assert row(listing, "block").others == (("net", 0.1),)
+    assert row(listing, "pen-10") == Row(row(listing, "pen-10").info)
+    index = listing.model.index_of(row(listing, "pen-2").info.id)
+    told = index.data(Qt.ItemDataRole.AccessibleTextRole)
+    assert told == "pen-2; Labelled by you: 50 %; Labelled by bert: 25 %; No video"
+    tip = index.data(Qt.ItemDataRole.ToolTipRole)
+    for part in ("10.00 s", "10 Hz", "/data/pen-2.csv", row(listing, "pen-2").info.id):
+        assert part in tip
+
+
+def test_another_coder_sees_their_own_share(listing, document):
+    document.set_author("bert")
+    assert (row(listing, "pen-2").share, row(listing, "pen-2").others) == (0.25, (("anna", 0.5),))
+    assert row(listing, "sponge").share == 1.0
+
+
+@pytest.mark.parametrize(
+    ("share", "told"), [(0, 0), (1e-9, 1), (0.5, 50), (0.996, 99), (0.99995, 100), (1, 100)]
+)
+def test_zero_and_hundred_percent_are_nothing_and_everything(share, told):
+    assert percent(share) == told
+
+
+def test_painting_past_the_end_is_not_more_than_everything():
+    info = DemonstrationInfo("0" * 32, "x", "t", 2, (), 1.0, 10.0, {"anna": 10.7}, False, "")
+    assert rows_of([info], [], "anna")[0].share == 1.0
+    assert rows_of([info], [], "bert")[0].others == (("anna", 1.0),)
+
+
+def test_what_is_painted_is_in_the_list_at_once(listing, document):
+    document.open_demonstration(id_of(document, "pen-10"))
+    before = document.project.demonstrations
+    document.project.demonstrations = lambda: pytest.fail("the whole list was read")
+    assert document.paint(0.0, 2.0, "grab")
+    assert row(listing, "pen-10").share == pytest.approx(0.2)
+    assert document.undo()
+    assert row(listing, "pen-10").share == 0.0
+    assert document.paint(0.0, 3.0, "grab")
+    document.refresh_info()
+    document.open_demonstration(id_of(document, "pen-2"))
+    document.listing_changed.emit()
+    assert row(listing, "pen-10").share == pytest.approx(0.3)
+    document.project.demonstrations = before
+
+
+def test_a_click_opens_and_a_click_on_a_task_folds_it(listing, document):
+    model = listing.model
+    click(listing, model.index_of(id_of(document, "pen-2")))
+    assert opened(document) == "pen-2"
+    assert model.opened == document.id
+    click(listing, model.index(1, 0))
+    assert not listing.view.isExpanded(model.index(1, 0))
+    document.refresh_listing()
+    assert not listing.view.isExpanded(model.index(1, 0))
+    listing.search.setText("block")
+    assert listing.view.isExpanded(model.index(0, 0))
+    listing.search.setText("")
+    assert not listing.view.isExpanded(model.index(1, 0))
+    click(listing, model.index(1, 0))
+    assert listing.view.isExpanded(model.index(1, 0))
+
+
+def test_the_keyboard_alone_searches_and_opens(listing, document):
+    listing.focus_search()
+    assert listing.focusWidget() is listing.search
+    QTest.keyClicks(listing.search, "STYLUS pe")
+    assert shown(listing) == {"stylus": ["pen-2", "pen-10"]}
+    QTest.keyClick(listing.search, Qt.Key.Key_Return)
+    assert opened(document) == "pen-2"
+    assert listing.focusWidget() is listing.view
+    QTest.keyClick(listing.view, Qt.Key.Key_Down)
+    QTest.keyClick(listing.view, Qt.Key.Key_Return)
+    assert opened(document) == "pen-10"
+    listing.focus_search()
+    QTest.keyClick(listing.search, Qt.Key.Key_Escape)
+    assert len(shown(listing)) == 3
+    for key in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
+        listing.focus_search()
+        QTest.keyClick(listing.search, key)
+        assert listing.focusWidget() is listing.view
+
+
+def test_next_and_previous_stay_among_what_is_shown(listing, document):
+    said = []
+    document.said.connect(lambda text, _: said.append(text))
+    listing.search.setText("foam")
+    listing.open_next()
+    assert opened(document) == "block"
+    listing.open_next()
+    assert opened(document) == "sponge"
+    listing.open_next()
+    assert opened(document) == "sponge"
+    assert said[-1].startswith("This is the last")
+    listing.open_previous()
+    listing.open_previous()
+    assert opened(document) == "block"
+    assert said[-1].startswith("This is the first")
+    listing.search.setText("nowhere")
+    listing.open_next()
+    assert said[-1].startswith("No demonstration is shown")
+
+
+def test_filters_show_what_is_left_to_do(listing, document):
+    project = document.project
+    project.assign(id_of(document, "pen-10"), "anna")
+    project.assign(id_of(document, "block"), "anna", blind=False)
+    project.set_done(id_of(document, "block"), "anna")
+    project.assign(id_of(document, "sponge"), "bert")
+    document.refresh_listing()
+    names = {}
+    for i in range(listing.shown.count()):
+        listing.shown.setCurrentIndex(i)
+        names[listing.shown.currentData()] = [
+            name for names in shown(listing).values() for name in names
+        ]
+    assert len(names["all"]) == 5
+    assert names["unlabelled"] == [LONG, "sponge", "pen-10"]
+    assert names["assigned"] == ["pen-10"]
+    assert names["done"] == ["block"]
+
+
+def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
+    id_ = id_of(document, "pen-2")
+    document.open_demonstration(id_)
+    assert "bert" in document.others
+    assert listing.menu.assign([id_], "anna")
+    document.project.assign(id_, "bert")
+    document.refresh_listing()
+    assert document.coding_blind
+    assert document.others == {}
+    assert row(listing, "pen-2").blind
+    index = listing.model.index_of(id_)
+    for role in (Qt.ItemDataRole.AccessibleTextRole, Qt.ItemDataRole.ToolTipRole):
+        assert "bert" not in index.data(role)
+        assert "blind" in index.data(role)
+    titles = [action.text() for action in listing.menu.made_for(row(listing, "pen-2")).actions()]
+    assert not any("bert" in title for title in titles)
+    assert listing.menu.set_done(id_, True)
+    assert "bert" in document.others
+    assert row(listing, "pen-2").done
+    assert row(listing, "pen-2").others == (("bert", 0.25),)
+
+
+def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
+    menu, project = listing.menu, document.project
+    id_ = id_of(document, "pen-10")
+    document.open_demonstration(id_)
+    assert menu.rename(id_, "pencil")
+    assert opened(document) == "pencil"
+    assert shown(listing)["stylus"] == ["pen-2", "pencil"]
+    film = tmp_path / "film.mp4"
+    film.write_bytes(b"film")
+    assert menu.attach_video(id_, film)
+    assert document.demonstration.video is not None
+    assert row(listing, "pencil").info.has_video
+    assert menu.set_done(id_, True)
+    assert [one.done is not None for one in project.assignments("anna")] == [True]
+    assert menu.set_done(id_, False)
+    assert menu.unassign(id_, "anna")
+    assert project.assignments() == ()
+
+
+def test_what_cannot_be_done_is_said(listing, document, tmp_path):
+    said = []
+    document.said.connect(lambda text, trouble: said.append((text, trouble)))
+    id_ = id_of(document, "pen-10")
+    assert not listing.menu.rename(id_, "pen-2")
+    assert said[-1][1]
+    assert "choose another name" in said[-1][0]
+    assert not listing.menu.attach_video(id_, tmp_path / "missing.mp4")
+    assert not listing.menu.assign([id_], "net")
+    assert "is a model" in said[-1][0]
+    assert len(said) == 3
+
+
+def test_every_row_has_a_menu(listing, document):
+    document.open_demonstration(id_of(document, "pen-2"))
+    titles = [a.text() for a in listing.menu.made_for(row(listing, "block")).actions() if a.text()]
+    assert titles == ["Open", "Mark as done", "Assign blind…", "Rename…", "Attach video…"]
+    first = listing.menu.made_for(row(listing, "pen-2")).actions()[0]
+    assert not first.isEnabled()
+    group = listing.menu.made_for(listing.model.groups[1])
+    assert [action.text() for action in group.actions()] == ["Assign these 2 blind…"]
+
+
+def test_a_project_that_may_only_be_read_offers_only_to_open(app, path, monkeypatch):
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+    document = Document("anna")
+    document.open_project(path)
+    listing = DemonstrationList(document)
+    actions = listing.menu.made_for(row(listing, "block")).actions()
+    assert [a.text() for a in actions if a.isEnabled() and a.text()] == ["Open"]
+    document.close()
+    listing.deleteLater()
+
+
+def test_what_another_window_does_shows_and_leaves_the_cursor_where_it_is(listing, document, path):
+    document.open_demonstration(id_of(document, "pen-2"))
+    listing.view.setCurrentIndex(listing.model.index_of(id_of(document, "sponge")))
+    resets = []
+    listing.model.modelReset.connect(lambda: resets.append(1))
+    with Project.open(path) as other:
+        other.edit(id_of(document, "sponge"), "anna", (), (Segment(0.0, 5.0, "grab"),), "painted")
+        document.refresh()
+        assert row(listing, "sponge").share == 0.5
+        assert resets == []
+        other.add_all([incoming("cube", "foam", 9)])
+        document.refresh()
+    assert shown(listing)["foam"] == ["block", "cube", "sponge"]
+    assert listing.view.currentIndex().data() == "sponge"
+    assert listing.model.opened == document.id
+
+
+def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
+    def button() -> QPushButton | None:
+        there = [b for b in listing.findChildren(QPushButton) if b.isVisible()]
+        return there[0] if there else None
+
+    assert button() is None
+    listing.search.setText("nowhere")
+    assert button().text() == "Show all"
+    QTest.mouseClick(button(), Qt.MouseButton.LeftButton)
+    assert len(shown(listing)) == 3
+    Project.create(tmp_path / "empty.forcelab").close()
+    document.open_project(tmp_path / "empty.forcelab")
+    asked = []
+    listing.importing.connect(lambda: asked.append(1))
+    QTest.mouseClick(button(), Qt.MouseButton.LeftButton)
+    assert asked == [1]
+    assert not listing.search.isVisible()
+    document.close()
+    assert button() is None
+
+
+@pytest.mark.parametrize("choice", ["light", "dark"])
+@pytest.mark.parametrize("width", [120, 260, 400])
+def test_every_row_is_painted_within_its_box(app, listing, document, choice, width):
+    theme.apply(app, choice)
+    document.project.assign(id_of(document, "block"), "anna")
+    document.open_demonstration(id_of(document, "pen-2"))
+    listing.resize(width, 400)
+    image = listing.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
+    index = listing.model.index_of(id_of(document, "pen-2"))
+    box = listing.view.visualRect(index)
+    corner = listing.view.viewport().mapTo(listing, QPoint(0, 0))
+    stripe = image.pixelColor(corner.x() + 1, corner.y() + box.center().y())
+    assert stripe.name() == theme.colours().accent
+    theme.apply(app, "light")
+
+
+def test_a_tool_tip_of_a_name_that_looks_like_markup_shows_it(listing, document):
+    listing.menu.rename(id_of(document, "block"), "<b>&amp;")
+    index = listing.model.index_of(id_of(document, "<b>&amp;"))
+    assert "&lt;b&gt;&amp;amp;" in index.data(Qt.ItemDataRole.ToolTipRole)
+    where = listing.view.visualRect(index).center()
+    event = QHelpEvent(QEvent.Type.ToolTip, where, listing.mapToGlobal(where))
+    assert listing.view.viewportEvent(event)
+
+
+def test_a_thousand_demonstrations_are_shown_at_once(app, listing, document):
+    infos = [
+        DemonstrationInfo(
+            f"{i:032x}", f"pen-{i}", f"task {i // 200}", 9, (), 1.0, 9.0, {"anna": 3.0}, True, ""
+        )
+        for i in range(1000)
+    ]
+    document.infos = tuple(infos)
+    begun = time.process_time()
+    document.listing_changed.emit()
+    app.processEvents()
+    # 30 ms where nothing else is at work.
+    assert time.process_time() - begun < 0.3
+    assert sum(len(group.rows) for group in listing.model.groups) == 1000
+    assert len(listing.view.findChildren(QPushButton)) == 0
+
+
+def test_words_are_found_in_name_task_and_id_in_any_order():
+    infos = [
+        DemonstrationInfo(f"{i:032x}", name, task, 9, (), 1.0, 9.0, {}, True, "")
+        for i, (name, task) in enumerate([("Grüße 1", "LEGO"), ("two", "LEGO"), ("GRÜSSE", "foam")])
+    ]
+    rows = rows_of(infos, [], "anna")
+    assert [group.task for group in grouped(rows, "grüsse", "all")] == ["LEGO", "foam"]
+    assert grouped(rows, " lego TWO ", "all") == (Group("LEGO", (rows[1],)),)
+    assert grouped(rows, f"{2:032x}", "all") == (Group("foam", (rows[2],)),)
+    assert grouped(rows, "", "done") == ()
+
+
+def test_an_index_that_is_nowhere_is_nothing(app):
+    model = ListingModel()
+    assert not model.index(0, 0).isValid()
+    assert not model.index_of("x").isValid()
+    assert model.at(QModelIndex()) is None

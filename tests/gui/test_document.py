@@ -1,0 +1,224 @@
+"""The document: what views are told, and what the store has by then."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui.document import Document
+from forcelab.labels import Segment, Track
+from forcelab.project import Incoming, Project
+
+
+def demonstration(name="pen 1", seconds=10.0, rate=1000.0):
+    times = np.arange(int(seconds * rate)) / rate
+    signals = np.full((len(times), 2), float(len(name)))
+    signals[:, 0] = np.sin(times)
+    return Demonstration(name, "stylus", times, signals, (Channel("f", "N"), Channel("g", "N")))
+
+
+@pytest.fixture
+def path(tmp_path):
+    with Project.create(tmp_path / "study.forcelab") as project:
+        project.add_all(
+            [
+                Incoming(
+                    demonstration("pen 1"),
+                    (
+                        Track("Ada", (Segment(1, 2, "grab"),)),
+                        Track("Ben", (Segment(3, 4, "pull"),)),
+                    ),
+                ),
+                Incoming(demonstration("pen 2", 5.0)),
+            ]
+        )
+    return tmp_path / "study.forcelab"
+
+
+@pytest.fixture
+def document(app, path):
+    document = Document("Ada")
+    document.open_project(path)
+    document.open_demonstration("pen 1")
+    yield document
+    document.close()
+
+
+class Heard(QObject):
+    """What a document said, in order."""
+
+    def __init__(self, document):
+        super().__init__()
+        self.sentences = []
+        self.events = []
+        document.said.connect(lambda text, trouble: self.sentences.append((text, trouble)))
+        for name in ("tracks_changed", "selection_changed", "cursor_moved", "span_changed"):
+            getattr(document, name).connect(lambda *_, name=name: self.events.append(name))
+
+
+def stored(document, author="Ada"):
+    with Project.open(document.project.path) as project:
+        return project.track(document.id, author).segments
+
+
+def test_a_view_that_hears_of_an_edit_finds_it_in_the_store(document):
+    seen = []
+    document.tracks_changed.connect(lambda: seen.append(stored(document) == document.segments))
+    assert document.paint(5, 6, "hold")
+    assert document.move_edge(1, "end", 6.5)
+    assert document.undo()
+    assert document.redo()
+    assert seen == [True] * 4
+    assert stored(document) == (Segment(1, 2, "grab"), Segment(5, 6.5, "hold"))
+
+
+def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
+    heard = Heard(document)
+    assert not document.paint(3, 3, "hold")
+    assert not document.split(8)
+    assert not document.move_edge(0, "start", 2.5)
+    assert [trouble for _, trouble in heard.sentences] == [True] * 3
+    assert "tracks_changed" not in heard.events
+    assert stored(document) == (Segment(1, 2, "grab"),)
+
+
+def test_an_edit_from_elsewhere_is_not_written_over_but_shown(document):
+    with Project.open(document.project.path) as other:
+        other.edit(document.id, "Ada", document.segments, (), "emptied")
+    heard = Heard(document)
+    assert not document.paint(1, 3, "hold")
+    assert heard.sentences[-1][1]
+    assert document.segments == ()
+    assert document.paint(1, 3, "hold")
+    assert stored(document) == (Segment(1, 3, "hold"),)
+
+
+def test_what_another_process_painted_appears_when_one_looks(document):
+    assert document.others == {"Ben": (Segment(3, 4, "pull"),)}
+    with Project.open(document.project.path) as other:
+        other.edit(document.id, "Ben", (Segment(3, 4, "pull"),), (), "emptied")
+        other.edit(document.id, "Cleo", (), (Segment(0, 1, "wobble"),), "painted")
+    heard = Heard(document)
+    document.refresh()
+    assert document.others == {"Ben": (), "Cleo": (Segment(0, 1, "wobble"),)}
+    assert "wobble" in document.vocabulary
+    assert heard.events.count("tracks_changed") == 1
+    document.refresh()
+    assert heard.events.count("tracks_changed") == 1
+
+
+def test_a_new_action_gets_a_look_and_the_others_keep_theirs(document):
+    before = {action.name: action for action in document.vocabulary}
+    document.paint(5, 6, "polish")
+    assert all(document.vocabulary[name] == action for name, action in before.items())
+    with Project.open(document.project.path) as project:
+        assert "polish" in project.vocabulary("stylus")
+
+
+def test_while_coding_blind_nobody_elses_labels_can_be_reached(document):
+    document.project.assign(document.id, "Ada", blind=True)
+    document.open_demonstration("pen 2")
+    document.open_demonstration("pen 1")
+    assert document.others == {}
+    assert not document.copy_from("Ben", 0, 9)
+    assert document.segments == (Segment(1, 2, "grab"),)
+    assert document.set_done()
+    assert document.others == {"Ben": (Segment(3, 4, "pull"),)}
+
+
+def test_the_selection_stays_with_its_segment(document):
+    for start in (3, 5, 7):
+        document.paint(start, start + 1, "hold")
+    document.select(2)
+    document.paint(0, 0.5, "still")
+    assert document.segments[document.selected] == Segment(5, 6, "hold")
+    document.delete(0)
+    assert document.segments[document.selected] == Segment(5, 6, "hold")
+    document.paint(7, 7.5, "pull")
+    assert document.segments[document.selected] == Segment(5, 6, "hold")
+    document.delete(document.selected)
+    assert document.selected is None
+
+
+def test_the_selection_ends_where_the_cursor_leaves_it(document):
+    document.select(0)
+    document.seek(1.5)
+    assert document.selected == 0
+    document.seek(2.5)
+    assert document.selected is None
+
+
+def test_the_span_stays_inside_and_zooms_about_the_pointer(document):
+    document.set_span(2, 4)
+    document.zoom(0.5, 2.5)
+    assert (document.start, document.end) == pytest.approx((2.25, 3.25))
+    document.pan(-100)
+    assert (document.start, document.end) == pytest.approx((0, 1))
+    document.zoom(1000, 0.5)
+    assert (document.start, document.end) == document.bounds
+    document.zoom(1e-12, 5)
+    assert 0 < document.end - document.start <= 1e-3
+    document.seek(9)
+    assert document.start <= 9 <= document.end
+
+
+def test_a_step_is_a_sample_or_with_video_a_frame(document):
+    document.seek(2.0005)
+    document.step(1)
+    assert document.cursor == pytest.approx(2.001)
+    document.seek(2.0005)
+    document.step(-1)
+    assert document.cursor == pytest.approx(2.0)
+    document.set_frame_times(np.array([0.1, 0.5, 3.0, 3.2]))
+    document.seek(0.7)
+    document.step(1)
+    assert document.cursor == 3.0
+    document.step(-1)
+    assert document.cursor == 0.5
+    document.step(-5)
+    assert document.cursor == 0.1
+
+
+def test_a_range_is_marked_from_either_side(document):
+    document.seek(4)
+    document.mark_in()
+    assert (document.range, document.range_in) == (None, 4)
+    document.seek(6)
+    document.mark_out()
+    assert document.range == (4, 6)
+    document.seek(3)
+    document.mark_out()
+    assert document.range is None
+    document.set_range(8, 7)
+    assert document.range == (7, 8)
+    document.clear_range()
+    assert document.range is None
+
+
+def test_a_stroke_may_run_backwards_and_needs_time(document):
+    document.begin_stroke("pull", 8)
+    assert document.end_stroke(7)
+    assert Segment(7, 8, "pull") in stored(document)
+    document.begin_stroke("pull", 5)
+    assert not document.end_stroke(5)
+    document.begin_stroke("pull", 5)
+    document.cancel_stroke()
+    assert not document.end_stroke(6)
+    assert len(stored(document)) == 2
+
+
+def test_a_coder_cannot_take_a_models_name(document):
+    heard = Heard(document)
+    document.set_author("model LEGO")
+    assert document.author == "Ada"
+    assert heard.sentences[-1][1]
+    document.set_author("Ben")
+    assert document.segments == (Segment(3, 4, "pull"),)
+    assert set(document.others) == {"Ada"}
+
+
+def test_a_project_that_cannot_be_opened_leaves_the_open_one(document, tmp_path):
+    with pytest.raises(Exception, match="holds no project|no project|There is no"):
+        document.open_project(tmp_path / "nothing")
+    assert document.project is not None
+    assert document.segments

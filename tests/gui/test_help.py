@@ -1,0 +1,150 @@
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QLabel, QLineEdit, QScrollArea
+
+from forcelab.gui import theme
+from forcelab.gui.document import Document
+from forcelab.gui.help import MOUSE, HelpPage
+from forcelab.gui.shortcuts import COMMANDS, Keys
+from forcelab.vocabulary import Vocabulary
+
+
+@pytest.fixture
+def document(app):
+    made = Document("Ada")
+    made.vocabulary = Vocabulary().with_actions("grab", "a < b & c")
+    return made
+
+
+@pytest.fixture
+def keys(app):
+    return Keys()
+
+
+@pytest.fixture
+def page(document, keys):
+    made = HelpPage(document, keys)
+    made.resize(1200, 860)
+    made.show()
+    assert QTest.qWaitForWindowActive(made)
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+def texts(page):
+    return [label.text() for label in page.findChild(QScrollArea).widget().findChildren(QLabel)]
+
+
+def search(page, text):
+    page.findChild(QLineEdit).setText(text)
+    return texts(page)
+
+
+def test_every_key_of_every_command_is_on_the_page(page, keys):
+    found = texts(page)
+    for command in COMMANDS:
+        if keys[command.id]:
+            assert command.text.rstrip("…") in found
+            for key in keys[command.id]:
+                assert key in found, command.id
+
+
+def test_every_gesture_is_on_the_page(page):
+    found = texts(page)
+    for gesture, what in MOUSE:
+        assert gesture in found
+        assert what in found
+
+
+def test_the_actions_of_the_task_come_first(page):
+    assert texts(page)[:5] == ["Actions of this task", "1", "grab", "2", "a < b & c"]
+
+
+def test_without_actions_there_is_no_section_of_them(keys, app):
+    assert "Actions of this task" not in texts(HelpPage(Document("Ada"), keys))
+
+
+def test_a_key_that_was_changed_is_shown_at_once(page, keys):
+    keys.set_keys("play", ["F5"])
+    found = texts(page)
+    assert "F5" in found
+    assert "Space" not in found
+
+
+def test_other_actions_are_shown_at_once(page, document):
+    document.vocabulary = Vocabulary().with_actions("slip")
+    document.vocabulary_changed.emit()
+    assert texts(page)[:3] == ["Actions of this task", "1", "slip"]
+
+
+def test_searching_leaves_what_matches_in_name_key_or_heading(page):
+    assert search(page, "undo") == ["Labelling", "Ctrl+Z", "Undo"]
+    assert search(page, "ctrl+y") == ["Labelling", "Ctrl+Shift+Z", "Ctrl+Y", "Redo"]
+    assert search(page, "overview") == [
+        "Mouse",
+        "Drag on the overview",
+        "Show that stretch of time",
+    ]
+    assert "Play or pause" in search(page, "playing")
+
+
+def test_a_search_in_vain_says_so_in_plain_text(page):
+    assert search(page, "<b>tea") == ["Nothing is called '<b>tea'."]
+    assert len(search(page, "")) > 100
+
+
+def columns(page):
+    page.grab()
+    labels = page.findChild(QScrollArea).widget().findChildren(QLabel)
+    headings = [label for label in labels if label.font().bold()]
+    return len({label.mapTo(page, label.rect().topLeft()).x() for label in headings})
+
+
+def test_there_are_as_many_columns_as_there_is_room(page, app):
+    widest = columns(page)
+    page.resize(420, 600)
+    app.processEvents()
+    assert (widest, columns(page)) == (3, 1)
+    page.resize(1200, 860)
+    app.processEvents()
+    assert columns(page) == 3
+
+
+@pytest.mark.parametrize("width", [420, 800, 1024, 1200])
+def test_no_text_is_cut(page, app, width):
+    page.resize(width, 700)
+    app.processEvents()
+    page.grab()
+    inside = page.findChild(QScrollArea).widget()
+    assert inside.width() <= page.findChild(QScrollArea).viewport().width()
+    for label in inside.findChildren(QLabel):
+        needed = label.heightForWidth(label.width()) if label.wordWrap() else 0
+        assert label.height() >= needed, label.text()
+        assert label.wordWrap() or label.width() >= label.sizeHint().width(), label.text()
+
+
+def test_one_scrolls_with_the_keys_while_searching(page):
+    page.resize(600, 400)
+    page.grab()
+    bar = page.findChild(QScrollArea).verticalScrollBar()
+    line = page.findChild(QLineEdit)
+    QTest.keyClick(line, Qt.Key_PageDown)
+    assert bar.value() == bar.pageStep() > 0
+    QTest.keyClick(line, Qt.Key_Up)
+    assert bar.value() < bar.pageStep()
+
+
+def test_it_follows_the_theme(page, app):
+    theme.apply(app, "dark")
+    picture = page.grab().toImage()
+    colours = {picture.pixelColor(20, y).name() for y in range(picture.height())}
+    assert {theme.DARK.panel, theme.DARK.frame} <= colours
+    theme.apply(app, "light")
+    app.setStyleSheet("")
+
+
+def test_everything_has_a_name_for_screen_readers(page):
+    for widget in (page.findChild(QLineEdit), page.findChild(QScrollArea)):
+        assert widget.accessibleName()

@@ -1,0 +1,259 @@
+import sys
+import threading
+import time
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.gui.jobs import Jobs
+
+
+@pytest.fixture
+def jobs(app):
+    made = Jobs()
+    yield made
+    assert made.close()
+
+
+def steps(count=3, result="done", pause=0.0, began=None, closed=None):
+    """A job of some steps that tells in which thread it began and was closed."""
+    try:
+        if began is not None:
+            began.append(threading.current_thread())
+        for step in range(count):
+            yield step
+            time.sleep(pause)
+        return result
+    finally:
+        if closed is not None:
+            closed.append(threading.current_thread())
+
+
+def endless(closed=None):
+    return steps(10**9, pause=0.001, closed=closed)
+
+
+def test_a_job_works_in_another_thread_and_answers_in_this_one(jobs, until):
+    began, answers = [], []
+    job = jobs.run(
+        steps(began=began), lambda result: answers.append((result, threading.current_thread()))
+    )
+    until(lambda: answers)
+    assert answers == [("done", threading.main_thread())]
+    assert began[0] is not threading.main_thread()
+    assert not job.running
+
+
+def test_progress_comes_in_order_and_before_the_result(jobs, until):
+    told = []
+    jobs.run(steps(20, pause=0.002), told.append, progress=told.append)
+    until(lambda: "done" in told)
+    assert told[-1] == "done"
+    assert told[:-1] == sorted(told[:-1])
+    assert len(told) > 2
+
+
+def test_only_the_newest_progress_waits_for_a_busy_window(jobs, until):
+    told = []
+    job = jobs.run(steps(10_000), lambda _: told.append("done"), progress=told.append)
+    while job.running:
+        time.sleep(0.001)
+    until(lambda: "done" in told)
+    assert told == [9_999, "done"]
+
+
+def test_a_cancelled_job_stops_and_delivers_nothing(jobs, until):
+    told, closed = [], []
+    job = jobs.run(endless(closed), told.append, told.append, key="slow")
+    until(lambda: jobs.busy == ("slow",))
+    job.cancel()
+    until(lambda: not job.running and not jobs.busy)
+    assert told == []
+    assert closed[0] is not threading.main_thread()
+
+
+def test_the_newest_of_a_key_wins(jobs, until):
+    told, closed = [], []
+    for number in range(5):
+        jobs.run(endless(closed), lambda _, n=number: told.append(n), key="view")
+    last = jobs.run(steps(result="last"), told.append, key="view")
+    until(lambda: told)
+    assert told == ["last"]
+    assert not last.running
+    # The first had begun; the others were replaced while they waited and never did.
+    assert len(closed) <= 1
+
+
+def test_an_older_job_that_ended_before_it_was_asked_again_is_dropped_too(jobs, until):
+    told = []
+    old = jobs.run(steps(result="old"), told.append, key="view")
+    while old.running:
+        time.sleep(0.001)
+    jobs.run(steps(result="new"), told.append, key="view")
+    until(lambda: "new" in told)
+    assert told == ["new"]
+
+
+def test_jobs_of_one_key_share_a_thread_and_never_overlap(jobs, until):
+    working, most, told = [], [], []
+
+    def job():
+        working.append(1)
+        most.append(len(working))
+        try:
+            for _ in range(3):
+                time.sleep(0.002)
+                yield None
+        finally:
+            working.pop()
+
+    for _ in range(10):
+        jobs.run(job(), told.append, key="view")
+        time.sleep(0.003)
+    until(lambda: told)
+    assert max(most) == 1
+
+
+def test_jobs_of_different_keys_run_side_by_side(jobs, until):
+    meeting, told = threading.Barrier(2, timeout=5), []
+
+    def job():
+        yield None
+        meeting.wait()
+        return "met"
+
+    jobs.run(job(), told.append, key="one")
+    jobs.run(job(), told.append, key="two")
+    until(lambda: len(told) == 2)
+    assert told == ["met", "met"]
+
+
+def test_jobs_without_a_key_do_not_replace_each_other(jobs, until):
+    told = []
+    for number in range(4):
+        jobs.run(steps(result=number), told.append)
+    until(lambda: len(told) == 4)
+    assert sorted(told) == [0, 1, 2, 3]
+
+
+def failing(error):
+    yield 1
+    raise error
+
+
+def test_a_failure_the_coder_can_mend_reaches_who_asked(jobs, until):
+    told = []
+    jobs.run(failing(InputError("Choose a shorter span.")), told.append, told.append)
+    until(lambda: told)
+    assert [str(error) for error in told] == ["Choose a shorter span."]
+
+
+def test_where_nobody_takes_care_the_sentence_is_told(jobs, until):
+    told = []
+    jobs.trouble.connect(told.append)
+    jobs.run(failing(InputError("Choose a shorter span.")), told.append)
+    until(lambda: told)
+    assert told == ["Choose a shorter span."]
+
+
+def test_a_fault_of_the_program_is_reported_besides(jobs, until, monkeypatch):
+    faults, told = [], []
+    monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what))
+    jobs.run(failing(ZeroDivisionError("oh")), told.append, told.append)
+    until(lambda: told)
+    assert [type(error) for error in told] == [ZeroDivisionError]
+    [(kind, error, trace)] = faults
+    assert (kind, error) == (ZeroDivisionError, told[0])
+    assert trace is not None
+
+
+def test_a_fault_while_cleaning_up_is_reported_even_after_a_cancel(jobs, until, monkeypatch):
+    faults, told = [], []
+    monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what))
+
+    def untidy():
+        try:
+            while True:
+                yield None
+                time.sleep(0.001)
+        finally:
+            raise OSError("cannot clean up")
+
+    job = jobs.run(untidy(), told.append, told.append)
+    until(lambda: jobs.busy)
+    time.sleep(0.01)
+    job.cancel()
+    until(lambda: faults)
+    assert told == []
+    assert str(faults[0][1]) == "cannot clean up"
+
+
+def test_an_error_in_an_answer_leaves_the_jobs_working(jobs, until, monkeypatch):
+    faults, told = [], []
+    monkeypatch.setattr(sys, "excepthook", lambda *what: faults.append(what[0]))
+    jobs.run(steps(), lambda _: 1 / 0)
+    jobs.run(steps(), told.append)
+    until(lambda: told and faults)
+    assert faults == [ZeroDivisionError]
+
+
+def test_closing_ends_all_within_a_second(app):
+    closed, told = [], []
+    jobs = Jobs()
+    running = [jobs.run(endless(closed), told.append, key=str(i % 3)) for i in range(9)]
+    began = time.monotonic()
+    assert jobs.close()
+    assert time.monotonic() - began < 1.0
+    app.processEvents()
+    assert told == []
+    assert not any(job.running for job in running)
+    assert not [t for t in threading.enumerate() if t.name.startswith("forcelab")]
+
+
+def test_what_is_asked_after_closing_is_cleaned_up_and_not_done(app, until):
+    jobs, told, began = Jobs(), [], []
+    jobs.close()
+    job = jobs.run(steps(began=began), told.append)
+    until(lambda: not job.running)
+    app.processEvents()
+    assert (told, began) == ([], [])
+
+
+def test_closing_does_not_wait_for_ever_for_a_job_that_never_yields(app):
+    release, told = threading.Event(), []
+
+    def stubborn():
+        release.wait(10)
+        yield None
+
+    jobs = Jobs()
+    jobs.run(stubborn(), told.append)
+    began = time.monotonic()
+    assert not jobs.close(patience=0.1)
+    assert time.monotonic() - began < 0.5
+    release.set()
+
+
+def test_a_window_that_is_gone_is_not_told(app, until):
+    import shiboken6
+
+    release = threading.Event()
+
+    def late():
+        release.wait(10)
+        return "too late"
+        yield
+
+    jobs = Jobs()
+    job = jobs.run(late(), print)
+    shiboken6.delete(jobs)
+    release.set()
+    until(lambda: not job.running)
+
+
+def test_busy_tells_what_works(jobs, until):
+    told = []
+    jobs.busy_changed.connect(lambda: told.append(jobs.busy))
+    jobs.run(steps(pause=0.001), lambda _: None, key="scalogram")
+    until(lambda: len(told) == 2)
+    assert told == [("scalogram",), ()]

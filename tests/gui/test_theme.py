@@ -1,0 +1,190 @@
+from dataclasses import fields
+from itertools import combinations
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QGuiApplication, QPalette
+from PySide6.QtWidgets import QLabel
+
+from forcelab.gui import theme
+from forcelab.gui.figures.canvas import Theme
+from forcelab.vocabulary import COLOURS
+
+#: Machado, Oliveira and Fernandes 2009, severity 1.0, on linear RGB.
+VISIONS = {
+    "normal": np.eye(3),
+    "protan": np.array(
+        [
+            [0.152286, 1.052583, -0.204868],
+            [0.114503, 0.786281, 0.099216],
+            [-0.003882, -0.048116, 1.051998],
+        ]
+    ),
+    "deutan": np.array(
+        [
+            [0.367322, 0.860646, -0.227968],
+            [0.280085, 0.672501, 0.047413],
+            [-0.011820, 0.042940, 0.968881],
+        ]
+    ),
+    "tritan": np.array(
+        [
+            [1.255528, -0.076749, -0.178779],
+            [-0.078411, 0.930809, 0.147602],
+            [0.004733, 0.691367, 0.303900],
+        ]
+    ),
+}
+THEMES = pytest.mark.parametrize("colours", [theme.LIGHT, theme.DARK], ids=["light", "dark"])
+
+
+def linear(colour):
+    rgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+def contrast(one, other):
+    """WCAG 2.2, section 1.4.3."""
+    low, high = sorted(linear(c) @ [0.2126, 0.7152, 0.0722] for c in (one, other))
+    return (high + 0.05) / (low + 0.05)
+
+
+def lab(rgb):
+    """CIE L*a*b* (D65) of linear RGB."""
+    to_xyz = np.array(
+        [
+            [0.4124564, 0.3575761, 0.1804375],
+            [0.2126729, 0.7151522, 0.0721750],
+            [0.0193339, 0.1191920, 0.9503041],
+        ]
+    )
+    xyz = to_xyz @ np.clip(rgb, 0, 1) / [0.95047, 1.0, 1.08883]
+    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.fixture
+def themed(app):
+    yield app
+    theme.apply(app, "light")
+    app.setStyleSheet("")
+
+
+@THEMES
+def test_every_text_can_be_read_on_every_ground(colours):
+    for ink in (colours.text, colours.muted, colours.warning, colours.trouble):
+        for ground in (colours.background, colours.panel, colours.panel_edge):
+            assert contrast(ink, ground) >= 4.5, (ink, ground)
+    assert contrast(colours.accent_text, colours.accent) >= 4.5
+    assert contrast(colours.on_unlabelled, colours.unlabelled) >= 4.5
+
+
+@THEMES
+def test_lines_can_be_seen_where_they_are_drawn(colours):
+    for curve in colours.curves:
+        assert contrast(curve, colours.background) >= 3, curve
+    for line in (colours.cursor, colours.hint):
+        assert contrast(line, colours.background) >= 3, line
+        assert contrast(line, colours.unlabelled) >= 3, line
+    assert contrast(colours.accent, colours.panel) >= 3
+
+
+@THEMES
+@pytest.mark.parametrize("vision", VISIONS)
+def test_curves_are_told_apart_by_every_kind_of_colour_vision(colours, vision):
+    seen = [lab(VISIONS[vision] @ linear(curve)) for curve in colours.curves]
+    assert len(seen) == 8
+    # Okabe and Ito's own eight keep 17.
+    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) >= 24
+
+
+@THEMES
+def test_the_darker_actions_stand_out_from_unlabelled_time(colours):
+    # In the dark theme, too: black and blue are actions' colours, and no dark ground shows both.
+    for colour in ("#000000", "#0072b2"):
+        assert colour in COLOURS
+        assert contrast(colour, colours.unlabelled) >= 3
+    assert contrast(colours.unlabelled, theme.DARK.panel) >= 7
+
+
+@THEMES
+def test_every_colour_is_written_alike(colours):
+    for field in fields(colours):
+        value = getattr(colours, field.name)
+        for colour in value if isinstance(value, tuple) else (value,):
+            assert len(colour) == 7, field.name
+            linear(colour)
+
+
+def test_figures_can_be_drawn_in_the_colours_of_the_window():
+    assert isinstance(theme.DARK, Theme)
+    assert theme.DARK.dark
+    assert not theme.LIGHT.dark
+
+
+@THEMES
+def test_the_palette_names_every_role_in_every_group(colours):
+    made = theme.palette(colours)
+    for group in ("Active", "Inactive", "Disabled"):
+        for role in QPalette.ColorRole:
+            if role not in (QPalette.ColorRole.NoRole, QPalette.ColorRole.NColorRoles):
+                assert made.isBrushSet(QPalette.ColorGroup[group], role), (group, role)
+
+
+@THEMES
+def test_the_palettes_texts_can_be_read_and_what_is_disabled_looks_so(colours):
+    made, role, group = theme.palette(colours), QPalette.ColorRole, QPalette.ColorGroup
+    pairs = [
+        (role.WindowText, role.Window),
+        (role.Text, role.Base),
+        (role.Text, role.AlternateBase),
+        (role.PlaceholderText, role.Base),
+        (role.ButtonText, role.Button),
+        (role.HighlightedText, role.Highlight),
+        (role.ToolTipText, role.ToolTipBase),
+    ]
+    for ink, ground in pairs:
+        here = contrast(made.color(group.Active, ink).name(), made.color(ground).name())
+        assert here >= 4.5, (ink, ground)
+    for ink, ground in pairs[:2] + pairs[4:5]:
+        dimmed = made.color(group.Disabled, ink).name()
+        assert 2 <= contrast(dimmed, made.color(group.Disabled, ground).name()) < 4.5
+
+
+def test_a_theme_is_put_on_and_told(themed):
+    told = []
+    theme.themes().changed.connect(lambda: told.append(theme.colours()))
+    theme.apply(themed, "dark")
+    label = QLabel()
+    assert told == [theme.DARK]
+    assert label.palette().color(QPalette.ColorRole.Window).name() == theme.DARK.panel
+    theme.apply(themed, "light")
+    assert told[1:] == [theme.LIGHT]
+    assert themed.palette().color(QPalette.ColorRole.WindowText).name() == theme.LIGHT.text
+    theme.themes().changed.disconnect()
+    themed.setStyleSheet("")  # a sheet wraps the style
+    assert themed.style().name() == "fusion"
+
+
+def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
+    def system(scheme):
+        monkeypatch.setattr(theme, "_system", lambda: scheme)
+        QGuiApplication.styleHints().colorSchemeChanged.emit(scheme)
+
+    theme.apply(themed, "system")
+    system(Qt.ColorScheme.Dark)
+    assert theme.colours() is theme.DARK
+    assert themed.palette().color(QPalette.ColorRole.Base).name() == theme.DARK.background
+    system(Qt.ColorScheme.Light)
+    assert theme.colours() is theme.LIGHT
+    theme.apply(themed, "dark")
+    system(Qt.ColorScheme.Unknown)
+    assert theme.colours() is theme.DARK
+    theme.apply(themed, "system")
+    assert theme.colours() is theme.LIGHT
+
+
+def test_there_is_one_object_that_tells_of_changes(app):
+    assert theme.themes() is theme.themes()
+    assert isinstance(theme.themes(), QObject)

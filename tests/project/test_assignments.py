@@ -1,0 +1,214 @@
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from datetime import datetime, timedelta, timezone
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+from forcelab.project import AssignmentEvent, Project
+from forcelab.project.schema import MIGRATIONS, migrate
+
+HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
+
+
+def kinds(project: Project) -> list[str]:
+    return [event.kind for event in project.assignment_events()]
+
+
+def test_a_coder_is_blind_from_the_assignment_until_it_is_done(project, make, path):
+    id_ = project.add(make(1)).id
+    before = datetime.now(timezone.utc)
+    assert project.assignments() == ()
+    assert not project.is_blind(id_, "anna")
+    made = project.assign(id_, "anna")
+    assert (made.demonstration, made.author, made.blind, made.done) == (id_, "anna", True, None)
+    assert before <= made.assigned <= datetime.now(timezone.utc)
+    with Project.open(path) as again:
+        assert again.assignments() == (made,)
+        assert again.is_blind(id_, "anna")
+        assert not again.is_blind(id_, "bert")
+    done = project.set_done(id_, "anna")
+    assert done.done is not None
+    assert done.done >= done.assigned == made.assigned
+    assert not project.is_blind(id_, "anna")
+    assert project.set_done(id_, "anna", done=False) == made
+    assert project.is_blind(id_, "anna")
+    project.unassign(id_, "anna")
+    assert project.assignments() == ()
+    assert not project.is_blind(id_, "anna")
+    assert kinds(project) == ["blind", "done", "reopened", "removed"]
+
+
+def test_what_changes_nothing_is_not_written_down(project, make):
+    id_ = project.add(make(1)).id
+    made = project.assign(id_, "anna")
+    assert project.assign(id_, "anna") == made
+    assert project.set_done(id_, "anna", done=False) == made
+    done = project.set_done(id_, "anna")
+    assert project.set_done(id_, "anna") == done
+    assert kinds(project) == ["blind", "done"]
+
+
+def test_an_open_assignment_hides_nothing_and_may_become_blind(project, make):
+    id_ = project.add(make(1)).id
+    made = project.assign(id_, "anna", blind=False)
+    assert not project.is_blind(id_, "anna")
+    blind = project.assign(id_, "anna")
+    assert (blind.blind, blind.assigned) == (True, made.assigned)
+    assert project.is_blind(id_, "anna")
+    assert kinds(project) == ["open", "blind"]
+
+
+def test_assignments_are_told_by_coder_in_the_order_in_which_they_were_made(project, make):
+    one, two = (project.add(make(seed, name=str(seed))).id for seed in (1, 2))
+    project.assign(two, "anna")
+    project.assign(one, "bert")
+    project.assign(one, "anna", blind=False)
+    everybody = [(a.demonstration, a.author) for a in project.assignments()]
+    assert everybody == [(two, "anna"), (one, "bert"), (one, "anna")]
+    assert [a.demonstration for a in project.assignments("anna")] == [two, one]
+    project.unassign(two, "anna")
+    project.assign(two, "anna")
+    assert [a.demonstration for a in project.assignments("anna")] == [one, two]
+    assert project.authors() == ()
+
+
+def test_only_what_is_there_is_assigned_and_only_to_coders(project, make):
+    id_ = project.add(make(1, name="01")).id
+    project.edit(id_, "mlp", (), HOLD, "predicted", kind="predict")
+    for author in ("mlp", "model x"):
+        with pytest.raises(InputError, match=f"'{author}' is a model; only coders"):
+            project.assign(id_, author)
+    with pytest.raises(InputError, match="needs an author"):
+        project.assign(id_, " ")
+    with pytest.raises(InputError, match="no demonstration 'f00'"):
+        project.assign("f00", "anna")
+    for verb in (project.set_done, project.unassign):
+        with pytest.raises(InputError, match="'01' is not assigned to 'anna'; assign it first"):
+            verb(id_, "anna")
+    assert project.assignment_events() == ()
+
+
+def test_what_happened_to_assignments_cannot_be_taken_away(project, make, path):
+    id_ = project.add(make(1)).id
+    project.assign(id_, "anna")
+    project.close()
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        for wrong in (
+            "DELETE FROM assignment",
+            "UPDATE assignment SET kind = 'open'",
+            "INSERT OR REPLACE INTO assignment SELECT * FROM assignment",
+        ):
+            with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
+                store.execute(wrong)
+
+
+def test_events_happen_again_with_their_times_or_not_at_all(project, make):
+    id_ = project.add(make(1)).id
+    then = datetime(2024, 5, 6, tzinfo=timezone.utc)
+    events = [
+        AssignmentEvent(id_, "anna", "blind", then),
+        AssignmentEvent(id_, "anna", "done", then + timedelta(hours=1)),
+    ]
+    for wrong, said in (
+        ([events[1]], "never assigned to 'anna' cannot be done"),
+        ([*events, AssignmentEvent("f" * 32, "anna", "open", then)], "no demonstration 'fff"),
+        ([*events, AssignmentEvent(id_, "", "open", then)], "needs an author"),
+    ):
+        with pytest.raises(InputError, match=said):
+            project.replay_assignments(wrong)
+    assert project.assignment_events() == ()
+    project.replay_assignments(events)
+    assert project.assignment_events() == tuple(events)
+    assert project.assignments()[0].done == then + timedelta(hours=1)
+
+
+def test_two_processes_that_assign_at_once_lose_nothing(project, make, path):
+    ids = [project.add(make(seed, name=str(seed))).id for seed in range(8)]
+    code = """
+import sys
+from forcelab.project import Project
+with Project.open(sys.argv[1]) as project:
+    for id_ in sys.argv[3:]:
+        project.assign(id_, sys.argv[2])
+        project.assign(id_, "both")
+        project.set_done(id_, "both")
+        project.set_done(id_, sys.argv[2])
+"""
+    both = [
+        subprocess.Popen([sys.executable, "-c", code, str(path), who, *ids])
+        for who in ("anna", "bert")
+    ]
+    assert [process.wait() for process in both] == [0, 0]
+    assert project.changed_elsewhere()
+    assert len(project.assignments()) == 3 * len(ids)
+    assert all(one.done for one in project.assignments())
+    assert len(project.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
+
+
+@pytest.fixture
+def version_1(project, make, path, tmp_path):
+    """A project as the first version of the program left it."""
+    id_ = project.add(make(1), [Track("anna", HOLD)]).id
+    project.close()
+    old = tmp_path / "old.forcelab"
+    shutil.copytree(path, old)
+    (old / "project.sqlite").unlink()
+    with closing(sqlite3.connect(old / "project.sqlite", isolation_level=None)) as store:
+        store.execute("PRAGMA journal_mode = WAL")
+        store.execute(f"PRAGMA application_id = {0x464C6162}")
+        migrate(store, "old", MIGRATIONS[:1])
+        store.execute("ATTACH ? AS new", [str(path / "project.sqlite")])
+        for table in ("demonstration", "author", "track", "segment", "edit", "vocabulary"):
+            store.execute(f"INSERT INTO {table} SELECT * FROM new.{table}")
+    return old, id_
+
+
+def test_a_project_of_version_1_is_brought_up_to_date(version_1):
+    old, id_ = version_1
+    with Project.open(old) as project:
+        assert project.track(id_, "anna").segments == HOLD
+        assert project.assignments() == ()
+        assert not project.changed_elsewhere()
+        project.assign(id_, "bert")
+    with Project.open(old) as project:
+        assert project.is_blind(id_, "bert")
+        assert len(project.history(id_, "anna")) == 1
+
+
+def test_a_project_of_version_1_that_may_only_be_read_is_read(version_1, monkeypatch):
+    old, id_ = version_1
+    before = {file: file.read_bytes() for file in old.rglob("*") if file.is_file()}
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+    with Project.open(old) as project:
+        assert project.read_only
+        assert project.assignments() == ()
+        assert project.track(id_, "anna").segments == HOLD
+        assert project.load(id_).id == id_
+        with pytest.raises(InputError, match="may only be read here"):
+            project.assign(id_, "anna")
+    assert {file: file.read_bytes() for file in old.rglob("*") if file.is_file()} == before
+
+
+def test_a_program_of_version_1_refuses_a_project_of_today(project, path, monkeypatch):
+    project.close()
+    monkeypatch.setattr("forcelab.project.database.MIGRATIONS", MIGRATIONS[:1])
+    with pytest.raises(InputError, match="newer forcelab .*update forcelab to open it"):
+        Project.open(path)
+
+
+def test_a_program_of_version_1_that_has_it_open_goes_on(version_1):
+    old, id_ = version_1
+    with closing(sqlite3.connect(old / "project.sqlite", isolation_level=None)) as first:
+        assert first.execute("SELECT count(*) FROM segment").fetchone() == (2,)
+        with Project.open(old) as project:
+            project.assign(id_, "anna")
+            first.execute("INSERT INTO author (name, kind) VALUES ('bert', 'coder')")
+            assert project.changed_elsewhere()
+            assert [author.name for author in project.authors()] == ["anna", "bert"]

@@ -1,0 +1,148 @@
+"""Labelling: each verb is one stored edit with a line of history."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError, StaleTrackError
+from forcelab.labels import Segment
+from forcelab.project import Project
+from forcelab.project.labelling import Labelling
+
+#: Every commit waits for the disk, which this is not about.
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
+@pytest.fixture
+def labelling(tmp_path):
+    times = np.arange(10_000) / 1000
+    demonstration = Demonstration("pen 1", "stylus", times, np.zeros((10_000, 1)), (Channel("f"),))
+    with Project.create(tmp_path / "p") as project:
+        added = project.add(demonstration)
+        yield Labelling(project, added.id, "Ada")
+
+
+def stored(labelling):
+    with Project.open(labelling.project.path) as other:
+        return other.track(labelling.demonstration, labelling.author).segments
+
+
+def test_every_verb_is_in_the_store_with_a_line_people_can_read(labelling):
+    steps = [
+        (lambda: labelling.paint(1.25, 1.73, "grab"), "grab 1.250-1.730 s painted"),
+        (lambda: labelling.move_segment(0, 1.244), "grab 1.250-1.730 s moved to 1.244"),
+        (lambda: labelling.move_edge(0, "end", 2.0), "end of grab 1.244-1.724 s moved to 2.000"),
+        (lambda: labelling.relabel(0, "hold"), "hold"),
+        (lambda: labelling.split(1.5), "hold 1.244-2.000 s split at 1.500"),
+        (lambda: labelling.merge(0, 1), "2 segments merged into hold 1.244-2.000 s"),
+        (lambda: labelling.erase(1.4, 1.6), "1.400-1.600 s made unlabelled"),
+        (lambda: labelling.fill_gaps(0.5), "gaps up to 0.5 s filled"),
+        (lambda: labelling.delete(0), "hold 1.244-2.000 s deleted"),
+    ]
+    for verb, what in steps:
+        assert verb().what.endswith(what)
+        assert stored(labelling) == labelling.segments
+    assert labelling.segments == ()
+    while labelling.undo():
+        assert stored(labelling) == labelling.segments
+    assert [edit.kind for edit in labelling.history()].count("undo") == len(steps)
+
+
+def test_what_changes_nothing_is_no_edit(labelling):
+    labelling.paint(1, 2, "grab")
+    assert labelling.paint(1.2, 1.8, "grab") is None
+    assert labelling.relabel(0, "grab") is None
+    assert labelling.erase(5, 6) is None
+    assert len(labelling.history()) == 1
+
+
+def test_a_track_changed_elsewhere_is_not_written_over(labelling):
+    labelling.paint(1, 2, "grab")
+    with Project.open(labelling.project.path) as project:
+        Labelling(project, labelling.demonstration, "Ada").paint(3, 4, "hold")
+    with pytest.raises(StaleTrackError):
+        labelling.erase(0, 9)
+    assert len(stored(labelling)) == 2
+    assert labelling.refresh()
+    labelling.erase(0, 9)
+    assert stored(labelling) == ()
+
+
+def test_copying_cuts_at_the_stretch_and_takes_the_unlabelled_too(labelling):
+    other = Labelling(labelling.project, labelling.demonstration, "Ben")
+    other.paint(1, 2, "grab")
+    other.paint(2, 3, "hold")
+    other.split(1.6)
+    labelling.paint(0, 5, "still")
+    labelling.copy_from("Ben", 1.5, 4)
+    assert labelling.segments == (
+        Segment(0, 1.5, "still"),
+        Segment(1.5, 1.6, "grab"),
+        Segment(1.6, 2, "grab"),
+        Segment(2, 3, "hold"),
+        Segment(4, 5, "still"),
+    )
+
+
+def test_gaps_are_filled_within_a_stretch_only(labelling):
+    for start in (0, 1, 2, 3):
+        labelling.paint(start, start + 0.9, "grab")
+    labelling.fill_gaps(0.2, within=(1.5, 2.5))
+    assert [(s.start, round(s.end, 9)) for s in labelling.segments] == [
+        (0, 0.9),
+        (1, 2.9),
+        (3, 3.9),
+    ]
+
+
+@pytest.mark.parametrize("verb", ["delete", "relabel", "move_segment"])
+def test_a_segment_that_is_not_there_is_refused(labelling, verb):
+    argument = {"delete": (), "relabel": ("grab",), "move_segment": (1.0,)}[verb]
+    with pytest.raises(InputError, match="no segment 3"):
+        getattr(labelling, verb)(3, *argument)
+    assert labelling.history() == ()
+
+
+moment = st.integers(0, 80).map(lambda i: i / 10)
+verbs = st.one_of(
+    st.tuples(st.just("paint"), moment, moment, st.sampled_from("abc")),
+    st.tuples(st.just("erase"), moment, moment),
+    st.tuples(st.just("split"), moment),
+    st.tuples(st.just("delete"), st.integers(0, 5)),
+    st.tuples(st.just("relabel"), st.integers(0, 5), st.sampled_from("abc")),
+    st.tuples(st.just("move_segment"), st.integers(0, 5), moment),
+    st.tuples(st.just("undo")),
+    st.tuples(st.just("redo")),
+)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(verbs, max_size=12))
+def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
+    times = np.arange(100) / 10
+    demonstration = Demonstration("pen", "t", times, np.zeros((100, 1)), (Channel("f"),))
+    with (
+        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+        Project.create(Path(folder) / "p") as project,
+    ):
+        track = Labelling(project, project.add(demonstration).id, "Ada")
+        for verb, *arguments in deeds:
+            try:
+                getattr(track, verb)(*arguments)
+            except InputError:
+                continue
+            assert track.segments == project.track(track.demonstration, "Ada").segments
+        there = track.segments
+        undone = 0
+        while track.undo():
+            undone += 1
+        assert track.segments == ()
+        for _ in range(undone):
+            assert track.redo()
+        assert track.segments == there

@@ -1,0 +1,231 @@
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.jobs import finish
+from forcelab.signals.columns import CHUNK, SIZES, Columns
+from forcelab.signals.envelope import Envelope, read_envelopes
+
+
+def brute(times, values, edges):
+    """The extremes of each column, looked up sample by sample."""
+    low, high = [], []
+    for left, right in pairwise(edges):
+        inside = values[(times >= left) & (times < right)]
+        inside = inside[np.isfinite(inside)]
+        low.append(inside.min() if inside.size else np.nan)
+        high.append(inside.max() if inside.size else np.nan)
+    return np.array(low), np.array(high)
+
+
+def read(signals, columns=(0,)):
+    envelopes = [Envelope(signals, column) for column in columns]
+    finish(read_envelopes(envelopes))
+    return envelopes
+
+
+def recording(random, n, missing=0.0, channels=1):
+    """Irregular stamps with gaps in them, noise with spikes, and some samples missing."""
+    steps = random.uniform(0.5e-3, 1.5e-3, n)
+    steps[random.random(n) < 3 / n] += random.uniform(0.1, 5.0)
+    signals = random.standard_normal((n, channels))
+    signals[random.random((n, channels)) < 1e-3] *= 100
+    lost = random.random((n, channels)) < missing
+    signals[lost] = random.choice([np.nan, np.inf, -np.inf], lost.sum())
+    return np.cumsum(steps), signals
+
+
+def check(envelope, times, values, edges):
+    """Every sample is in its column; what else is there comes from fewer than 16 neighbours."""
+    columns = Columns(times, edges)
+    found = envelope.extremes(columns)
+    low, high = brute(times, values, edges)
+    if not columns.pyramid:
+        np.testing.assert_array_equal(found.low, low)
+        np.testing.assert_array_equal(found.high, high)
+        return
+    held = ~np.isnan(low)
+    assert (found.low[held] <= low[held]).all()
+    assert (found.high[held] >= high[held]).all()
+    for i in range(len(columns)):
+        first, last = columns.firsts[i], columns.lasts[i]
+        if first == last:
+            assert np.isnan(found.low[i])
+            continue
+        near = np.arange(max(first - 15, 0), min(last + 15, len(times)))
+        width = edges[i + 1] - edges[i]
+        near = near[(times[near] >= edges[i] - width) & (times[near] <= edges[i + 1] + width)]
+        near = values[near][np.isfinite(values[near])]
+        if near.size:
+            assert near.min() <= found.low[i] <= found.high[i] <= near.max() or not held[i]
+        else:
+            assert np.isnan(found.low[i])
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_a_column_shows_its_samples_at_every_zoom(data):
+    n = data.draw(st.sampled_from([2, 15, 16, 17, 300, 4099, 20_000]))
+    random = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    missing = data.draw(st.sampled_from([0.0, 0.1, 0.98, 1.0]))
+    times, signals = recording(random, n, missing)
+    (envelope,) = read(signals)
+    span = (times[-1] - times[0]) * 10.0 ** data.draw(st.floats(-4, 0.5))
+    start = times[0] + data.draw(st.floats(-0.2, 1.0)) * (times[-1] - times[0])
+    edges = np.linspace(start, start + span, data.draw(st.integers(1, 60)) + 1)
+    check(envelope, times, signals[:, 0], edges)
+
+
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40))
+@settings(max_examples=30, deadline=None)
+def test_columns_of_very_different_width_show_their_samples_too(seed, count):
+    random = np.random.default_rng(seed)
+    times, signals = recording(random, 30_000, 0.05)
+    edges = np.sort(np.exp(random.uniform(np.log(times[0]), np.log(times[-1]), count + 1)))
+    (envelope,) = read(signals)
+    check(envelope, times, signals[:, 0], edges)
+
+
+def test_nothing_reaches_across_a_gap():
+    n = 20_000
+    times = np.arange(n) / 1000.0
+    times[7_003:] += 40.0  # within a block of 16 samples
+    signals = np.where(np.arange(n) < 7_003, 0.0, 10.0)[:, np.newaxis]
+    (envelope,) = read(signals)
+    edges = np.linspace(0.0, times[-1] + 1e-3, 101)
+    columns = Columns(times, edges, 0.005)
+    assert columns.pyramid
+    for found in (envelope.extremes(columns), envelope.drawn(columns)):
+        known = ~np.isnan(found.low)
+        np.testing.assert_array_equal(found.low[known], found.high[known])
+        assert set(found.low[known]) == {0.0, 10.0}
+        assert np.count_nonzero(~known) > 60
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_the_lines_between_samples_join_up_to_the_curve(data):
+    random = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+    times, signals = recording(random, data.draw(st.integers(2, 60)), 0.1)
+    values = signals[:, 0]
+    edges = np.linspace(times[0] - 1e-3, times[-1] + 1e-3, data.draw(st.integers(1, 300)) + 1)
+    found = Envelope(signals, 0).drawn(Columns(times, edges, 0.02))
+    joined = (np.diff(times) <= 0.02) & np.isfinite(values[:-1]) & np.isfinite(values[1:])
+    # Independent reference: the curve looked up at many times of each column.
+    for i in range(len(edges) - 1):
+        at = np.linspace(edges[i], edges[i + 1], 7)
+        before = np.searchsorted(times, at, side="right") - 1
+        inside = (before >= 0) & (before < len(times) - 1)
+        inside[inside] = joined[before[inside]]
+        on = np.interp(at[inside], times, np.where(np.isfinite(values), values, 0.0))
+        own = values[(times >= edges[i]) & (times < edges[i + 1])]
+        expected = np.concatenate([on, own[np.isfinite(own)]])
+        if expected.size:
+            slack = 1e-9 * (1 + np.abs(expected).max())
+            assert found.low[i] <= expected.min() + slack
+            assert found.high[i] >= expected.max() - slack
+            nearest = np.concatenate([expected, own[np.isfinite(own)]])
+            assert found.low[i] >= nearest.min() - slack
+            assert found.high[i] <= nearest.max() + slack
+        else:
+            assert np.isnan(found.low[i])
+
+
+def test_one_sample_among_a_million_is_never_lost():
+    n = 1_000_000
+    times, signals = np.arange(n) / 1000.0, np.zeros((n, 2))
+    random = np.random.default_rng(3)
+    spikes = np.sort(random.choice(n, 50, replace=False))
+    signals[spikes, 1] = np.arange(1, 51) * np.where(np.arange(50) % 2, 1, -1)
+    (envelope,) = read(signals, [1])
+    for width in (100, 1000, 1601):
+        edges = np.linspace(0, n / 1000.0, width + 1)
+        found = envelope.extremes(Columns(times, edges))
+        where = np.searchsorted(edges, times[spikes], side="right") - 1
+        value = signals[spikes, 1]
+        assert (found.low[where] <= value).all()
+        assert (found.high[where] >= value).all()
+        assert np.count_nonzero(found.high - found.low) <= 2 * len(np.unique(where))
+
+
+def test_what_is_looked_at_does_not_grow_with_the_samples():
+    looked_at = []
+    for n in (100_000, 1_600_000):
+        columns = Columns(np.arange(n) / 1000.0, np.linspace(0, n / 1000.0, 401))
+        _, bounds = columns.run
+        looked_at.append(sum(e.blocks.size for e in columns.ends) + np.diff(bounds)[::2].sum())
+    assert columns.pyramid
+    assert max(looked_at) < 100 * 400
+
+
+def test_the_bound_on_what_is_looked_at_without_a_pyramid_holds():
+    n = 100_000
+    times = np.arange(n) / 1000.0
+    for width in (400, 1600, 30_000, 70_000):
+        columns = Columns(times, np.linspace(0, n / 1000.0, width + 1))
+        assert columns.pyramid or columns.samples <= 64 * len(columns)
+        assert columns.dense == (n / width >= 3)
+
+
+def test_the_pyramid_takes_a_sixth_of_its_channel():
+    n = 16 * CHUNK
+    envelope = Envelope(np.broadcast_to(0.0, (n, 1)), 0)
+    assert envelope.bytes == 0
+    envelope.read(0)
+    assert envelope.bytes / (8 * n) == pytest.approx(1 / 6, rel=1e-3)
+
+
+def test_what_was_read_is_shown_and_the_rest_is_not_there_yet():
+    n = CHUNK + 5000
+    times, signals = recording(np.random.default_rng(1), n)
+    envelope = Envelope(signals, 0)
+    edges = np.linspace(times[0], times[-1] + 1e-3, 101)
+    columns = Columns(times, edges)
+    assert np.isnan(envelope.extremes(columns).low).all()
+    reading = read_envelopes([envelope])
+    step = next(reading)
+    assert (step.done, step.total, envelope.filled) == (CHUNK, n, CHUNK)
+    shown = envelope.extremes(columns)
+    np.testing.assert_array_equal(np.isnan(shown.low), edges[:-1] > times[CHUNK - 1])
+    reading.close()
+    finish(read_envelopes([envelope]))
+    check(envelope, times, signals[:, 0], edges)
+    assert envelope.range == (signals.min(), signals.max())
+
+
+def test_a_close_look_needs_no_pyramid():
+    times, signals = recording(np.random.default_rng(2), 200_000)
+    columns = Columns(times, np.linspace(10, 20, 201))
+    assert not columns.pyramid
+    np.testing.assert_array_equal(
+        Envelope(signals, 0).extremes(columns).low,
+        brute(times, signals[:, 0], np.linspace(10, 20, 201))[0],
+    )
+
+
+def test_channels_are_read_together_and_only_those_wanted(tmp_path):
+    times, signals = recording(np.random.default_rng(4), CHUNK + 77, 0.01, channels=3)
+    np.save(tmp_path / "signals.npy", signals)
+    mapped = np.load(tmp_path / "signals.npy", mmap_mode="r")
+    envelopes = [Envelope(mapped, column) for column in (2, 0)]
+    order = [step.done for step in read_envelopes(envelopes)]
+    assert order == [CHUNK, CHUNK, CHUNK + 77, CHUNK + 77]
+    edges = np.linspace(times[0], times[-1], 50)
+    for envelope, column in zip(envelopes, (2, 0), strict=True):
+        check(envelope, times, signals[:, column], edges)
+
+
+def test_a_channel_that_is_read_already_costs_nothing():
+    _, signals = recording(np.random.default_rng(5), 1000)
+    (envelope,) = read(signals)
+    assert list(read_envelopes([envelope])) == []
+    assert list(read_envelopes([])) == []
+
+
+def test_a_channel_without_a_sample_has_no_range():
+    (envelope,) = read(np.full((100, 1), np.nan))
+    assert envelope.range is None
+    assert SIZES[-1] == CHUNK

@@ -1,0 +1,320 @@
+from __future__ import annotations
+
+import math
+import time
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.recognition import features
+from forcelab.signals import scalogram_picture
+from forcelab.signals.cwt import cone_of_influence, cwt
+from forcelab.signals.grid import on_grid
+from forcelab.signals.scalogram import row_scales, scalogram, survey
+from forcelab.signals.scalogram_source import Source, open_source
+from forcelab.signals.wavelets import Morlet
+
+RATE = 1000.0
+SCALES = row_scales(32, 2048.0)
+
+
+def recorded(x, times=None, names=("fz",)):
+    x = np.asarray(x, dtype=np.float64)
+    signals = x[:, np.newaxis] if x.ndim == 1 else x
+    stamps = np.arange(len(signals)) / RATE if times is None else times
+    return Demonstration("foam 1", "foam", stamps, signals, tuple(Channel(n, "N") for n in names))
+
+
+def force(n, seed=3):
+    """Slow forces of newtons, taps that ring, noise of 10 mN."""
+    random = np.random.default_rng(seed)
+    t = np.arange(n)
+    x = 0.01 * random.standard_normal(n) + 5 * np.sin(2 * np.pi * t / 3000) * (t % 20000 > 9000)
+    for at in random.integers(0, n, max(3, n // 5000)):
+        m = min(200, n - at)
+        x[at : at + m] += 3 * np.exp(-np.arange(m) / 20) * np.sin(0.6 * np.arange(m))
+    return x
+
+
+def made(x, start=None, end=None, channel="fz", **settings):
+    demonstration = x if isinstance(x, Demonstration) else recorded(x)
+    view = finish(survey(demonstration, channel, 2048.0))
+    asked = {"scales": SCALES, "columns": 200, **settings}
+    span = (demonstration.start if start is None else start, end or demonstration.end)
+    return finish(scalogram(view, *span, **asked))
+
+
+def power(picture):
+    return 10.0 ** (2 * picture.values.astype(np.float64))
+
+
+def reference(x, first, last, columns, scales=SCALES):
+    """Mean power of each column, from the transform at the full rate."""
+    full = np.abs(cwt(x, scales)) ** 2
+    return full[:, first:last].reshape(len(scales), columns, -1).mean(axis=-1)
+
+
+@pytest.fixture(scope="module")
+def tapped():
+    return force(60_000)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "columns"),
+    [(20_000, 20_100, 100), (20_000, 21_000, 500), (3_000, 13_000, 1000), (0, 12_000, 600)],
+)
+def test_a_picture_holds_the_mean_power_of_the_full_transform(tapped, first, last, columns):
+    picture = made(tapped, first / RATE, last / RATE, columns=columns)
+    expected = reference(tapped, first, last, columns)
+    row = np.max(expected, axis=1, keepdims=True)
+    assert picture.values.shape == expected.shape
+    assert np.max(np.abs(power(picture) - expected) / row) < 0.02
+
+
+def test_wide_columns_hold_all_energy_of_the_span(tapped):
+    for columns in (20, 200):
+        expected = reference(tapped, 0, 60_000, columns).sum(axis=1)
+        ratio = power(made(tapped, columns=columns)).sum(axis=1) / expected
+        assert np.max(np.abs(ratio - 1)) < 0.02
+
+
+def test_wide_columns_differ_from_the_mean_only_by_their_soft_edges(tapped):
+    # An impact near an edge is shared; two columns together have what belongs to them.
+    picture = power(made(tapped, columns=60))
+    expected = reference(tapped, 0, 60_000, 60)
+    share = 0.01 * expected.max(axis=1, keepdims=True)
+    around = sum(np.pad(expected, ((0, 0), (1, 1)))[:, i : i + 60] for i in range(3))
+    inner = expected[:, 1:-1]
+    assert np.all(picture < 1.02 * around + share)
+    assert np.all(sum(picture[:, i : i + 58] for i in range(3)) > 0.98 * inner - share[:, :1])
+
+
+def test_no_single_sample_is_missed_in_wide_columns():
+    x = np.zeros(60_000)
+    x[31_337] = 4.0
+    picture = power(made(x, columns=30))
+    narrow = SCALES < 30
+    assert np.all(np.argmax(picture[narrow], axis=1) == 31_337 // 2000)
+    expected = reference(x, 0, 60_000, 30).sum(axis=1)[narrow]
+    assert picture[narrow].sum(axis=1) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("hertz", [10.0, 50.0, 150.0])
+@pytest.mark.parametrize("columns", [20, 60, 500])
+def test_a_steady_tone_is_as_high_as_it_is(hertz, columns):
+    x = np.sin(2 * np.pi * hertz * np.arange(60_000) / RATE)
+    scale = RATE / (Morlet().fourier_factor * hertz)
+    scales = np.array([0.8 * scale, scale, 1.25 * scale])
+    picture = made(x, 20.0, 40.0, columns=columns, scales=scales)
+    expected = np.abs(cwt(x, scales))[:, 30_000] ** 2
+    decibels = 10 * np.log10(power(picture)[:, columns // 2] / expected)
+    assert abs(decibels[1]) < 0.2
+    assert np.max(np.abs(decibels)) < 0.6
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "columns"), [(20_000, 20_100, 100), (3_000, 13_000, 500), (0, 60_000, 100)]
+)
+def test_phases_are_those_of_the_columns_centres(tapped, first, last, columns):
+    picture = made(tapped, first / RATE, last / RATE, columns=columns, phase=True)
+    width = (last - first) // columns
+    exact = cwt(tapped, SCALES)[:, first + width // 2 : last : width]
+    error = np.abs(np.angle(np.exp(1j * (picture.values - np.angle(exact)))))
+    size = np.abs(exact)
+    error[size < 0.1 * size.max(axis=1, keepdims=True)] = 0.0
+    wide = SCALES > 4
+    assert np.nanmax(error[wide]) < 0.03
+    assert np.nanmax(error[~wide]) < 0.25
+
+
+def test_long_spans_go_through_a_coarser_grid_without_loss():
+    x = force(600_000)
+    scales = np.array([150.0, 300.0, 1000.0])
+    picture = power(made(x, columns=100, scales=scales))
+    expected = reference(x, 0, 600_000, 100, scales)
+    assert np.max(np.abs(picture - expected) / expected.max(axis=1, keepdims=True)) < 0.02
+
+
+def test_a_coarse_picture_comes_first(tapped):
+    view = finish(survey(recorded(tapped), "fz", 2048.0))
+    steps = list(scalogram(view, 0.0, 60.0, scales=SCALES, columns=800))
+    pictures = [step.picture for step in steps]
+    first = next(picture for picture in pictures if picture is not None)
+    assert first.coarse
+    assert first.values.shape == (4, 100)
+    assert pictures.index(first) < len(steps) / 2
+    assert pictures[-1] is first, "whoever sees the last step only still gets it"
+    fine = made(tapped, columns=800)
+    assert not fine.coarse
+    level = power(fine).reshape(4, 8, 100, 8).mean(axis=(1, 3))
+    assert np.median(np.abs(10 * np.log10(power(first) / level))) < 1.5
+
+
+def test_only_the_span_and_its_halo_are_read(monkeypatch):
+    demonstration = recorded(force(300_000))
+    view = finish(survey(demonstration, "fz", 256.0))
+    touched = []
+    read = Source.read
+    monkeypatch.setattr(
+        Source, "read", lambda self, *piece: touched.append(piece) or read(self, *piece)
+    )
+    scales = row_scales(16, 256.0)
+    finish(scalogram(view, 100.0, 102.0, scales=scales, columns=400))
+    halo = 6 * 256
+    assert min(first for first, _ in touched) > 100_000 - halo
+    assert max(last for _, last in touched) < 102_000 + halo
+
+
+def test_memory_is_bounded_and_steps_are_short():
+    demonstration = recorded(force(900_000))
+    view = finish(survey(demonstration, "fz", 2048.0))
+    longest = 0.0
+    tracemalloc.start()
+    began = time.thread_time()
+    for _ in scalogram(view, 0.0, 900.0, scales=SCALES, columns=1500):
+        longest = max(longest, time.thread_time() - began)
+        began = time.thread_time()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 150e6
+    assert longest < 0.15, "a cancelled picture holds the next one up for so long at most"
+
+
+def test_missing_samples_are_bridged_as_in_recognition(tapped):
+    x = tapped[:20_000].copy()
+    x[5_000:5_004] = np.nan
+    x[9_000:9_700] = np.inf
+    picture = made(x, 4.0, 12.0, columns=400)
+    expected = reference(x, 4_000, 12_000, 400)
+    known = np.isfinite(picture.values).all(axis=0)
+    assert known[50]
+    assert not known[252:284].any()
+    assert known.sum() > 360
+    error = np.abs(power(picture) - expected)[:, known] / expected.max(axis=1, keepdims=True)
+    assert error.max() < 0.02
+
+
+def test_a_piece_within_a_long_gap_knows_both_sides():
+    x = force(20_000)
+    x[5_000:15_000] = np.nan
+    source = finish(open_source(recorded(x), "fz"))
+    values, known = source.read(9_000, 9_100)
+    expected = on_grid(recorded(x)).signals[9_000:9_100, 0]
+    np.testing.assert_allclose(values, expected, rtol=1e-9)
+    assert not known.any()
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    hnp.arrays(np.float64, st.integers(3, 60), elements=st.floats(0.2, 1.8)),
+    st.data(),
+)
+def test_pieces_are_those_of_the_whole_grid(distances, data):
+    times = np.cumsum(distances) / RATE
+    x = np.cumsum(np.sin(np.arange(len(times))))
+    demonstration = recorded(x, times)
+    whole = on_grid(demonstration)
+    source = finish(open_source(demonstration, "fz"))
+    assert source.count == len(whole.times)
+    first = data.draw(st.integers(0, source.count - 1))
+    last = data.draw(st.integers(first + 1, source.count))
+    values, known = source.read(first, last)
+    np.testing.assert_allclose(values, whole.signals[first:last, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(known, whole.valid[first:last])
+
+
+def test_gaps_of_the_stamps_stay_empty():
+    times = np.concatenate([np.arange(4000), 7000.25 + np.arange(4000)]) / RATE
+    demonstration = recorded(force(8000), times)
+    picture = made(demonstration, 0.0, 11.0, columns=110)
+    known = np.isfinite(picture.values).all(axis=0)
+    assert known[:40].all()
+    assert not known[41:70].any()
+    assert known[71:].all()
+
+
+def test_a_recognition_channel_is_made_of_its_columns():
+    parts = np.stack([force(5000, seed) for seed in range(3)], axis=1)
+    demonstration = recorded(parts, names=("fx1", "fy1", "fz1"))
+    picture = made(demonstration, channel="tangential 1", columns=500)
+    expected = reference(np.hypot(parts[:, 0], parts[:, 1]), 0, 5000, 500)
+    error = np.abs(power(picture) - expected) / expected.max(axis=1, keepdims=True)
+    assert error.max() < 0.02
+    with pytest.raises(InputError, match="no recognition channel 'fx7'"):
+        finish(survey(demonstration, "fx7", 64.0))
+
+
+def test_a_stray_stamp_is_refused_in_one_sentence():
+    times = np.append(np.arange(100) / RATE, 1e9)
+    with pytest.raises(InputError, match="remove stray stamps"):
+        finish(survey(recorded(np.zeros(101), times), "fz", 64.0))
+
+
+@pytest.mark.parametrize("size", [1e-300, 1.0, 1e300])
+def test_any_size_of_numbers_gives_the_same_picture(size):
+    x = force(4000)
+    with np.errstate(all="raise", under="ignore"):
+        picture = made(size * x, columns=100)
+    shift = math.log10(size)
+    np.testing.assert_allclose(picture.values - shift, made(x, columns=100).values, atol=1e-3)
+
+
+def test_silence_is_one_colour_and_has_no_phase():
+    x = np.full(5000, 7.25)
+    assert np.ptp(made(x, columns=100).values, axis=1).max() == 0.0
+    assert np.isnan(made(x, columns=100, phase=True).values).all()
+    x[4000:] += np.sin(np.arange(1000) / 3)
+    picture = made(x, columns=100)
+    quiet = picture.values[:8, :60]
+    assert np.ptp(quiet, axis=1).max() < 1e-6, "far from the tone the floor has no structure"
+
+
+def test_nothing_recorded_gives_an_empty_picture():
+    picture = made(np.full(3000, np.nan), columns=50)
+    assert np.isnan(picture.values).all()
+
+
+def test_what_lies_outside_the_recording_is_left_out():
+    picture = made(force(3000), -5.0, 50.0, columns=100)
+    assert picture.start == pytest.approx(0.0)
+    assert picture.end == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("n", [2, 3, 10])
+def test_the_shortest_recordings_have_pictures(n):
+    for phase in (False, True):
+        picture = made(np.arange(n) % 2, columns=100, phase=phase)
+        assert picture.values.shape == (32, n)
+
+
+def test_the_cone_is_that_of_the_transform():
+    picture = made(force(2000), columns=2000)
+    expected = cone_of_influence(2000, Morlet())
+    np.testing.assert_allclose(picture.cone, expected, rtol=1e-6)
+
+
+def test_the_range_of_colours_is_that_of_the_whole_demonstration():
+    x = force(100_000)
+    view = finish(survey(recorded(x), "fz", 2048.0))
+    assert view.noise == pytest.approx(0.01, rel=0.1)
+    magnitudes = np.abs(cwt(x, row_scales(24, 2048.0)))
+    low, high = np.log10(np.quantile(magnitudes, (0.05, 0.999)))
+    assert view.low == pytest.approx(low, abs=0.5)
+    assert view.high == pytest.approx(high, abs=0.3)
+
+
+def test_the_floor_is_that_of_the_features():
+    assert scalogram_picture.NOISE_SHARE == features.NOISE_SHARE
+
+
+def test_rows_divide_the_logarithm_evenly():
+    scales = row_scales(10, 1024.0, 2.0)
+    np.testing.assert_allclose(np.diff(np.log2(scales)), 0.9)
+    assert scales[0] == pytest.approx(2 * 2**0.45)

@@ -1,0 +1,265 @@
+import os
+from pathlib import Path
+
+import av
+import films
+import numpy as np
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.video.index import indexing
+from forcelab.video.opencv import opencv
+from forcelab.video.reader import VideoReader
+
+#: Steps in each direction; FORCELAB_VIDEO_STEPS=500 for the whole proof.
+STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "60"))
+COUNT = max(STEPS + 60, 270)
+#: So few frames are kept that most have to be decoded again.
+SMALL = 24 * films.WIDTH * films.HEIGHT * 3
+KARMA = Path(__file__).parents[3] / "shared/data/video/karma.mp4"
+EVEN, ODD = films.even_times(COUNT), films.odd_times(COUNT)
+VP9 = {"g": "128", "deadline": "realtime", "cpu-used": "8"}
+#: How each good video is made, and the times its frames must have, to the file's own resolution.
+FILMS = {
+    "h264.mp4": (lambda path: films.write(path, "libx264", EVEN, films.GOP_250), EVEN, 1e-6),
+    "h264-vfr.mp4": (lambda path: films.write(path, "libx264", ODD, films.GOP_250), ODD, 1e-6),
+    "h264-vfr.mkv": (lambda path: films.write(path, "libx264", ODD, films.GOP_250), ODD, 1.1e-3),
+    "h264-open.mp4": (
+        lambda path: films.write(
+            path, "libx264", EVEN, films.GOP_250 | {"g": "40", "x264-params": "open-gop=1"}
+        ),
+        EVEN,
+        1e-6,
+    ),
+    "mp4v.mp4": (lambda path: films.write_with_opencv(path, "mp4v", COUNT), EVEN, 1e-6),
+    "vp9.webm": (lambda path: films.write(path, "libvpx-vp9", EVEN, VP9), EVEN, 1.1e-3),
+    "vp8.webm": (
+        lambda path: films.write(
+            path, "libvpx", EVEN, {"auto-alt-ref": "1", "lag-in-frames": "16", "cpu-used": "8"}
+        ),
+        EVEN,
+        1.1e-3,
+    ),
+}
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("films")
+
+
+@pytest.fixture(scope="session")
+def film(folder):
+    def made(name):
+        path = folder / name
+        return path if path.exists() else FILMS[name][0](path)
+
+    return made
+
+
+def wrong(reader, numbers):
+    return [number for number in numbers if films.number_of(reader.frame(number)) != number]
+
+
+@pytest.mark.parametrize("name", FILMS)
+def test_no_frame_is_ever_another_one(film, name):
+    random = np.random.default_rng(1)
+    with VideoReader(film(name), cache=SMALL) as reader:
+        np.testing.assert_allclose(
+            reader.times, FILMS[name][1] - FILMS[name][1][0], rtol=0, atol=FILMS[name][2]
+        )
+        assert np.all(np.diff(reader.times) > 0)
+        assert not reader.remark
+        start = int(random.integers(COUNT - STEPS))
+        assert wrong(reader, range(start, start + STEPS)) == []
+        assert wrong(reader, range(COUNT - 1, COUNT - 1 - STEPS, -1)) == []
+        assert wrong(reader, random.integers(0, COUNT, STEPS).tolist()) == []
+
+
+def test_a_frame_is_the_last_at_or_before_a_time(film):
+    with VideoReader(film("h264-vfr.mp4")) as reader:
+        times = reader.times
+        for time in np.random.default_rng(2).uniform(0, times[-1] + 1, 200):
+            assert reader.index_at(time) == np.flatnonzero(times <= time)[-1]
+        # A frame's own time gives that frame, also after a journey through another clock.
+        there_and_back = [reader.index_at((time * 1.00003 + 7.1 - 7.1) / 1.00003) for time in times]
+        assert there_and_back == list(range(len(reader)))
+        assert reader.index_at(-0.001) == -1
+        assert reader.index_at(1e9) == len(reader) - 1
+
+
+def test_frames_are_contiguous_pictures_in_rgb_that_cannot_be_written_to(tmp_path):
+    red = np.zeros((64, 96, 3), np.uint8)
+    red[:, :, 2] = 255  # OpenCV writes blue, green, red
+    cv2 = opencv()
+    writer = cv2.VideoWriter(
+        str(tmp_path / "red.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 30, (96, 64)
+    )
+    for _ in range(3):
+        writer.write(red)
+    writer.release()
+    with VideoReader(tmp_path / "red.avi") as reader:
+        frame = reader.frame(1)
+        assert frame.shape == (64, 96, 3)
+        assert frame.dtype == np.uint8
+        assert frame.flags.c_contiguous
+        assert not frame.flags.writeable
+        assert reader.size == (96, 64)
+        assert frame[32, 48, 0] > 230
+        assert frame[32, 48, 1:].max() < 30
+
+
+def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film):
+    with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
+        reader.frame(200)
+        decoded = 0
+
+        def counted(grab=reader._capture.grab):
+            nonlocal decoded
+            decoded += 1
+            return grab()
+
+        class Counting:
+            def __getattr__(self, name, capture=reader._capture):
+                return counted if name == "grab" else getattr(capture, name)
+
+        reader._capture = Counting()
+        for number in range(199, 139, -1):
+            reader.frame(number)
+            assert len(reader._kept) <= 24
+        # 60 steps, a stretch of 12 kept each time: never once per step.
+        assert decoded < 7 * 200
+
+
+def test_decoding_ahead_makes_the_next_frames_free(film):
+    with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
+        reader.frame(100)
+        reader.decode_ahead(101, 5)
+        assert [reader.kept(number) is not None for number in range(100, 106)] == [True] * 6
+        reader.decode_ahead(99, -5)
+        assert [reader.kept(number) is not None for number in range(95, 100)] == [True] * 5
+        reader.decode_ahead(COUNT - 2, 10)
+        assert films.number_of(reader.kept(COUNT - 1)) == COUNT - 1
+
+
+def test_requests_that_are_given_up_anywhere_do_not_mislead_the_next(film):
+    random = np.random.default_rng(4)
+    with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
+        for _ in range(40):
+            reaching = reader.reaching(int(random.integers(COUNT)))
+            for _ in range(int(random.integers(6))):
+                if next(reaching, "reached") == "reached":
+                    break
+            reaching.close()
+            if random.random() < 0.3:
+                assert wrong(reader, random.integers(0, COUNT, 1).tolist()) == []
+
+
+def test_the_index_is_a_job_that_tells_how_far_it_is(folder):
+    path = films.write_with_opencv(folder / "long.mp4", "mp4v", 1200)
+    steps = list(indexing(path))
+    assert steps
+    assert all(isinstance(step, Progress) and step.done <= step.total == 1200 for step in steps)
+
+
+def test_there_is_no_frame_beyond_the_ends(film):
+    with VideoReader(film("mp4v.mp4")) as reader:
+        for number in (-1, COUNT):
+            with pytest.raises(IndexError):
+                reader.frame(number)
+
+
+def cut(source, target, share):
+    content = source.read_bytes()
+    target.write_bytes(content[: int(share * len(content))])
+    return target
+
+
+def test_a_truncated_file_gives_what_is_there_and_says_where_it_ends(film, tmp_path):
+    path = cut(film("h264-vfr.mkv"), tmp_path / "cut.mkv", 0.6)
+    with VideoReader(path) as reader:
+        assert 80 < len(reader) < COUNT - 20
+        assert "cut.mkv' is cut short: it ends at" in reader.remark
+        assert wrong(reader, range(len(reader))) == []
+
+
+def test_a_truncated_mp4_with_its_index_in_front_too(tmp_path):
+    whole = films.write(tmp_path / "plain.mp4", "libx264", EVEN[:300], films.GOP_250)
+    with (
+        av.open(str(whole)) as source,
+        av.open(str(tmp_path / "front.mp4"), "w", options={"movflags": "faststart"}) as target,
+    ):
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                target.mux(packet)
+    with VideoReader(cut(tmp_path / "front.mp4", tmp_path / "cut.mp4", 0.7)) as reader:
+        assert 50 < len(reader) < 290
+        assert "cut short" in reader.remark
+        assert wrong(reader, range(len(reader))) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("missing.mp4", "is not there; put it back"),
+        ("text.mp4", "cannot be read as a video"),
+        ("empty.mp4", "cannot be read as a video"),
+        ("cut.mp4", "cannot be read as a video"),
+        ("none.avi", "frame|cannot be read as a video"),
+        ("av1.mp4", r"cannot be decoded \(codec AV1\); convert it to H.264"),
+    ],
+)
+def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, capfd, name, sentence):
+    path = tmp_path / name
+    if name == "text.mp4":
+        path.write_text("no video at all")
+    elif name == "empty.mp4":
+        path.touch()
+    elif name == "cut.mp4":
+        cut(film("h264.mp4"), path, 0.5)
+    elif name == "none.avi":
+        films.write_with_opencv(path, "MJPG", 0)
+    elif name == "av1.mp4":
+        films.write(path, "libsvtav1", EVEN[:5], {"preset": "12", "svtav1-params": "lp=1"})
+    capfd.readouterr()
+    with pytest.raises(InputError, match=sentence) as told:
+        VideoReader(path)
+    assert name in str(told.value)
+    assert str(told.value).endswith((".", path.stem + "-h264.mp4"))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_frame_that_cannot_be_decoded_is_told_and_the_rest_is_shown(film, tmp_path):
+    content = bytearray(film("mp4v.mp4").read_bytes())
+    with VideoReader(film("mp4v.mp4")) as reader:
+        keys = reader.index.keys
+    assert keys[3] == 36  # each twelfth frame begins anew
+    places = _packet_places(film("mp4v.mp4"))
+    start, size = places[30]
+    content[start : start + size] = bytes(size)
+    (tmp_path / "hurt.mp4").write_bytes(content)
+    with VideoReader(tmp_path / "hurt.mp4", cache=SMALL) as reader:
+        with pytest.raises(InputError, match=r"Frame 31 of .*hurt.mp4', at 1.000 s, cannot be dec"):
+            reader.frame(30)
+        assert wrong(reader, [29, 48, 20, 36]) == []
+
+
+def _packet_places(path):
+    with av.open(str(path)) as container:
+        return [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size]
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not KARMA.exists(), reason="the real recordings are not here")
+def test_a_real_video_gives_the_same_frames_whichever_way_one_comes():
+    with VideoReader(KARMA) as reader:
+        assert len(reader) == 362
+        assert reader.rate == pytest.approx(30_000 / 1001)
+        assert reader.size == (854, 480)
+        ahead = {number: reader.frame(number).copy() for number in range(100, 140)}
+    with VideoReader(KARMA, cache=2**24) as reader:
+        for number in np.random.default_rng(3).permutation(list(ahead)).tolist():
+            np.testing.assert_array_equal(reader.frame(number), ahead[number])

@@ -1,0 +1,40 @@
+import films
+import pytest
+
+from forcelab.jobs import finish
+from forcelab.video.index import indexing
+from forcelab.video.sketches import Sketches
+
+TIMES = films.odd_times(120)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("films")
+    return films.write(folder / "film.mp4", "libx264", TIMES, films.GOP_250)
+
+
+def test_each_sketch_is_of_its_frame(path):
+    sketches = Sketches(path, finish(indexing(path)))
+    assert sketches.worthwhile
+    assert sketches.get(3) is None
+    finish(sketches.sketching())
+    assert [films.number_of(sketches.get(number)) for number in range(120)] == list(range(120))
+
+
+def test_they_end_where_the_room_does(path):
+    sketches = Sketches(path, finish(indexing(path)), room=20_000)
+    finish(sketches.sketching())
+    assert 1 < len(sketches) < 60
+
+
+def test_where_key_frames_are_near_none_are_needed(tmp_path):
+    path = films.write_with_opencv(tmp_path / "film.mp4", "mp4v", 60)
+    assert not Sketches(path, finish(indexing(path))).worthwhile
+
+
+def test_a_large_frame_becomes_smaller(tmp_path):
+    path = films.write(tmp_path / "wide.mp4", "libx264", TIMES[:3], {"g": "250"}, (1600, 400))
+    sketches = Sketches(path, finish(indexing(path)))
+    finish(sketches.sketching())
+    assert sketches.get(0).shape == (200, 800, 3)
