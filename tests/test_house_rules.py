@@ -94,6 +94,7 @@ def test_the_house_rules_hold(command):
         ("forcelab.cli.comparing", {"PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.signals.cwt", {"PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.gui.figures", {"sklearn", "cv2", "serial"}),
+        ("forcelab.gui.window", {"sklearn", "scipy", "cv2", "serial", "pyqtgraph", "joblib"}),
     ],
 )
 def test_what_a_command_does_not_need_is_not_loaded(command, never):

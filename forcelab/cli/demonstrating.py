@@ -43,6 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
         f"its two taps are there for that.\n"
         f"\n"
         f"Next:\n"
+        f"  forcelab gui {place}\n"
         f"  forcelab list {place}\n"
         f"  forcelab evaluate {place} --task stylus --author {CODER} --stride 10 "
         f"--figure pairs.svg"

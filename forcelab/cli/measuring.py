@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import os
 from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
+from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.measure.latency import Latencies
 from forcelab.measure.rows import FRONT, Table
+
+#: What is measured by which module, each loaded only when it is asked for.
+MODULES = {"contact": "forcelab.measure.contact", "view": "forcelab.gui.measuring"}
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
     check_outputs([json_path(arguments.json), figure], [])
+    if figure is not None and arguments.what == "view":
+        raise InputError("There is no figure of how fast the window is; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 
         check_suffix(figure)
-    # Each thing is measured by a module of its name, loaded only when it is asked for.
-    module = import_module(f"forcelab.measure.{arguments.what}")
+    module = import_module(MODULES[arguments.what])
     with progress_bar("measuring") as watch:
-        measured: Table = finish(module.tabulate(quick=arguments.quick), watch)
+        measured: Table | Latencies = finish(module.tabulate(quick=arguments.quick), watch)
+    if isinstance(measured, Latencies):
+        report(_waited(measured), measured.to_json(), arguments.json)
+        return
     report(_told(measured), measured.to_json(), arguments.json)
     if figure is not None:
         from forcelab.gui.figures.tradeoff import Tradeoff
@@ -44,3 +54,18 @@ def _told(measured: Table) -> str:
         lines = [printable(size), table(cells, right=range(3, len(cells[0])))]
         parts.append("\n".join([*lines, *(printable(sentence) for sentence in sentences)]))
     return "\n\n".join(parts)
+
+
+def _waited(measured: Latencies) -> str:
+    """All latencies as text, with what was refused and how busy the machine was."""
+    cells = measured.cells()
+    sentences = [
+        f"Refused: {row.name}, {row.setting}: {row.refusal}" for row in measured.rows if row.refusal
+    ]
+    if measured.loads:
+        loads = ", ".join(f"{load:.1f}" for load in measured.loads)
+        sentences.append(f"Load of the machine's {os.cpu_count()} cores before and after: {loads}.")
+    bound = [row for row in measured.rows if row.kept is not None]
+    sentences.append(f"{len(bound) - len(measured.missed)} of {len(bound)} bounds are kept.")
+    lines = [table(cells, right=range(2, 8)), *(printable(sentence) for sentence in sentences)]
+    return f"{measured.title}.\n" + "\n".join(lines)

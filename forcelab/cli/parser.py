@@ -53,12 +53,12 @@ def build_parser() -> argparse.ArgumentParser:
     _add_import(commands)
     _add_list(commands)
     _add_assign(commands)
+    _add_sync(commands)
     _add_evaluate(commands)
     _add_train(commands)
     _add_predict(commands)
     _add_export(commands)
     _add_plan(commands)
-    _add_sync(commands)
     _add_actions(commands)
     _add_figures(commands)
     _add_measure(commands)
@@ -381,17 +381,24 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         commands,
         "measure",
         "measuring",
-        "measure error against run time",
+        "measure error against run time, or how fast the window is",
         "contact: the solvers of the simulated tongs. Every row has its error and against what,\n"
         "the median CPU time of five interleaved repetitions with its spread, and the memory;\n"
-        "* marks those that no other beats in both error and time (Pareto front).",
+        "* marks those that no other beats in both error and time (Pareto front).\n"
+        "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
+        "while panning and zooming 6 channels of 1e6 and 1e7 samples, steps and jumps in videos,\n"
+        "from a key to the paint, start, opening projects: median, p95, p99 and worst in ms,\n"
+        "beside pyqtgraph and OpenCV used plainly.",
     )
-    parser.add_argument("what", metavar="WHAT", choices=("contact",), help="contact")
+    parser.add_argument("what", metavar="WHAT", choices=("contact", "view"), help="contact, view")
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
     )
     parser.add_argument(
-        "--figure", metavar="FILE", type=Path, help="draw error against time (.svg, .pdf or .png)"
+        "--figure",
+        metavar="FILE",
+        type=Path,
+        help="contact: draw error against time (.svg, .pdf or .png)",
     )
     parser.add_argument(
         "--quick", action="store_true", help="less of it: some minutes instead of half an hour"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 
+from forcelab.cli.output import printable
 from forcelab.gui.app import Start
 from forcelab.gui.app import run as run_window
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window, or draw it into a file."""
-    return run_window(
+    """Open the window, or draw it into a file and tell its name."""
+    status = run_window(
         Start(
             project=arguments.project,
             demonstration=arguments.demo or "",
@@ -23,3 +24,6 @@ def run(arguments: argparse.Namespace) -> int:
             screenshot=arguments.screenshot,
         )
     )
+    if arguments.screenshot is not None:
+        print(printable(str(arguments.screenshot)))
+    return status

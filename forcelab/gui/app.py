@@ -71,6 +71,7 @@ def run(start: Start) -> int:
 
     from forcelab import __version__
     from forcelab.gui import faults, settings, theme
+    from forcelab.gui.ending import ended_by_signals
     from forcelab.gui.window import Window
 
     running = QApplication.instance()
@@ -78,20 +79,24 @@ def run(start: Start) -> int:
     application.setApplicationName("forcelab")
     application.setApplicationDisplayName("forcelab")
     application.setApplicationVersion(__version__)
-    chosen = start.theme or settings.text("window/theme", "system")
-    theme.apply(application, chosen if chosen in ("light", "dark") else "system")  # type: ignore[arg-type]
-    window = Window(start.author or settings.coder(), remembering=start.screenshot is None)
+    choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
+    chosen = start.theme or settings.text("window/theme")
+    theme.apply(application, choices.get(chosen, "system"))
+    coder = start.author or settings.coder()
     if start.screenshot is not None:
-        from forcelab.gui.picture import draw
+        from forcelab.gui.picture import draw, without_chatter
 
-        draw(window, start, start.screenshot, PATIENCE)
+        without_chatter()
+        draw(Window(coder, remembering=False), start, start.screenshot, PATIENCE)
         return 0
+    window = Window(coder)
     faults.install(window, lambda sentence: window.document.say(sentence, True))
     window.resize(*(start.size or (1280, 800)))
     window.restore_layout()
     window.show()
     window.begin(start)
-    return int(application.exec())
+    with ended_by_signals(window, application):
+        return int(application.exec())
 
 
 def _display() -> bool:

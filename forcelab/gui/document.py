@@ -6,17 +6,30 @@ Views listen to its signals and never to each other.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration
+from forcelab.errors import ForcelabError
 from forcelab.gui.editing import Editing, Stroke
 from forcelab.gui.looking import SHORTEST_SPAN, Snap
 from forcelab.labels import Segments, is_model
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.labelling import Labelling
+from forcelab.vocabulary import Vocabulary
 
 __all__ = ["SHORTEST_SPAN", "Document", "Snap", "Stroke"]
+
+
+class _Seen(NamedTuple):
+    """What a coder may see of a demonstration."""
+
+    others: dict[str, Segments]
+    #: The task's actions as stored, and those that segments have.
+    listed: Vocabulary
+    painted: tuple[str, ...]
 
 
 class Document(Editing):
@@ -58,9 +71,13 @@ class Document(Editing):
             If it cannot be opened; the one that is open stays.
         """
         project = Project.open(path)
+        try:
+            infos = project.demonstrations()
+        except ForcelabError:
+            project.close()
+            raise
         self.close()
-        self.project = project
-        self.infos = project.demonstrations()
+        self.project, self.infos = project, infos
         self.project_changed.emit()
         self.listing_changed.emit()
 
@@ -75,7 +92,9 @@ class Document(Editing):
         self._look_anew(None)
         self._take_up("", None)
         self.others = {}
+        self._list_actions(Vocabulary())
         self.demonstration_changed.emit()
+        self.vocabulary_changed.emit()
         self.project_changed.emit()
         self.listing_changed.emit()
 
@@ -85,16 +104,16 @@ class Document(Editing):
             return False
         with self._telling() as told:
             demonstration = self.project.load(id_)
+            if demonstration.id == self.id:
+                return True
             labelling = Labelling(self.project, demonstration.id, self.author)
+            seen = self._seen_by(self.author, demonstration)
         if told:
             return False
-        if demonstration.id == self.id:
-            return True
         self.set_playing(False)
         self._look_anew(demonstration)
         self._take_up(demonstration.id, labelling)
-        self._read_vocabulary()
-        self._read_others()
+        self._take_in(seen)
         self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.tracks_changed.emit()
@@ -110,14 +129,19 @@ class Document(Editing):
         if is_model(name):
             self.say(self.tr("'{0}' is a model's name; use a person's.").format(name), True)
             return
+        if self.project is not None and self.demonstration is not None:
+            with self._telling() as told:
+                labelling = Labelling(self.project, self.id, name)
+                seen = self._seen_by(name, self.demonstration)
+            if told:  # whose labels are not there must not seem to be the one who paints
+                return
+            self._take_up(self.id, labelling)
+            self._take_in(seen)
         self.author = name
-        self.cancel_stroke()
-        self.select(None)
-        if self.project is not None and self.id:
-            with self._telling():
-                self._labelling = Labelling(self.project, self.id, name)
-                self._read_others()
+        self.selection_changed.emit()
+        self.stroke_changed.emit()
         self.author_changed.emit()
+        self.vocabulary_changed.emit()
         self.listing_changed.emit()
         self.tracks_changed.emit()
 
@@ -126,17 +150,8 @@ class Document(Editing):
         if self.project is None:
             return
         with self._telling():
-            if not self.project.changed_elsewhere():
-                return
-            self.refresh_listing()
-            if self._labelling is None:
-                return
-            if self._labelling.refresh():
-                self.select(None)
-            self._read_others()
-            self._read_vocabulary()
-            self.vocabulary_changed.emit()
-            self.tracks_changed.emit()
+            if self.project.changed_elsewhere():
+                self.reread()
 
     def refresh_listing(self) -> None:
         """Read the list of demonstrations again."""
@@ -154,16 +169,23 @@ class Document(Editing):
             self.listing_changed.emit()
 
     def reread(self) -> None:
-        """Take over what was changed through the project: names, videos, assignments."""
-        if self.project is None or self.demonstration is None:
+        """Take over what is stored by now: names, videos, assignments, labels, actions."""
+        self.refresh_listing()
+        if self.project is None or self.demonstration is None or self._labelling is None:
             return
         old = self.demonstration
-        with self._telling():
-            self.demonstration = self.project.load(self.id)
-            self._read_others()
-        self.refresh_listing()
-        if (old.name, old.video) != (self.demonstration.name, self.demonstration.video):
+        with self._telling() as told:
+            new = self.project.load(self.id)
+            seen = self._seen_by(self.author, new)
+            if self._labelling.refresh():
+                self.select(None)
+        if told:
+            return
+        self._take_in(seen)
+        if (old.name, old.task, old.video) != (new.name, new.task, new.video):
+            self.demonstration = new
             self.demonstration_changed.emit()
+        self.vocabulary_changed.emit()
         self.tracks_changed.emit()
 
     def set_video_clock(self, clock: ClockMap) -> bool:
@@ -183,33 +205,48 @@ class Document(Editing):
             return False
         with self._telling() as told:
             self.project.set_done(self.id, self.author, done)
-            self._read_others()
-        self.refresh_listing()
-        self.tracks_changed.emit()
+        self.reread()
         return not told
+
+    def other_authors(self) -> tuple[str, ...]:
+        """Whose tracks there are besides the coder's; nobody's while coding blind."""
+        if self.project is None or not self.id or self.coding_blind:
+            return ()
+        tracks = self.project.tracks(self.id)
+        return tuple(track.author for track in tracks if track.author != self.author)
 
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
         """Leave these tracks away from the screen."""
         if authors != self.hidden_authors:
             self.hidden_authors = authors
-            self._read_others()
+            if self.demonstration is not None:
+                with self._telling():
+                    self._take_in(self._seen_by(self.author, self.demonstration))
             self.tracks_changed.emit()
 
     # Inside
 
-    def _read_vocabulary(self) -> None:
-        """The actions of the task, those of every shown segment among them."""
-        assert self.project is not None
-        assert self.demonstration is not None
-        stored = self.project.vocabulary(self.demonstration.task)
-        tracks = self.project.tracks(self.id)
-        self.vocabulary = stored.with_actions(*(a for track in tracks for a in track.actions))
+    def _seen_by(self, author: str, demonstration: Demonstration) -> _Seen:
+        """What a coder may see of a demonstration; what is hidden does not show in actions either.
 
-    def _read_others(self) -> None:
-        """The tracks of the other authors, unless they are to be hidden."""
-        self.others = {}
-        if self.project is None or not self.id or self.coding_blind:
-            return
-        for track in self.project.tracks(self.id):
-            if track.author != self.author and track.author not in self.hidden_authors:
-                self.others[track.author] = track.segments
+        Raises
+        ------
+        ForcelabError
+            If it cannot be read.
+        """
+        assert self.project is not None
+        tracks = self.project.tracks(demonstration.id)
+        if self.project.is_blind(demonstration.id, author):
+            tracks = tuple(track for track in tracks if track.author == author)
+        painted = tuple(action for track in tracks for action in track.actions)
+        others = {track.author: track.segments for track in tracks if track.author != author}
+        return _Seen(others, self.project.vocabulary(demonstration.task), painted)
+
+    def _take_in(self, seen: _Seen) -> None:
+        """Show what may be seen; nobody is told yet."""
+        self.others = {
+            author: segments
+            for author, segments in seen.others.items()
+            if author not in self.hidden_authors
+        }
+        self._list_actions(seen.listed, seen.painted)

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.gui.looking import Looking
-from forcelab.labels import Segments
+from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Project
 from forcelab.project.labelling import Labelling
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["Editing", "Stroke"]
+
+_start = attrgetter("start")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +66,7 @@ class Editing(Looking):
         self.author = author
         self.project: Project | None = None
         self.action: str | None = None
-        self.vocabulary = Vocabulary()
+        self._list_actions(Vocabulary())
         self._take_up("", None)
 
     def _take_up(self, id_: str, labelling: Labelling | None) -> None:
@@ -80,27 +84,54 @@ class Editing(Looking):
         return self.project.is_blind(self.id, self.author)
 
     def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
-        """Replace the actions of the open demonstration's task."""
+        """Replace the actions of the open demonstration's task, unless others changed them."""
+        if self.project is None or self.demonstration is None:
+            return False
+        task, done = self.demonstration.task, False
+        with self._telling():
+            done = self.project.set_vocabulary(task, vocabulary, before=self._listed)
+            if done:
+                self._list_actions(vocabulary)
+            else:
+                self._list_actions(self.project.vocabulary(task), self.vocabulary.names)
+                self.say(
+                    self.tr("The actions were changed elsewhere; look at them and repeat it."), True
+                )
+            self.vocabulary_changed.emit()
+        return done
+
+    def add_actions(self, *names: str) -> bool:
+        """Make sure that the vocabulary has these actions; those that others add stay."""
+        if all(name in self.vocabulary for name in names):
+            return True
         if self.project is None or self.demonstration is None:
             return False
         with self._telling() as told:
-            self.project.set_vocabulary(self.demonstration.task, vocabulary)
-        if not told:
-            self.vocabulary = vocabulary
-            if self.action is not None and self.action not in vocabulary:
-                self.set_action(None)
+            wider = self.vocabulary.with_actions(*names)
+            self._list_actions(self.project.add_actions(self.demonstration.task, wider.names))
             self.vocabulary_changed.emit()
         return not told
+
+    def _list_actions(self, listed: Vocabulary, painted: tuple[str, ...] = ()) -> None:
+        """Offer the actions that are stored, and painted ones besides; nobody is told yet."""
+        self._listed = listed
+        self.vocabulary = listed.with_actions(*painted)
+        if self.action is not None and self.action not in self.vocabulary:
+            self.set_action(None)
 
     # What is chosen
 
     def seek(self, time: float) -> None:
         """Move the cursor; the selection ends where the cursor leaves it, but not in playback."""
         super().seek(time)
-        if self.selected is not None and not self.playing:
-            segment = self.segments[self.selected]
-            if not segment.start - 1e-6 <= self.cursor <= segment.end + 1e-6:
-                self.select(None)
+        if not self.playing:
+            self._leave_selection()
+
+    def set_playing(self, playing: bool) -> None:
+        """Say whether playback is on; where it ends, the selection may have been left."""
+        super().set_playing(playing)
+        if not playing:
+            self._leave_selection()
 
     def select(self, index: int | None) -> None:
         """Select one of the coder's segments, or none."""
@@ -123,9 +154,15 @@ class Editing(Looking):
         """The coder's track."""
         return self._labelling.segments if self._labelling is not None else ()
 
+    def index_of(self, segment: Segment) -> int | None:
+        """Which of the coder's segments this one is; None if it is there no more."""
+        index = bisect_left(self.segments, segment.start, key=_start)
+        there = index < len(self.segments) and self.segments[index] == segment
+        return index if there else None
+
     def paint(self, start: float, end: float, action: str) -> bool:
         """Paint an action over ``[start, end)``; an action that is new joins the vocabulary."""
-        if not self._known(action):
+        if not self.add_actions(action):
             return False
         return self._edit(lambda track: track.paint(start, end, action))
 
@@ -151,7 +188,7 @@ class Editing(Looking):
 
     def relabel(self, index: int, action: str) -> bool:
         """Give a segment another action."""
-        if not self._known(action):
+        if not self.add_actions(action):
             return False
         return self._edit(lambda track: track.relabel(index, action))
 
@@ -215,29 +252,37 @@ class Editing(Looking):
         """Carry out an edit; the store has it before a view hears of it."""
         if self._labelling is None:
             return False
-        edit = None
+        edit, chosen = None, None if self.selected is None else self.segments[self.selected]
         with self._telling() as told:
             edit = verb(self._labelling)
         if edit is None:
             if nothing and not told:
                 self.say(nothing)
             return False
+        if chosen is not None:
+            self.select(self._followed(chosen, edit))
         # Undoing may bring back an action that has left the vocabulary since.
-        self._known(*(segment.action for segment in edit.inserted))
-        if self.selected is not None:
-            self._follow_selection(edit)
+        self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
         self.say(edit.what)
         return True
 
-    def _follow_selection(self, edit: Edit) -> None:
-        """Keep the selection on its segment when segments before it come or go."""
-        assert self.selected is not None
-        past = edit.position + len(edit.removed)
-        if self.selected >= past:
-            self.select(self.selected + len(edit.inserted) - len(edit.removed))
-        elif self.selected >= edit.position and len(edit.inserted) != len(edit.removed):
-            self.select(None)
+    def _leave_selection(self) -> None:
+        """Select nothing any more if the cursor is elsewhere."""
+        if self.selected is not None:
+            segment = self.segments[self.selected]
+            if not segment.start - 1e-6 <= self.cursor <= segment.end + 1e-6:
+                self.select(None)
+
+    def _followed(self, chosen: Segment, edit: Edit) -> int | None:
+        """Where a segment is after an edit, also one that another window had made before."""
+        if (index := self.index_of(chosen)) is not None:
+            return index
+        gone = [segment for segment in edit.removed if segment not in edit.inserted]
+        new = [segment for segment in edit.inserted if segment not in edit.removed]
+        if chosen not in gone or len(gone) != len(new):
+            return None
+        return self.index_of(new[gone.index(chosen)])
 
     @contextmanager
     def _telling(self) -> Iterator[list[str]]:
@@ -254,8 +299,3 @@ class Editing(Looking):
             self.say(str(error), True)
             if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
                 self.store_failed.emit(str(error))
-
-    def _known(self, *actions: str) -> bool:
-        """Make sure that the vocabulary has these actions."""
-        wider = self.vocabulary.with_actions(*actions)
-        return wider == self.vocabulary or self.set_vocabulary(wider)

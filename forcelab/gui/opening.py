@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QStandardPaths, Signal
@@ -59,7 +60,7 @@ class Opening(QObject):
         if self._remembering:
             settings.remember_project(path)
         ids = [info.id for info in self._document.infos]
-        last = settings.text(_last_key(path))
+        last = settings.text(_last_key(path)) if self._remembering else ""
         wanted = demonstration or (last if last in ids else next(iter(ids), ""))
         return self._document.open_demonstration(wanted) if wanted else True
 
@@ -78,14 +79,18 @@ class Opening(QObject):
 
         def made(_: bool) -> None:
             over(None)
-            self.open(path)
+            if self._document.project is None:
+                self.open(path)
+            else:
+                self._document.say(self.tr("The sample project is ready: {0}").format(path))
 
         def failed(error: Exception) -> None:
             over(None)
             self._document.say(str(error), True)
 
         self.sampling.emit(Progress(0, 1, self.tr("making the sample project")))
-        self._jobs.run(making(path), made, failed, progress=self.sampling.emit, key="sample")
+        job = making(path, os.cpu_count() or 1)
+        self._jobs.run(job, made, failed, progress=self.sampling.emit, key="sample")
 
     def ask_open(self) -> None:
         """Let the user choose a project's folder."""

@@ -27,6 +27,8 @@ __all__ = ["TimePanel"]
 ZOOM_STEP = 1.25
 #: The share of the visible span that one notch pans by.
 PAN_STEP = 0.1
+#: Width in pixels of the bar at the left of the panel that has the keyboard.
+FOCUS = 2
 
 
 class TimePanel(QWidget):
@@ -137,6 +139,9 @@ class TimePanel(QWidget):
         self.paint_overlay(painter, plot)
         painter.setClipRect(plot)
         self._paint_lines(painter, plot)
+        if self.hasFocus():
+            painter.setClipping(False)
+            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
         painter.end()
 
     def wheelEvent(self, event: QWheelEvent) -> None:

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QBuffer, QEventLoop, QIODevice
+from PySide6.QtCore import (
+    QBuffer,
+    QEventLoop,
+    QIODevice,
+    QMessageLogContext,
+    QtMsgType,
+    qInstallMessageHandler,
+)
+from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication
 
 from forcelab.atomic import write_atomically
@@ -16,7 +25,7 @@ from forcelab.gui.window import Window
 if TYPE_CHECKING:
     from forcelab.gui.app import Start
 
-__all__ = ["draw", "settle"]
+__all__ = ["draw", "settle", "without_chatter"]
 
 #: How long nothing may have changed before the window counts as settled, in seconds.
 STILL = 0.25
@@ -41,6 +50,16 @@ def settle(window: Window, patience: float) -> None:
         time.sleep(0.002)
 
 
+def without_chatter() -> None:
+    """Leave out what Qt says about every window that is drawn without a display."""
+
+    def tell(_kind: QtMsgType, _context: QMessageLogContext, text: str) -> None:
+        if "propagateSizeHints" not in text:
+            print(text, file=sys.stderr)
+
+    qInstallMessageHandler(tell)
+
+
 def draw(window: Window, start: Start, path: Path, patience: float) -> None:
     """Draw the window into a PNG.
 
@@ -49,9 +68,20 @@ def draw(window: Window, start: Start, path: Path, patience: float) -> None:
     InputError
         If what it is to show is not there, or the file cannot be written.
     """
+    try:
+        image = _image(window, start, path, patience)
+    finally:
+        window.close()
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    image.save(buffer, "PNG")
+    write_atomically(path, bytes(buffer.data().data()))
+
+
+def _image(window: Window, start: Start, path: Path, patience: float) -> QPixmap:
+    """The window as it is when it is complete."""
     if path.suffix.lower() != ".png":
         raise InputError(f"A screenshot is a .png, not '{path.name}'; change the suffix.")
-    window.resize(*(start.size or (1280, 800)))
     troubles: list[str] = []
 
     def hear(sentence: str, trouble: bool) -> None:
@@ -59,14 +89,10 @@ def draw(window: Window, start: Start, path: Path, patience: float) -> None:
             troubles.append(sentence)
 
     window.document.said.connect(hear)
+    window.resize(*(start.size or (1280, 800)))
     window.show()
     window.begin(start)
     if troubles:
-        window.close()
         raise InputError(troubles[0])
     settle(window, patience)
-    buffer = QBuffer()
-    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
-    window.grab().save(buffer, "PNG")
-    window.close()
-    write_atomically(path, bytes(buffer.data().data()))
+    return window.grab()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, partial
+from functools import cache
 
 from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
@@ -205,11 +205,22 @@ def bind(
     bound = bound or keys()
     guard()
     made = {id_: _action(widget, _BY_ID[id_], handler) for id_, handler in handlers.items()}
-    follow = partial(_rebind, made, bound)
-    follow()
-    bound.changed.connect(follow)
-    widget.destroyed.connect(partial(_let_go, bound, follow))
+    _Following(made, bound, widget)
     return made
+
+
+class _Following(QObject):
+    """Keeps actions at the keys that count, for as long as their widget lives."""
+
+    def __init__(self, made: Mapping[str, QAction], bound: Keys, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._made, self._bound = made, bound
+        bound.changed.connect(self.follow)
+        self.follow()
+
+    def follow(self) -> None:
+        """Give the actions the keys that count now."""
+        _rebind(self._made, self._bound)
 
 
 def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
@@ -238,11 +249,6 @@ def _rebind(made: Mapping[str, QAction], bound: Keys) -> None:
         )
         action.setToolTip(tip)
         action.setStatusTip(tip)
-
-
-def _let_go(bound: Keys, follow: Callable[[], None], _gone: object = None) -> None:
-    """Forget the actions of a widget that is no more."""
-    bound.changed.disconnect(follow)
 
 
 def _parsed(key: str) -> QKeySequence:

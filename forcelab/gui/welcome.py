@@ -71,6 +71,7 @@ class Welcome(QWidget):
         column.addStretch(2)
         inner = QWidget()
         inner.setLayout(column)
+        inner.setMinimumWidth(480)
         inner.setMaximumWidth(560)
         inner.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         outer = QVBoxLayout(self)
@@ -89,8 +90,7 @@ class Welcome(QWidget):
     def show_progress(self, progress: Progress | None) -> None:
         """Show how far the sample project is; None when it is over."""
         self._bar.setVisible(progress is not None)
-        for button in self._buttons:
-            button.setEnabled(progress is None)
+        self._buttons[0].setEnabled(progress is None)
         if progress is not None:
             self._bar.setRange(0, progress.total)
             self._bar.setValue(progress.done)

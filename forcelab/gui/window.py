@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QByteArray, Qt, QTimer
+from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PySide6.QtGui import QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -27,6 +28,7 @@ from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.opening import Opening, sample_place
 from forcelab.gui.shortcuts import COMMANDS, bind, keys
+from forcelab.gui.shown_tracks import ShownTracks
 from forcelab.gui.welcome import Welcome
 from forcelab.gui.workspaces import WORKSPACES, coming
 
@@ -40,6 +42,8 @@ LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
 LOOK_MS, LIST_MS = 1000, 600
+#: The share of the time that such looks may take, in a project with thousands of tracks.
+LOOK_SHARE = 0.05
 #: What one press of a zoom key makes of the visible span.
 ZOOM = 1.5
 
@@ -67,6 +71,7 @@ class Window(QMainWindow):
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
         self._tabs.setAccessibleName(self.tr("Workspaces"))
+        self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
         for workspace in WORKSPACES:
             page = self.label if workspace.name == "label" else coming(workspace)
             self._tabs.addTab(page, workspace.title())
@@ -83,6 +88,7 @@ class Window(QMainWindow):
         self.commands = bind(self, self._handlers())
         self._make_menus()
         self.setAcceptDrops(True)
+        self.statusBar()  # there from the start: nothing moves when it first says something
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self)
         self._listing.setSingleShot(True)
@@ -142,6 +148,12 @@ class Window(QMainWindow):
         self.document.close()
         super().closeEvent(event)
 
+    def changeEvent(self, event: QEvent) -> None:
+        """Show in the menu whether the window fills the screen, whoever made it so."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.WindowStateChange:
+            self.commands["full_screen"].setChecked(self.isFullScreen())
+
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take files, and folders of projects."""
         if any(url.isLocalFile() for url in event.mimeData().urls()):
@@ -177,7 +189,7 @@ class Window(QMainWindow):
         self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
         self._welcome.chosen.connect(opening.open)
         self._listing.timeout.connect(document.refresh_info)
-        self._look.timeout.connect(document.refresh)
+        self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
         self._check_snapping()
 
@@ -226,7 +238,7 @@ class Window(QMainWindow):
             if command.id not in self.commands:
                 continue
             if command.group not in menus:
-                menus[command.group] = self.menuBar().addMenu(command.shown_group)
+                menus[command.group] = self.menuBar().addMenu("&" + command.shown_group)
             if not command.id.startswith("theme_"):
                 menus[command.group].addAction(self.commands[command.id])
         view = menus["View"]
@@ -234,6 +246,7 @@ class Window(QMainWindow):
         panels = view.addMenu(self.tr("Panels"))
         panels.addAction(self._dock.toggleViewAction())
         panels.addActions(list(self.label.toggles.values()))
+        view.addMenu(ShownTracks(self.document, view))
         look = view.addMenu(self.tr("Theme"))
         group = QActionGroup(self)
         chosen = settings.text("window/theme", "system")
@@ -242,6 +255,11 @@ class Window(QMainWindow):
             action.setCheckable(True)
             action.setChecked(choice == chosen)
             look.addAction(action)
+        front = QActionGroup(self)
+        for workspace in WORKSPACES:
+            front.addAction(self.commands[f"workspace_{workspace.name}"])
+        self._tabs.currentChanged.connect(lambda index: front.actions()[index].setChecked(True))
+        front.actions()[self._tabs.currentIndex()].setChecked(True)
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -250,6 +268,13 @@ class Window(QMainWindow):
         self._dock.setVisible(there)
         self._welcome.set_recent(settings.recent_projects())
         self._title()
+
+    def _look_elsewhere(self) -> None:
+        """Take over what others have changed; the longer that takes, the later the next time."""
+        began = time.monotonic()
+        self.document.refresh()
+        took = 1000 * (time.monotonic() - began)
+        self._look.setInterval(max(LOOK_MS, round(took / LOOK_SHARE)))
 
     def _title(self) -> None:
         """Name what is open in the window's title."""

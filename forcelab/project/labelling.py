@@ -153,12 +153,12 @@ class Labelling:
         becomes unlabelled here.
         """
         other = self.project.track(self.demonstration, author).segments
-        after = erase(self.segments, start, end)
+        after = list(erase(self.segments, start, end))
         for segment in other:
             left, right = max(segment.start, start), min(segment.end, end)
             if right - left > SLIVER:
                 # Placed, not painted: touching segments of one action stay as many as they were.
-                after = (*after, Segment(left, right, segment.action))
+                after.append(Segment(left, right, segment.action))
         what = f"{_stretch(start, end)} copied from {author}"
         return self._store(tuple(sorted(after)), what)
 

@@ -327,10 +327,44 @@ class Project(ProjectCoding):
         """The actions that any coder's or model's segment of a task has."""
         return painted_actions(self._db, task)
 
-    def set_vocabulary(self, task: str, vocabulary: Vocabulary) -> None:
-        """Replace the actions of a task; no label changes."""
+    def set_vocabulary(
+        self, task: str, vocabulary: Vocabulary, *, before: Vocabulary | None = None
+    ) -> bool:
+        """Replace the actions of a task; no label changes.
+
+        Parameters
+        ----------
+        task : str
+        vocabulary : Vocabulary
+            The actions from now on.
+        before : Vocabulary, optional
+            What it is made from: where another process has changed that, nothing is written.
+
+        Returns
+        -------
+        bool
+            Whether it was written.
+        """
         with self._db.writing():
+            if before is not None and self.vocabulary(task) != before:
+                return False
             write_vocabulary(self._db, task, vocabulary)
+            return True
+
+    def add_actions(self, task: str, names: Iterable[str]) -> Vocabulary:
+        """Add the actions that a task's vocabulary lacks; gives all that it has then.
+
+        Raises
+        ------
+        InputError
+            If a name is blank.
+        """
+        with self._db.writing():
+            old = self.vocabulary(task)
+            new = old.with_actions(*names)
+            if new != old:
+                write_vocabulary(self._db, task, new)
+            return new
 
     # Recognisers and runs
 

@@ -42,12 +42,16 @@ def test_the_commands_that_it_proposes_work_as_they_are_printed(forcelab, made, 
     monkeypatch.chdir(made.parent)
     said = forcelab("demo", made)
     proposed = [line for line in said.out.splitlines() if line.startswith("  forcelab ")]
-    assert len(proposed) == 2
+    assert len(proposed) == 3
+    extra = {
+        "evaluate": ["--classifier", "naive-bayes", "--max-scale", "64", "--jobs", "1"],
+        "gui": ["--screenshot", "window.png"],
+    }
     for line in proposed:
         words = shlex.split(line)[1:]
-        extra = ["--classifier", "naive-bayes", "--max-scale", "64", "--jobs", "1"]
-        assert forcelab(*words, *(extra if words[0] == "evaluate" else [])).status == 0
+        assert forcelab(*words, *extra.get(words[0], [])).status == 0
     assert (made.parent / "pairs.svg").exists()
+    assert (made.parent / "window.png").exists()
 
 
 def test_it_lies_in_the_current_folder_where_no_other_is_named(forcelab, tmp_path, monkeypatch):

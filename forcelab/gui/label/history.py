@@ -121,7 +121,8 @@ class HistoryView(QWidget):
             return
         chosen = self.model.rows[index.row()]
         self.refresh()  # something may just have been painted
-        self.go_to(next(row for row, edit in enumerate(self.model.rows) if edit.id == chosen.id))
+        rows = enumerate(self.model.rows)
+        self.go_to(next((row for row, edit in rows if edit.id == chosen.id), -1))
 
     def _refresh_soon(self) -> None:
         """Look again when nothing was painted for a moment: strokes come first."""

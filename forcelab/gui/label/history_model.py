@@ -107,6 +107,9 @@ class HistoryModel(QAbstractListModel):
             self._edits = new + self._edits
         self._track = track
         self._sort_out()
+        # What redo can bring back lies between the last page and the latest edit that stands.
+        while not self._complete and Standing.DONE not in self._standings.values():
+            self._keep_older(self._page(self._edits[-1].id))
         self.endResetModel()
 
     def clear(self) -> None:
@@ -139,13 +142,11 @@ class HistoryModel(QAbstractListModel):
         if not self.canFetchMore(parent):
             return
         page = self._page(self._edits[-1].id)
-        self._complete = len(page) < PAGE
         before = len(self.rows)
         more = sum(edit.kind not in ("undo", "redo") for edit in page)
         if more:
             self.beginInsertRows(QModelIndex(), before, before + more - 1)
-        self._edits += page
-        self._sort_out()
+        self._keep_older(page)
         if more:
             self.endInsertRows()
 
@@ -182,6 +183,12 @@ class HistoryModel(QAbstractListModel):
             document.say(str(error), True)
             return []
         return list(reversed(edits))
+
+    def _keep_older(self, page: list[Edit]) -> None:
+        """Add a page to what has been read."""
+        self._complete = len(page) < PAGE
+        self._edits += page
+        self._sort_out()
 
     def _sort_out(self) -> None:
         """Tell edits from undos and redos, and what has become of them."""

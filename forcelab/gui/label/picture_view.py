@@ -63,6 +63,11 @@ class PictureView(QWidget):
         """Whether what is said is that something went wrong."""
         return False
 
+    @property
+    def image(self) -> QImage | None:
+        """The picture that is shown."""
+        return self._image
+
     def set_image(self, image: QImage | None) -> None:
         """Show another picture, enlarged as the one before."""
         self._image, self._scaled = image, None

@@ -42,7 +42,7 @@ class VideoPreview(QWidget):
         self.number = 0
         self._wanted = 0.0
         self.frames = Frames(self)
-        self.picture = _Picture(self.tr("Opening the video ..."))
+        self.picture = _Picture(self.tr("Opening the video…"))
         self.picture.setAccessibleName(self.tr("Frame of the video"))
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setAccessibleName(self.tr("Frame"))

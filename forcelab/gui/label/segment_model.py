@@ -143,9 +143,7 @@ class SegmentModel(QAbstractTableModel):
         """Which of the document's segments a row shows, from 0; None if it is there no more."""
         if not 0 <= row < len(self.rows):
             return None
-        track, segment = self.document.segments, self.rows[row]
-        number = bisect_left(track, segment.start, key=_start)
-        return number if number < len(track) and track[number] == segment else None
+        return self.document.index_of(self.rows[row])
 
     @property
     def _natural(self) -> bool:

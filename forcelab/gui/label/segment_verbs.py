@@ -7,6 +7,7 @@ line why it did nothing.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Callable
 from operator import attrgetter
 
 from PySide6.QtCore import QCoreApplication
@@ -26,6 +27,7 @@ __all__ = [
     "fill_range",
     "merge",
     "next_segment",
+    "on_segment",
     "previous_segment",
     "say_no",
     "split_at_cursor",
@@ -49,6 +51,15 @@ def the_segment(document: Document) -> int | None:
     if document.selected is not None:
         return document.selected
     return index_at(document.segments, document.cursor)
+
+
+def on_segment(document: Document, segment: Segment, verb: Callable[[int], bool]) -> bool:
+    """Do something to one of the coder's segments, whatever its number is by now."""
+    index = document.index_of(segment)
+    if index is None:
+        sentence = translate("forcelab", "That segment was changed elsewhere; look at it anew.")
+        return say_no(document, sentence)
+    return verb(index)
 
 
 def previous_segment(document: Document) -> bool:

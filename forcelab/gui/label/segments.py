@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
 from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QStackedLayout, QVBoxLayout, QWidget
@@ -10,7 +12,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_model import NUMBER, SegmentModel
 from forcelab.gui.label.segment_rows import SegmentRows
+from forcelab.gui.label.segment_verbs import on_segment
 from forcelab.gui.theme import themes
+from forcelab.labels import Segment
 from forcelab.painting import SLIVER
 
 __all__ = ["SegmentTable"]
@@ -200,12 +204,16 @@ class SegmentTable(QWidget):
         for name in document.vocabulary.names:
             if name != segment.action:
                 action = relabel.addAction(name)
-                action.triggered.connect(lambda _=False, name=name: document.relabel(number, name))
+                action.triggered.connect(partial(self._relabel, segment, name))
         fill = menu.addAction(self.tr("Mark as range"))
         fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
         only = menu.addAction(icon("search"), self.tr("Show only '{0}'").format(segment.action))
         only.triggered.connect(lambda: self.filter.setText(segment.action))
         menu.addSeparator()
         delete = menu.addAction(icon("trash"), self.tr("Delete"))
-        delete.triggered.connect(lambda: document.delete(number))
+        delete.triggered.connect(lambda: on_segment(document, segment, document.delete))
         return menu
+
+    def _relabel(self, segment: Segment, name: str, _checked: bool = False) -> None:
+        """Give a segment another action, if it is still there when that is chosen in the menu."""
+        on_segment(self.document, segment, lambda now: self.document.relabel(now, name))

@@ -36,13 +36,14 @@ class StoredIndicator(QWidget):
         self.document = document
         self.trouble = ""
         self.text = ""
+        self._newest = 0  # the number of the last edit that is known to be stored
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self._looking = QTimer(self)
         self._looking.setSingleShot(True)
         self._looking.setInterval(PAUSE)
         self._looking.timeout.connect(self.look)
-        document.tracks_changed.connect(self._stored)
-        document.demonstration_changed.connect(self._stored)
+        document.tracks_changed.connect(self._looking.start)
+        document.demonstration_changed.connect(self._looking.start)
         document.store_failed.connect(self.fail)
         themes().changed.connect(self.update)
         self.look()
@@ -64,6 +65,10 @@ class StoredIndicator(QWidget):
         except ForcelabError as error:
             self.fail(str(error))
             return
+        newest = last[0].id if last else 0
+        if self.trouble and newest == self._newest:
+            return
+        self.trouble, self._newest = "", newest
         about = self.tr("Every edit is stored before it is shown; there is nothing to save.")
         if last:
             self._say(self.tr("Stored {0}").format(clock(last[0].time)), about)
@@ -101,11 +106,6 @@ class StoredIndicator(QWidget):
             painter.setPen(ink)
             painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, self.text)
         painter.end()
-
-    def _stored(self) -> None:
-        """An edit is in the store: look up when."""
-        self.trouble = ""
-        self._looking.start()
 
     def _say(self, text: str, about: str) -> None:
         """Show a text and more about it."""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QDockWidget, QMenuBar, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -33,7 +33,7 @@ class KeyStrokes(QObject):
     * fills the marked range, if there is one;
     * ends the stroke that was begun with the same key; one begun with another key it ends too, and
       begins its own there, so that actions that follow each other touch;
-    * gives the selected segment its action, if the cursor stands in it and nothing is playing;
+    * gives the selected segment its action, if nothing is playing;
     * otherwise begins a stroke at the cursor.
 
     A key that is let go ends what it has begun if it was held (``settings.hold_ms``) and the cursor
@@ -54,6 +54,8 @@ class KeyStrokes(QObject):
         How far one is zoomed in; tells how near a target must be.
     clock : callable
         Seconds of a clock that never jumps.
+    shown : callable, optional
+        Whether what is painted on can be seen; keys do nothing while it cannot.
     """
 
     def __init__(
@@ -62,12 +64,14 @@ class KeyStrokes(QObject):
         window: QWidget,
         pixels_per_second: Callable[[], float] | None = None,
         clock: Callable[[], float] = time.monotonic,
+        shown: Callable[[], bool] = lambda: True,
     ) -> None:
         super().__init__(window)
         self.document = document
         self.window = window
         self._scale = pixels_per_second or self._nominal_scale
         self._clock = clock
+        self._shown = shown
         #: The key that began the stroke and is still down: key, when, and where the cursor was.
         self._held: tuple[str, float, float] | None = None
         window.installEventFilter(self)
@@ -82,7 +86,7 @@ class KeyStrokes(QObject):
     def press(self, key: str) -> bool:
         """An action's key went down; gives whether it is one."""
         document = self.document
-        action = next((a.name for a in document.vocabulary if a.key and a.key == key), None)
+        action = self._action(key)
         if action is None or document.demonstration is None:
             return False
         self._held = None
@@ -138,6 +142,8 @@ class KeyStrokes(QObject):
         # A spin box lets letters through that are no numbers; they are no strokes either.
         if typing(QApplication.focusWidget()) or (isinstance(watched, QWidget) and typing(watched)):
             return False
+        if not self._shown():
+            return False
         if event.key() == Qt.Key.Key_Escape:
             return self.cancel()
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
@@ -145,17 +151,31 @@ class KeyStrokes(QObject):
             return False
         key = _name(event)
         if event.isAutoRepeat():
-            return any(action.key == key for action in self.document.vocabulary)
+            return self._action(key) is not None
         return self.press(key)
 
     def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
         """Listen where the keys go now."""
-        if now is None or not (now is self.window or self.window.isAncestorOf(now)):
+        if now is None or not self._inside(now):
             self.let_go()
         else:
             now.installEventFilter(self)  # a second time changes nothing
 
+    def _inside(self, widget: QWidget | None) -> bool:
+        """Whether a widget is in the window, or in a list that was taken out of it."""
+        while widget is not None and widget is not self.window:
+            apart = widget.isWindow() and not isinstance(widget, QDockWidget)
+            if apart or isinstance(widget, QMenuBar):
+                return False
+            widget = widget.parentWidget()
+        return widget is not None
+
     # Strokes
+
+    def _action(self, key: str) -> str | None:
+        """The action that a key paints."""
+        actions = self.document.vocabulary
+        return next((action.name for action in actions if key and action.key == key), None)
 
     def _press_again(self, action: str, key: str) -> None:
         """A key went down while a stroke is on."""
@@ -182,12 +202,8 @@ class KeyStrokes(QObject):
         self.document.end_stroke(position)
 
     def _chosen(self) -> int | None:
-        """The selected segment, if the cursor stands in it and nothing is playing."""
-        document, index = self.document, self.document.selected
-        if index is None or document.playing:
-            return None
-        segment = document.segments[index]
-        return index if segment.start - SAME <= document.cursor <= segment.end + SAME else None
+        """The selected segment, if nothing is playing."""
+        return None if self.document.playing else self.document.selected
 
     def _position(self) -> float:
         """The time that is meant, in seconds."""

@@ -130,20 +130,29 @@ def _segment_entries(
 ) -> None:
     """What can be done with one of the coder's segments."""
     segment = document.segments[index]
+    # Another window may have edited the track by the time that an entry is chosen.
+    on_it = partial(verbs.on_segment, document, segment)
     relabel = menu.addMenu(translate("forcelab", "Relabel with"))
-    _actions(relabel, document, lambda name: document.relabel(index, name), but=segment.action)
+    _actions(
+        relabel,
+        document,
+        lambda name: on_it(lambda now: document.relabel(now, name)),
+        but=segment.action,
+    )
     _entry(menu, translate("forcelab", "Split here"), lambda: document.split(time))
     before = _entry(
         menu,
         translate("forcelab", "Merge with the previous"),
-        lambda: document.merge(index - 1, index),
+        lambda: on_it(lambda now: document.merge(now - 1, now)),
     )
     before.setEnabled(index > 0)
     after = _entry(
-        menu, translate("forcelab", "Merge with the next"), lambda: document.merge(index, index + 1)
+        menu,
+        translate("forcelab", "Merge with the next"),
+        lambda: on_it(lambda now: document.merge(now, now + 1)),
     )
     after.setEnabled(index + 1 < len(document.segments))
-    _entry(menu, translate("forcelab", "Delete"), lambda: document.delete(index))
+    _entry(menu, translate("forcelab", "Delete"), lambda: on_it(document.delete))
     menu.addSeparator()
     _entry(menu, translate("forcelab", "Play it"), lambda: play(segment.start, segment.end))
     zoom = lambda: verbs.zoom_to(document, segment.start, segment.end)  # noqa: E731

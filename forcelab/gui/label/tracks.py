@@ -59,6 +59,7 @@ class TrackPanel(TrackRows):
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(document, parent)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # its menu is for the keyboard, too
         #: The drag that is on, and whether it has gone far enough to be one.
         self._gesture: Gesture | None = None
         self._live = False

@@ -113,11 +113,7 @@ class Transport(QWidget):
         document, player = self.document, self.player
         row = QHBoxLayout()
         row.setSpacing(1)
-        ends = (
-            lambda: document.seek(document.bounds[0]),
-            lambda: document.seek(document.bounds[1]),
-        )
-        self._button(row, "start", self.tr("To the start"), ends[0])
+        self._button(row, "start", self.tr("To the start"), partial(self._to_end, 0))
         self._button(row, "step-back", self.tr("Step back"), lambda: document.step(-1), repeat=True)
         self._button(row, "play", self.tr("Play"), player.toggle)
         self._button(

@@ -74,15 +74,17 @@ def handlers(
 
 
 def _cancel(document: Document, tracks: TrackPanel) -> None:
-    """Take back the last thing begun: a drag, a stroke, a range, a selection."""
+    """Take back the last thing begun: a drag, a stroke, a range, a selection, a brush."""
     if tracks.dragging:
         tracks.cancel_drag()
     elif document.stroke is not None:
         document.cancel_stroke()
     elif document.range is not None or document.range_in is not None:
         document.clear_range()
-    else:
+    elif document.selected is not None:
         document.select(None)
+    else:
+        document.set_action(None)
 
 
 def _leap(document: Document, direction: int) -> None:

@@ -128,7 +128,7 @@ class VocabularyView(QWidget):
         if name in self.document.vocabulary:
             self.document.say(self.tr("There is an action '{0}' already.").format(name), True)
             return False
-        return self.document.set_vocabulary(self.document.vocabulary.with_actions(name))
+        return self.document.add_actions(name)
 
     def rename(self, name: str, new: str) -> bool:
         """Give an action that no segment has another name."""
@@ -162,11 +162,11 @@ class VocabularyView(QWidget):
             fill = menu.addAction(icon("range"), self.tr("Fill the marked range"))
             fill.triggered.connect(lambda: self.fill(name))
         menu.addSeparator()
-        key = menu.addAction(icon("key"), self.tr("Change key..."))
+        key = menu.addAction(icon("key"), self.tr("Change key…"))
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         menu.addMenu(colour_menu(current, lambda colour: self.recolour(name, colour), self))
-        rename = menu.addAction(icon("pencil"), self.tr("Rename..."))
+        rename = menu.addAction(icon("pencil"), self.tr("Rename…"))
         rename.triggered.connect(lambda: self._ask_name(name))
         remove = menu.addAction(icon("trash"), self.tr("Remove"))
         remove.triggered.connect(lambda: self.remove(name))
@@ -204,7 +204,9 @@ class VocabularyView(QWidget):
         dialog = KeyDialog(self.document.vocabulary, name, self)
         dialog.exec()
         if dialog.changed is not None:
-            self.document.set_vocabulary(dialog.changed)
+            key = dialog.changed[name].key
+            # Made anew: the vocabulary may have changed elsewhere while the dialog was open.
+            self._change(lambda: self.document.vocabulary.rebound(name, key))
         dialog.deleteLater()
 
     def _ask_name(self, name: str) -> None:

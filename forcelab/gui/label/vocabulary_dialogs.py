@@ -114,7 +114,7 @@ def colour_menu(current: str, choose: Callable[[str], object], parent: QWidget) 
         action.setEnabled(colour != current)
         action.triggered.connect(lambda _=False, colour=colour: choose(colour))
     menu.addSeparator()
-    other = menu.addAction(translate("forcelab", "Other..."))
+    other = menu.addAction(translate("forcelab", "Other…"))
 
     def ask() -> None:
         chosen = QColorDialog.getColor(QColor(current), parent, translate("forcelab", "Colour"))

@@ -66,13 +66,15 @@ class LabelWorkspace(QMainWindow):
         self.history = HistoryView(document)
         self.overview = Overview(document, self.force)
         self.transport = Transport(document, self.player)
-        self.strokes = KeyStrokes(document, self, lambda: 1 / self.tracks.seconds_per_pixel)
+        self.strokes = KeyStrokes(
+            document, self.window(), lambda: 1 / self.tracks.seconds_per_pixel, shown=self.isVisible
+        )
         self.tracks.play_requested.connect(self.player.play_stretch)
         self.toggles: dict[str, QAction] = {}
         self._sought = ""
         self._splitter = QSplitter(Qt.Orientation.Vertical)
         self._splitter.setChildrenCollapsible(False)
-        self._add_panel("tracks", self.tr("Tracks"), self.tracks, 2)
+        self._add_panel("tracks", self.tr("Tracks"), self.tracks, 0)
         self._add_panel("force", self.tr("Forces"), self.force, 5)
         self._add_panel("scalogram", self.tr("Scalogram"), self.scalogram, 3)
         self._stack = QStackedWidget()
@@ -85,7 +87,7 @@ class LabelWorkspace(QMainWindow):
         self._add_dock("segments", self.tr("Segments"), self.segments)
         self._add_dock("history", self.tr("History"), self.history)
         self._arrange()
-        self._standard = (self.saveState(LAYOUT), self._splitter.saveState())
+        self._standard = self.saveState(LAYOUT)
         self._shared_out = False
         document.demonstration_changed.connect(self._demonstration_changed)
         self._demonstration_changed()
@@ -125,9 +127,7 @@ class LabelWorkspace(QMainWindow):
         """Put every panel back where it was at first."""
         for action in self.toggles.values():
             action.setChecked(True)
-        state, panels = self._standard
-        self.restoreState(state, LAYOUT)
-        self._splitter.restoreState(panels)
+        self.restoreState(self._standard, LAYOUT)
         self._show_docks()
         self._share_out()
 
@@ -183,13 +183,16 @@ class LabelWorkspace(QMainWindow):
         segments.raise_()
 
     def _share_out(self) -> None:
-        """Give the lists a quarter of the width, and the video a picture's shape."""
+        """Give the lists a quarter of the width, the video a picture's shape, tracks their rows."""
         video, actions, segments, _ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
         self.resizeDocks([video], [width], Qt.Orientation.Horizontal)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
+        rows = self.tracks.sizeHint().height()
+        rest = max(self._splitter.height() - rows, 8)
+        self._splitter.setSizes([rows, rest * 5 // 8, rest * 3 // 8])
 
     def _show_docks(self) -> None:
         """Show the lists that are wanted; a video only where there is one."""
@@ -223,8 +226,11 @@ class LabelWorkspace(QMainWindow):
         self._stack.setCurrentIndex(1 if there else 0)
         self._show_docks()
         demonstration = self.document.demonstration
-        if demonstration is not None and self._sought != self.document.id:
-            self._sought = self.document.id
+        if self._sought == self.document.id:
+            return
+        self._sought = self.document.id
+        self.jobs.cancel("contacts")
+        if demonstration is not None:
             finding = finding_contacts(demonstration.times, demonstration.signals)
             self.jobs.run(finding, self._found, key="contacts")
 

@@ -201,3 +201,25 @@ def test_the_store_gives_the_latest_and_those_before(document):
     assert project.history(*key, latest=2, before=every[3].id) == every[1:3]
     assert project.history(*key, before=every[0].id) == ()
     assert project.history(*key, latest=0) == ()
+
+
+def test_more_undos_than_a_page_holds_can_all_be_redone(document, view, monkeypatch):
+    monkeypatch.setattr(history_model, "PAGE", 5)
+    paint(document, 10)
+    for _ in range(8):
+        document.undo()
+    assert rows(view) == [(f"a{n}", UNDONE) for n in range(9, 1, -1)] + [
+        (f"a{n}", DONE) for n in (1, 0)
+    ]
+    assert view.redo.isEnabled()
+    view.go_to(0)
+    assert len(document.segments) == 10
+
+
+def test_an_edit_that_is_not_listed_any_more_is_not_gone_to(document, view, monkeypatch):
+    monkeypatch.setattr(history_model, "PAGE", 5)
+    paint(document, 3)
+    view.refresh()
+    paint(document, 6, first=3)
+    view._chosen(view.model.index(2))
+    assert len(document.segments) == 9

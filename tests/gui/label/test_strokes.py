@@ -8,6 +8,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
+    QDockWidget,
     QLineEdit,
     QListWidget,
     QMainWindow,
@@ -191,6 +192,50 @@ def test_the_selected_segment_is_relabelled(document, desk):
     assert document.stroke is None
 
 
+def test_a_segment_that_was_selected_from_afar_is_relabelled(document, desk):
+    document.paint(1.0, 2.0, "grab")
+    document.seek(5.0)
+    document.select(0)  # as by dragging its edge, or by its menu
+    desk.tap(HOLD)
+    assert shown(document) == [(1.0, 2.0, "hold")]
+
+
+def test_a_segment_that_playback_has_left_is_not_relabelled(document, desk):
+    document.paint(1.0, 2.0, "grab")
+    document.seek(1.5)
+    document.select(0)
+    document.set_playing(True)
+    document.seek(5.0)
+    document.set_playing(False)
+    desk.tap(HOLD)
+    assert shown(document) == [(1.0, 2.0, "grab")]
+    assert document.stroke is not None
+
+
+def test_keys_paint_from_a_list_that_was_taken_out_of_the_window(document, desk):
+    dock = QDockWidget("list", desk.window)
+    dock.setWidget(desk.list)
+    desk.window.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+    dock.setFloating(True)
+    dock.show()
+    dock.activateWindow()
+    desk.go(desk.list)
+    desk.tap(GRAB, 1.0)
+    desk.tap(GRAB, 2.0)
+    assert shown(document) == [(1.0, 2.0, "grab")]
+
+
+def test_keys_do_nothing_while_another_workspace_is_shown(document):
+    window = QMainWindow()
+    keys = KeyStrokes(document, window, shown=lambda: False)
+    window.show()
+    QTest.keyClick(window, GRAB)
+    assert document.stroke is None
+    assert keys.press("1")
+    window.close()
+    window.deleteLater()
+
+
 def test_while_playing_a_selected_segment_is_not_relabelled(document, desk):
     document.paint(1.0, 2.0, "grab")
     document.seek(1.5)
@@ -325,3 +370,11 @@ def test_a_segment_painted_by_keys_is_stored_before_it_is_drawn(document, desk):
     desk.tap(GRAB, 2.0)
     assert stored == [[(1.0, 2.0, "grab")]]
     assert document.segments == (Segment(1.0, 2.0, "grab"),)
+
+
+def test_a_held_arrow_is_left_to_lists_though_an_action_has_no_key(document, desk):
+    document.set_vocabulary(document.vocabulary.rebound(document.vocabulary.names[0], ""))
+    desk.go(desk.list)
+    desk.list.setCurrentRow(0)
+    desk.press(Qt.Key.Key_Down, repeat=True)
+    assert desk.list.currentRow() == 1

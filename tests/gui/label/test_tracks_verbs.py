@@ -201,12 +201,15 @@ def test_esc_takes_back_one_thing_after_the_other(document, do):
     document.select(0)
     document.set_range(3.0, 4.0)
     document.begin_stroke("grab", 0.0)
+    document.set_action("hold")
     do("cancel")
     assert (document.stroke, document.range is None, document.selected) == (None, False, 0)
     do("cancel")
     assert (document.range, document.selected) == (None, 0)
     do("cancel")
-    assert document.selected is None
+    assert (document.selected, document.action) == (None, "hold")
+    do("cancel")
+    assert document.action is None
 
 
 def test_moving_in_time(document, do):

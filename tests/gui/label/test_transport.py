@@ -156,6 +156,18 @@ def test_an_edit_that_the_disk_refused_is_told_until_one_is_stored(
     assert bar.stored.trouble == ""
 
 
+def test_trouble_stays_when_others_paint_and_not_the_coder(app, bar, document, until, monkeypatch):
+    until(lambda: bar.stored.text.startswith("Stored "))
+    document.store_failed.emit("The disk is full.")
+    with Project.open(document.project.path) as other:
+        other.edit(document.id, "Ben", (), document.segments, "painted")
+    document.refresh()
+    bar.stored.look()
+    assert bar.stored.trouble == "The disk is full."
+    document.paint(9.0, 9.5, "grab")
+    until(lambda: bar.stored.text.startswith("Stored "))
+
+
 def test_a_mistake_is_no_trouble_of_the_store(bar, document):
     assert not document.move_edge(0, "start", 3.0)
     assert document.told[-1][1]

@@ -177,7 +177,7 @@ def test_the_menu_offers_what_can_be_done(view, document):
     assert document.segments[-1].action == "hold"
     by_text["Use as brush"].trigger()
     assert document.action == "hold"
-    assert {"Change key...", "Colour", "Rename...", "Remove"} <= set(by_text)
+    assert {"Change key…", "Colour", "Rename…", "Remove"} <= set(by_text)
     assert "Fill the marked range" not in {action.text() for action in view.menu("hold").actions()}
 
 

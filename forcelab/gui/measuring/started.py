@@ -1,0 +1,45 @@
+"""The program itself, but for two stamps: when its window was painted, and when it was complete.
+
+Run as ``python -m forcelab.gui.measuring.started [PROJECT]``; it prints them in seconds of the
+machine's monotonic clock, which is the same for all processes, and ends.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from PySide6.QtCore import QTimer
+from PySide6.QtGui import QPaintEvent
+
+from forcelab.cli import main
+from forcelab.gui import window as program
+
+__all__: list[str] = []
+
+
+class _Told(program.Window):
+    """A window that tells when it was first painted, and closes once it is complete."""
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Everything in the window is painted with it, before the event loop goes on."""
+        super().paintEvent(event)
+        if not hasattr(self, "_watch"):
+            self._watch = QTimer(self)
+            self._watch.timeout.connect(self._tell)
+            QTimer.singleShot(0, self._painted)
+
+    def _painted(self) -> None:
+        print(time.monotonic(), flush=True)
+        self._watch.start(10)
+
+    def _tell(self) -> None:
+        if self.settled:
+            self._watch.stop()
+            print(time.monotonic(), flush=True)
+            self.close()
+
+
+if __name__ == "__main__":
+    program.Window = _Told  # type: ignore[misc]
+    sys.exit(main(["gui", *sys.argv[1:]]))

@@ -1,0 +1,96 @@
+"""The window from the command line: which words open it, and pictures of it."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from PySide6.QtGui import QImage
+
+from forcelab.cli import _for_the_window, main
+
+
+@pytest.fixture(autouse=True)
+def settings_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "settings.ini"))
+
+
+def drawn(*words, **environment):
+    """A picture drawn by a program of its own, as from a shell without a display."""
+    clean = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "QT_QPA_PLATFORM")}
+    return subprocess.run(
+        [sys.executable, "-m", "forcelab", *map(str, words)],
+        env={**clean, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ([], ["gui"]),
+        (["study.forcelab"], ["gui", "study.forcelab"]),
+        (["data/study", "--theme", "dark"], ["gui", "data/study", "--theme", "dark"]),
+        (["list", "study.forcelab"], ["list", "study.forcelab"]),
+        (["--version"], ["--version"]),
+        (["fly"], ["fly"]),
+    ],
+)
+def test_a_project_or_nothing_means_the_window(said, meant):
+    assert _for_the_window(said) == meant
+
+
+def test_a_picture_has_the_size_and_theme_asked_for_and_leaves_no_settings(project, tmp_path):
+    for theme, size in (("light", "1280x800"), ("dark", "1024x700")):
+        out = tmp_path / f"{theme}.png"
+        words = ("--demo", "foam-01", "--at", "1.5", "--span", "2", "--theme", theme)
+        done = drawn("gui", project, *words, "--size", size, "--screenshot", out)
+        assert (done.returncode, done.stdout, done.stderr) == (0, f"{out}\n", "")
+        image = QImage(str(out))
+        assert f"{image.width()}x{image.height()}" == size
+        corner = image.pixelColor(5, image.height() // 2)
+        assert (corner.lightness() > 128) == (theme == "light")
+    assert not (tmp_path / "settings.ini").exists()
+
+
+def test_at_200_percent_a_picture_has_twice_the_pixels(project, tmp_path):
+    out = tmp_path / "large.png"
+    words = ("gui", project, "--size", "1100x700", "--screenshot", out)
+    assert drawn(*words, QT_SCALE_FACTOR="2").returncode == 0
+    assert QImage(str(out)).width() == 2200
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--screenshot", "window.jpg"], "'window.jpg'; change the suffix."),
+        (["--demo", "foam-99", "--screenshot", "w.png"], "There is no demonstration 'foam-99'"),
+        (["--screenshot", "no/such/folder/w.png"], "no/such/folder"),
+    ],
+)
+def test_a_picture_that_cannot_be_drawn_is_one_sentence(
+    project, tmp_path, monkeypatch, capsys, words, sentence
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(["gui", str(project), *words]) == 1
+    said = capsys.readouterr().err
+    assert sentence in said
+    assert said.startswith("forcelab: ")
+    assert said.count("\n") == 1
+    assert not list(tmp_path.glob("**/*.png"))
+
+
+def test_no_project_and_no_display_are_one_sentence_each(tmp_path):
+    done = drawn("gui", tmp_path / "nothing.forcelab", "--screenshot", tmp_path / "w.png")
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    done = drawn(tmp_path / "nothing.forcelab")
+    assert done.returncode == 1
+    assert "no display" in done.stderr
+
+
+def test_a_size_that_is_none_is_a_wrong_command_line(capsys):
+    assert main(["gui", "--size", "large"]) == 2
+    assert "1280x800" in capsys.readouterr().err

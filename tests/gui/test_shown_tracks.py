@@ -1,0 +1,35 @@
+"""The menu that shows and hides the tracks of others."""
+
+from painting_bench import opened
+
+from forcelab.gui.shown_tracks import ShownTracks
+from forcelab.labels import Segment
+
+HERS, HIS = (Segment(1, 2, "grab"),), (Segment(3, 4, "hold"),)
+
+
+def entries(menu):
+    menu.aboutToShow.emit()
+    return {action.text(): action for action in menu.actions()}
+
+
+def test_a_track_is_hidden_and_shown_again(app):
+    with opened((), Ben=HERS, Cleo=HIS) as document:
+        menu = ShownTracks(document)
+        assert list(entries(menu)) == ["Ben", "Cleo"]
+        entries(menu)["Ben"].trigger()
+        assert document.others == {"Cleo": HIS}
+        assert not entries(menu)["Ben"].isChecked()
+        entries(menu)["Ben"].trigger()
+        assert document.others == {"Ben": HERS, "Cleo": HIS}
+
+
+def test_nobody_is_named_to_a_blind_coder(app):
+    with opened((), Ben=HERS) as document:
+        document.project.assign(document.id, "Ann")
+        document.reread()
+        menu = ShownTracks(document)
+        assert "Ben" not in entries(menu)
+        assert not any(action.isEnabled() for action in menu.actions())
+        document.set_done()
+        assert list(entries(menu)) == ["Ben"]

@@ -1,0 +1,214 @@
+"""Two windows on one project, and what stays of one demonstration in the next."""
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QWidget
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.gui.document import Document
+from forcelab.gui.label.segments import SegmentTable
+from forcelab.gui.label.track_menu import own_menu
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
+
+ONE, TWO, THREE = Segment(1, 2, "grab"), Segment(3, 4, "pull"), Segment(5, 6, "grab")
+
+
+def demonstration(name, task):
+    times = np.arange(1000) / 100
+    return Demonstration(name, task, times, np.full((1000, 1), float(len(name))), (Channel("f"),))
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        project.add(demonstration("pen", "stylus"), [Track("Ada", (ONE, TWO, THREE))])
+        project.add(demonstration("brick", "LEGO"), [Track("Ben", (Segment(1, 2, "press"),))])
+    return path
+
+
+@pytest.fixture
+def window(app, path):
+    """Make documents of one coder, as two windows have them."""
+    made = []
+
+    def make(author="Ada", name="pen"):
+        document = Document(author)
+        document.open_project(path)
+        document.open_demonstration(name)
+        made.append(document)
+        return document
+
+    yield make
+    for document in made:
+        document.close()
+
+
+def broken(*_):
+    raise InputError("The disk is gone.")
+
+
+def test_a_brush_stays_behind_where_the_task_has_no_such_action(window):
+    document = window()
+    document.set_action("pull")
+    document.open_demonstration("brick")
+    assert document.action is None
+    assert document.vocabulary.names == ("press",)
+
+
+def test_a_brush_that_the_next_task_has_is_kept(window):
+    document = window()
+    document.project.set_vocabulary("LEGO", Vocabulary().with_actions("press", "pull"))
+    document.set_action("pull")
+    document.open_demonstration("brick")
+    assert document.action == "pull"
+
+
+def test_who_cannot_be_labelled_as_is_not_shown_as_the_coder(window, monkeypatch):
+    document = window()
+    monkeypatch.setattr(document.project, "track", broken)
+    document.set_author("Ben")
+    assert document.author == "Ada"
+    monkeypatch.undo()
+    assert document.paint(7, 8, "pull")
+    with Project.open(document.project.path) as project:
+        assert project.track(document.id, document.author).segments == document.segments
+
+
+def test_a_project_whose_list_cannot_be_read_leaves_the_open_one(window, path, monkeypatch):
+    document = window()
+    monkeypatch.setattr(Project, "demonstrations", broken)
+    with pytest.raises(InputError):
+        document.open_project(path)
+    assert document.segments == (ONE, TWO, THREE)
+    assert document.infos
+
+
+def test_a_demonstration_that_cannot_be_read_leaves_the_open_one(window, monkeypatch):
+    document = window()
+    told = []
+    document.said.connect(lambda sentence, trouble: told.append((sentence, trouble)))
+    monkeypatch.setattr(document.project, "tracks", broken)
+    assert not document.open_demonstration("brick")
+    assert told == [("The disk is gone.", True)]
+    assert document.demonstration.name == "pen"
+    assert document.segments == (ONE, TWO, THREE)
+
+
+def test_nothing_of_a_closed_project_is_left(window):
+    document = window()
+    document.set_action("pull")
+    document.close()
+    assert (document.vocabulary.names, document.action, document.infos) == ((), None, ())
+
+
+def test_actions_that_two_windows_add_are_both_there(window):
+    first, second = window(), window("Ben")
+    second.paint(7, 8, "slip")
+    slip = second.vocabulary["slip"]
+    first.paint(8, 9, "drop")
+    first.refresh()
+    second.refresh()
+    assert first.vocabulary["slip"] == second.vocabulary["slip"] == slip
+    assert first.vocabulary["drop"] == second.vocabulary["drop"]
+    assert first.project.vocabulary("stylus").names == ("grab", "pull", "slip", "drop")
+
+
+def test_a_vocabulary_changed_elsewhere_is_not_written_over(window):
+    first, second = window(), window("Ben")
+    second.set_vocabulary(second.vocabulary.with_actions("slip"))
+    assert not first.set_vocabulary(first.vocabulary.recoloured("grab", "#123456"))
+    assert "slip" in first.vocabulary
+    assert first.set_vocabulary(first.vocabulary.recoloured("grab", "#123456"))
+    assert first.project.vocabulary("stylus")["grab"].colour == "#123456"
+    assert "slip" in first.project.vocabulary("stylus")
+
+
+def test_undoing_what_another_window_painted_keeps_the_selection(window):
+    first, second = window(), window()
+    first.select(2)
+    second.paint(0, 0.5, "still")
+    assert first.undo()
+    assert first.segments[first.selected] == THREE
+
+
+def test_undoing_a_deletion_made_elsewhere_keeps_the_selection(window):
+    first, second = window(), window()
+    second.delete(0)
+    first.select(1)
+    assert first.undo()
+    assert first.segments[first.selected] == TWO
+
+
+def test_a_menu_means_the_segment_that_it_was_opened_on(window):
+    first, second = window(), window()
+    holder = QWidget()
+    menu = own_menu(holder, first, 3.5, lambda *_: None)
+    second.delete(0)
+    first.refresh()
+    next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
+    assert first.segments == (THREE,)
+
+
+def test_a_menu_of_a_segment_that_is_gone_does_nothing(window):
+    first, second = window(), window()
+    holder = QWidget()
+    menu = own_menu(holder, first, 3.5, lambda *_: None)
+    second.delete(1)
+    first.refresh()
+    next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
+    assert first.segments == (ONE, THREE)
+
+
+def test_the_tables_menu_means_the_segment_that_it_was_opened_on(app, window):
+    first, second = window(), window()
+    table = SegmentTable(first)
+    table.show()
+    first.select(1)
+    menu = table.menu()
+    second.delete(0)
+    first.refresh()
+    next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
+    assert first.segments == (THREE,)
+    table.close()
+
+
+def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_path):
+    film = tmp_path / "film.mp4"
+    film.write_bytes(b"film")
+    document = window()
+    document.project.attach_video(document.id, film)
+    document.reread()
+    heard = []
+    document.demonstration_changed.connect(lambda: heard.append(document.id))
+    with Project.open(path) as other:
+        other.set_video_clock(document.id, ClockMap(1.5))
+        other.rename(document.id, "pencil")
+    document.seek(3)
+    document.refresh()
+    assert document.demonstration.video.clock.offset == 1.5
+    assert document.demonstration.name == "pencil"
+    assert heard == [document.id]
+    assert document.cursor == 3
+
+
+def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
+    document = window("Ben")
+    assert "pull" in document.vocabulary
+    with Project.open(path) as other:
+        other.set_vocabulary("stylus", Vocabulary().with_actions("grab"))
+        other.assign(document.id, "Ben", blind=True)
+    document.refresh()
+    assert document.others == {}
+    assert document.vocabulary.names == ("grab",)
+    document.set_done()
+    assert "pull" in document.vocabulary
+    document.set_author("Cleo")
+    assert set(document.others) == {"Ada"}
+    document.project.set_done(document.id, "Ben", False)
+    document.set_author("Ben")
+    assert document.vocabulary.names == ("grab",)

@@ -1,0 +1,207 @@
+"""The whole window: what it loads, what it leaves out, what it remembers."""
+
+import json
+import os
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+from painting_bench import ACTIONS, demonstration
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QTreeView
+
+from forcelab.gui import settings
+from forcelab.gui.app import Start
+from forcelab.gui.window import Window
+from forcelab.jobs import Progress
+from forcelab.labels import Segment
+from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
+
+HIS = (Segment(3, 4, "hold"),)
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        added = project.add(demonstration())
+        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+        project.edit(added.id, "Ben", (), HIS, "made")
+    return path
+
+
+@pytest.fixture
+def windows(app, until):
+    """Make windows that are closed at the end."""
+    made = []
+
+    def make(start=None, author="Ann"):
+        window = Window(author)
+        made.append(window)
+        window.resize(1100, 700)
+        window.restore_layout()
+        window.show()
+        window.begin(start or Start())
+        until(lambda: window.settled)
+        return window
+
+    yield make
+    for window in made:
+        window.close()
+
+
+def test_without_video_no_decoder_and_without_need_no_library_is_loaded(study):
+    script = f"""
+import json, sys, threading, time
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+from forcelab.gui.app import Start
+from forcelab.gui.window import Window
+window = Window("Ann", remembering=False)
+window.show()
+window.begin(Start(project=Path({str(study)!r})))
+end = time.monotonic() + 30
+while not window.settled and time.monotonic() < end:
+    app.processEvents()
+loaded = [name for name in sys.modules if "." not in name] + ["scipy.signal"] * (
+    "scipy.signal" in sys.modules) + ["scipy.optimize"] * ("scipy.optimize" in sys.modules)
+threads = [thread.name for thread in threading.enumerate()]
+shown = window.label.video.isVisible()
+window.close()
+print(json.dumps([loaded, threads, shown]))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded, threads, shown = json.loads(done.stdout)
+    never = {"cv2", "sklearn", "serial", "pyqtgraph", "joblib", "scipy.signal", "scipy.optimize"}
+    assert not never & set(loaded)
+    assert not [name for name in threads if "video" in name or "decod" in name]
+    assert not shown
+
+
+def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
+    first = windows(Start(project=study))
+    first.label.toggles["scalogram"].setChecked(False)
+    first.close()
+    asked = []
+    monkeypatch.setattr("forcelab.gui.jobs.Jobs.run", lambda *_, key="", **__: asked.append(key))
+    second = windows(Start(project=study))
+    assert not second.label.scalogram.isVisible()
+    second.document.set_span(1, 2)
+    assert not [key for key in asked if "scalogram" in key]
+    second.label.toggles["scalogram"].setChecked(True)
+    assert second.label.scalogram.isVisible()
+
+
+def test_panels_stay_hidden_until_they_are_put_back(windows, study):
+    first = windows(Start(project=study))
+    for name in ("segments", "force"):
+        first.label.toggles[name].setChecked(False)
+    first.close()
+    second = windows(Start(project=study))
+    assert not second.label.segments.isVisible()
+    assert not second.label.force.isVisible()
+    second.commands["reset_layout"].trigger()
+    assert second.label.segments.isVisible()
+    assert second.label.force.isVisible()
+
+
+def test_the_demonstration_of_last_time_is_opened(windows, study):
+    with Project.open(study) as project:
+        other = demonstration()
+        project.add(type(other)("02", "foam", other.times, other.signals + 1, other.channels))
+    first = windows(Start(project=study))
+    assert first.document.demonstration.name == "01"
+    first.commands["next_demonstration"].trigger()
+    assert first.document.demonstration.name == "02"
+    first.close()
+    second = windows()
+    assert second.document.demonstration.name == "02"
+
+
+def test_two_coders_at_one_project_do_not_overwrite_each_other(windows, study):
+    ann, cleo = windows(Start(project=study)), windows(Start(project=study), "Cleo")
+    for number in range(5):
+        assert ann.document.paint(number, number + 0.5, "grab")
+        assert cleo.document.paint(number + 0.2, number + 0.9, "hold")
+    ann.document.refresh()
+    assert ann.document.others == {"Ben": HIS, "Cleo": cleo.document.segments}
+    assert len(ann.document.segments) == len(cleo.document.segments) == 5
+
+
+def test_the_same_coder_in_two_windows_loses_nothing(windows, study):
+    one, two = windows(Start(project=study)), windows(Start(project=study))
+    assert one.document.paint(1, 2, "grab")
+    assert not two.document.paint(1.5, 3, "hold")
+    assert two.statusBar().currentMessage().endswith("repeat it.")
+    assert two.document.segments == one.document.segments
+    assert two.document.paint(2, 3, "hold")
+    one.document.refresh()
+    assert one.document.segments == (Segment(1, 2, "grab"), Segment(2, 3, "hold"))
+
+
+def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, monkeypatch, until):
+    def making(path, jobs):
+        yield Progress(1, 2, "simulating")
+        study.rename(path)
+        return True
+
+    monkeypatch.setattr("forcelab.sample.making", making)
+    place = study.with_name("sample.forcelab")
+    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: place)
+    window = windows()
+    until(lambda: window.document.id, 10)
+    assert window.document.project.path == place
+    assert settings.recent_projects() == (place,)
+    window.close()
+    assert windows().document.project.path == place
+
+
+def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
+    windows, monkeypatch, tmp_path, until
+):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "file")
+    window = windows()
+    until(lambda: "file" in window.statusBar().currentMessage())
+    assert window.document.project is None
+    assert (tmp_path / "file").read_text() == "in the way"
+
+
+def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
+    with Project.open(study) as project:
+        project.assign(project.demonstrations()[0].id, "Ann")
+    window = windows(Start(project=study))
+    assert window.document.others == {}
+    model = window.demonstrations.findChild(QTreeView).model()
+    row = model.index(0, 0, model.index(0, 0))
+    roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
+    assert not any("Ben" in str(row.data(role)) for role in roles)
+    window.commands["done"].trigger()
+    assert window.document.others == {"Ben": HIS}
+
+
+def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, monkeypatch):
+    window = windows(Start(project=study))
+    asked = []
+    monkeypatch.setattr(window.opening, "ask_import", asked.append)
+    monkeypatch.setattr(window.opening, "open", asked.append)
+
+    def drop(*paths):
+        urls = [
+            SimpleNamespace(isLocalFile=lambda: True, toLocalFile=lambda path=path: str(path))
+            for path in paths
+        ]
+        window.dropEvent(SimpleNamespace(mimeData=lambda: SimpleNamespace(urls=lambda: urls)))
+
+    drop(study.parent / "a.csv", study.parent / "b.csv")
+    drop(study)
+    assert asked == [(study.parent / "a.csv", study.parent / "b.csv"), study]

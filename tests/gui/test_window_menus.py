@@ -1,0 +1,117 @@
+"""The window's frame: menus, panels put back, keys from every list, what a signal ends."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from painting_bench import ACTIONS, demonstration
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from forcelab.gui.app import Start
+from forcelab.gui.window import Window
+from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        project.add(demonstration())
+        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+    return path
+
+
+@pytest.fixture
+def window(study, until):
+    window = Window("Ann", remembering=False)
+    window.resize(1100, 700)
+    window.show()
+    window.begin(Start(project=study))
+    until(lambda: window.settled)
+    yield window
+    window.close()
+
+
+def ticked(window):
+    names = ("label", "review", "capture", "tradeoff")
+    return [name for name in names if window.commands[f"workspace_{name}"].isChecked()]
+
+
+def test_the_menu_ticks_the_workspace_that_is_shown(window):
+    assert ticked(window) == ["label"]
+    window.commands["workspace_review"].trigger()
+    assert ticked(window) == ["review"]
+    window.commands["workspace_review"].trigger()
+    assert ticked(window) == ["review"]
+    window.show_workspace("label")
+    assert ticked(window) == ["label"]
+
+
+def test_the_status_line_is_there_before_it_says_something(window):
+    height = window.label.height()
+    window.document.say("something")
+    QTest.qWait(10)
+    assert window.label.height() == height
+
+
+def test_panels_that_are_put_back_are_as_at_first(window, until):
+    tracks, scalogram = window.label.tracks, window.label.scalogram
+    until(lambda: tracks.height() == tracks.sizeHint().height())
+    first = scalogram.height()
+    window.label.toggles["scalogram"].setChecked(False)
+    window.label.toggles["actions"].setChecked(False)
+    window.commands["reset_layout"].trigger()
+    until(lambda: scalogram.isVisible() and abs(scalogram.height() - first) <= 2)
+    assert tracks.height() == tracks.sizeHint().height()
+
+
+def test_a_key_paints_while_the_demonstrations_have_the_focus(window):
+    view = window.demonstrations.view
+    view.setFocus()
+    QTest.keyClick(view, Qt.Key.Key_1)
+    assert window.document.stroke.action == ACTIONS[0]
+
+
+def test_a_key_does_not_paint_behind_another_workspace(window):
+    window.show_workspace("review")
+    QTest.keyClick(window.demonstrations.view, Qt.Key.Key_1)
+    assert window.document.stroke is None
+
+
+def test_tab_reaches_the_track(window):
+    window.label.transport.speed.setFocus()
+    for _ in range(60):
+        if window.focusWidget() is window.label.tracks:
+            return
+        QTest.keyClick(window.focusWidget(), Qt.Key.Key_Tab)
+    raise AssertionError("Tab never came to the track")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_closes_the_window(study, tmp_path, number):
+    script = f"""
+import os, signal, sys
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+application = QApplication(["forcelab"])
+QTimer.singleShot(500, lambda: os.kill(os.getpid(), {int(number)}))
+QTimer.singleShot(20_000, lambda: os._exit(1))
+from forcelab.cli import main
+sys.exit(main([{str(study)!r}]))
+"""
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 128 + number, done.stderr
+    assert "Traceback" not in done.stderr
