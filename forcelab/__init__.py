@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from forcelab.labels import Track as Track
     from forcelab.merging import MergeMap as MergeMap
     from forcelab.project import Project as Project
+    from forcelab.project.labelling import Labelling as Labelling
     from forcelab.recognition.evaluation import across as across
     from forcelab.recognition.evaluation import leave_one_out as leave_one_out
     from forcelab.recognition.examples import Labelled as Labelled
@@ -54,6 +55,7 @@ _HOMES = {
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
     "Labelled": ("recognition.examples", "Labelled"),
+    "Labelling": ("project.labelling", "Labelling"),
     "MergeMap": ("merging", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
     "Project": ("project", "Project"),

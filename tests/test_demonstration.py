@@ -161,6 +161,14 @@ def test_rate_is_the_inverse_of_the_median_period_unless_asked_for():
     assert make(times=times, grid_rate=250.0).period == pytest.approx(0.01)
 
 
+@pytest.mark.parametrize("n", [2, 3, 4, 5, 1000, 1001])
+def test_the_period_is_the_median_to_the_last_digit(n):
+    times = np.cumsum(np.random.default_rng(n).choice([1e-3, 1e-3, 2.1e-3, 0.7e-3], n))
+    assert make(times=times, signals=np.zeros((n, len(CHANNELS)))).period == np.median(
+        np.diff(times)
+    )
+
+
 def test_the_last_sample_lasts_one_period():
     demonstration = make(times=2.0 + np.arange(8) * 0.5)
     assert (demonstration.start, demonstration.end, demonstration.duration) == (2.0, 6.0, 4.0)

@@ -20,6 +20,12 @@ def test_every_command_prints_what_the_readme_shows(tmp_path):
     made = run_blocks(TEXT, tmp_path, slow=False)
     assert masked(made) == masked(TEXT)
     assert (tmp_path / "pairs.png").read_bytes().startswith(b"\x89PNG")
+    script = re.findall(r"```python\n(.*?)```", TEXT, re.S)[1]
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert "copied from coder" in done.stdout
+    assert len(done.stdout.splitlines()) == 3
 
 
 def test_the_script_in_the_readme_runs(tmp_path):

@@ -9,6 +9,9 @@ from forcelab.gui.document import Document
 
 __all__ = ["CoderChoice"]
 
+#: How many letters of a name are shown at most; the tooltip has all of it.
+WIDEST = 32
+
 
 class CoderChoice(QWidget):
     """The coders of the project, and a way to become another one.
@@ -24,8 +27,9 @@ class CoderChoice(QWidget):
         self._document = document
         self._box = QComboBox()
         self._box.setAccessibleName(self.tr("Coder"))
-        self._box.setToolTip(self.tr("Whose labels are painted"))
         self._box.setMinimumContentsLength(10)
+        self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        self._box.setMaximumWidth(WIDEST * self.fontMetrics().averageCharWidth())
         self._box.activated.connect(self._chosen)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 2, 8, 2)
@@ -45,6 +49,8 @@ class CoderChoice(QWidget):
         self._box.setCurrentIndex(names.index(self._document.author))
         self._box.insertSeparator(len(names))
         self._box.addItem(self.tr("Another coder…"))
+        painted = self.tr("Whose labels are painted: {0}")
+        self._box.setToolTip(painted.format(self._document.author))
 
     def _chosen(self, index: int) -> None:
         """Label as another coder, and remember it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, Signal
+from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.listing_menu import ListingMenu
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_painting import RowPainter
@@ -29,6 +30,9 @@ from forcelab.gui.theme import themes
 from forcelab.project import Assignment
 
 __all__ = ["DemonstrationList"]
+
+#: The share of the open demonstration is added up when nothing was painted for so many ms.
+PAUSE = 100
 
 
 class DemonstrationList(QWidget):
@@ -52,6 +56,9 @@ class DemonstrationList(QWidget):
         self._document = document
         self._rows: tuple[Row, ...] = ()
         self._folded: set[str] = set()
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(PAUSE)
         self.model = ListingModel(self)
         self.view = _Tree(self)
         self.view.setModel(self.model)
@@ -122,7 +129,8 @@ class DemonstrationList(QWidget):
         document.project_changed.connect(self._forget)
         document.author_changed.connect(self._read)
         document.demonstration_changed.connect(self._mark_opened)
-        document.tracks_changed.connect(self._update_own)
+        document.tracks_changed.connect(self._soon.start)
+        self._soon.timeout.connect(self._update_own)
         self.search.textChanged.connect(self._show)
         self.search.returnPressed.connect(self._open_first)
         self.search.leaving.connect(self._enter_list)
@@ -159,7 +167,7 @@ class DemonstrationList(QWidget):
         document = self._document
         for i, row in enumerate(self._rows):
             if row.info.id == document.id:
-                seconds = sum(segment.end - segment.start for segment in document.segments)
+                seconds = spans_of(document.segments).seconds
                 share = min(seconds / row.info.duration, 1.0)
                 if share != row.share:
                     self._rows = (*self._rows[:i], replace(row, share=share), *self._rows[i + 1 :])

@@ -206,6 +206,8 @@ class Document(Editing):
         with self._telling() as told:
             self.project.set_done(self.id, self.author, done)
         self.reread()
+        if done and not told:
+            self.say(self.tr("Marked as done; the labels of others are shown."))
         return not told
 
     def other_authors(self) -> tuple[str, ...]:

@@ -52,6 +52,8 @@ class Editing(Looking):
         The brush: what dragging on the track paints.
     stroke : Stroke or None
         What a key has begun.
+    refused : bool
+        Whether what was asked of the store last could not be done: it may be asked once more.
     """
 
     tracks_changed = Signal()
@@ -66,6 +68,7 @@ class Editing(Looking):
         self.author = author
         self.project: Project | None = None
         self.action: str | None = None
+        self.refused = False
         self._list_actions(Vocabulary())
         self._take_up("", None)
 
@@ -228,7 +231,10 @@ class Editing(Looking):
         self.stroke_changed.emit()
 
     def end_stroke(self, at: float) -> bool:
-        """Paint what was begun, up to `at`, which may lie before its beginning."""
+        """Paint what was begun, up to `at`, which may lie before its beginning.
+
+        Where the store refuses, the stroke goes on, to be ended once more.
+        """
         if self.stroke is None:
             return False
         stroke, self.stroke = self.stroke, None
@@ -238,7 +244,10 @@ class Editing(Looking):
         if at == stroke.start:
             self.say(self.tr("A segment needs time: move the cursor before you end it."), True)
             return False
-        return self.paint(min(stroke.start, at), max(stroke.start, at), stroke.action)
+        done = self.paint(min(stroke.start, at), max(stroke.start, at), stroke.action)
+        if not done and self.refused:
+            self.begin_stroke(stroke.action, stroke.start)
+        return done
 
     def cancel_stroke(self) -> None:
         """Forget what was begun."""
@@ -278,8 +287,9 @@ class Editing(Looking):
         """Where a segment is after an edit, also one that another window had made before."""
         if (index := self.index_of(chosen)) is not None:
             return index
-        gone = [segment for segment in edit.removed if segment not in edit.inserted]
-        new = [segment for segment in edit.inserted if segment not in edit.removed]
+        before, after = set(edit.removed), set(edit.inserted)
+        gone = [segment for segment in edit.removed if segment not in after]
+        new = [segment for segment in edit.inserted if segment not in before]
         if chosen not in gone or len(gone) != len(new):
             return None
         return self.index_of(new[gone.index(chosen)])
@@ -288,9 +298,11 @@ class Editing(Looking):
     def _telling(self) -> Iterator[list[str]]:
         """Say in the status line what stands in the way; gives a list that holds it then."""
         told: list[str] = []
+        self.refused = False
         try:
             yield told
         except ForcelabError as error:
+            self.refused = True
             told.append(str(error))
             if isinstance(error, StaleTrackError) and self._labelling is not None:
                 self._labelling.refresh()

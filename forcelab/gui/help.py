@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from PySide6.QtCore import QRectF, QSize, Qt
@@ -51,10 +51,19 @@ class HelpPage(QDialog):
     keys : Keys
         The keys that count now.
     parent : QWidget, optional
+    offered : collection of str, optional
+        The ids of the commands that do something; by default all.
     """
 
-    def __init__(self, document: Document, keys: Keys, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
         super().__init__(parent)
+        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
         self.setWindowTitle(self.tr("Keys and mouse"))
         self._document = document
         self._keys = keys
@@ -131,10 +140,10 @@ class HelpPage(QDialog):
         for group in GROUPS:
             rows = tuple(
                 (tuple(map(key_name, self._keys[command.id])), command.shown.rstrip("…"))
-                for command in COMMANDS
+                for command in self._offered
                 if command.group == group and self._keys[command.id]
             )
-            sections.append(_Section(translated(group), rows, caps=True))
+            sections += [_Section(translated(group), rows, caps=True)] if rows else []
         mouse = tuple(((translated(how),), translated(what)) for how, what in MOUSE)
         sections.append(_Section(self.tr("Mouse"), mouse, caps=False))
         return sections

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -58,6 +60,7 @@ class ImportDialog(QDialog):
         self._document, self._jobs = document, jobs
         self._files = QListWidget()
         self._files.setAccessibleName(self.tr("Files to import"))
+        self._make_removable()
         choose = QPushButton(self.tr("Choose files…"))
         choose.clicked.connect(self._choose)
         self._task = QComboBox()
@@ -115,10 +118,28 @@ class ImportDialog(QDialog):
         self._jobs.cancel("import")
         super().reject()
 
+    def _make_removable(self) -> None:
+        """Let files be left out again, by Delete or the menu."""
+        self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
+        remove = QAction(self.tr("Do not import it"), self)
+        remove.setShortcut(QKeySequence.StandardKey.Delete)
+        remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
+        remove.triggered.connect(self._remove)
+        self._files.addAction(remove)
+        self._files.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
+
     def _choose(self) -> None:
         """Let the user choose files."""
         chosen, _ = QFileDialog.getOpenFileNames(self, self.tr("Recordings"))
         self.add_files([Path(name) for name in chosen])
+        if chosen:
+            self._go.setFocus()
+
+    def _remove(self) -> None:
+        """Leave out the files that are selected."""
+        for item in self._files.selectedItems():
+            self._files.takeItem(self._files.row(item))
+        self._go.setEnabled(self._files.count() > 0)
 
     def _import(self) -> None:
         """Import in the background."""
@@ -158,6 +179,9 @@ class ImportDialog(QDialog):
             lines += [f"{path.name}: {remark}" for remark in remarks[:3]]
         self._told.setText("\n".join(lines[:12]))
         self._document.refresh_listing()
+        if not self._document.id and self._document.infos:
+            self._document.open_demonstration(self._document.infos[0].id)
+        self._buttons.button(QDialogButtonBox.StandardButton.Close).setFocus()
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way; nothing was imported."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -53,10 +53,19 @@ class KeysDialog(QDialog):
     keys : Keys
         The commands' keys.
     parent : QWidget, optional
+    offered : collection of str, optional
+        The ids of the commands that do something; by default all.
     """
 
-    def __init__(self, document: Document, keys: Keys, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        document: Document,
+        keys: Keys,
+        parent: QWidget | None = None,
+        offered: Collection[str] | None = None,
+    ) -> None:
         super().__init__(parent)
+        self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
         self.setWindowTitle(self.tr("Change keys"))
         self._document = document
         self._keys = keys
@@ -169,7 +178,7 @@ class KeysDialog(QDialog):
             rows[self.tr("Actions of this task")] = [
                 (name, _Row(name, is_action=True)) for name in self._document.vocabulary.names
             ]
-        for command in COMMANDS:
+        for command in self._offered:
             members = rows.setdefault(command.shown_group, [])
             members.append((command.shown.rstrip("…"), _Row(command.id, is_action=False)))
         self._groups = [self._group(heading, members) for heading, members in rows.items()]

@@ -15,6 +15,8 @@ __all__ = ["SHORTEST_SPAN", "Looking", "Snap"]
 
 #: The closest look at the time axis, in seconds.
 SHORTEST_SPAN = 1e-4
+#: Times closer than this are the same, in seconds.
+DUST = 1e-9
 #: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
 #: the span turns like a page; otherwise in the middle.
 PAGE, MIDDLE = 0.05, 0.5
@@ -44,6 +46,8 @@ class Looking(QObject):
         Its beginning, while it has no end.
     hint : Snap or None
         The snap target that is being offered.
+    peek : float or None
+        What is looked at instead of the cursor, as an edge while it is dragged.
     frame_times : ndarray, shape (f,), or None
         Force times of the video's frames, once they are known.
     contacts : ndarray, shape (e,)
@@ -60,6 +64,7 @@ class Looking(QObject):
     span_changed = Signal(float, float)
     range_changed = Signal()
     hint_changed = Signal()
+    peeked = Signal()
     frame_times_changed = Signal()
     contacts_changed = Signal()
     playing_changed = Signal()
@@ -81,6 +86,7 @@ class Looking(QObject):
         self.range: tuple[float, float] | None = None
         self.range_in: float | None = None
         self.hint: Snap | None = None
+        self.peek: float | None = None
         self.frame_times: NDArray[np.float64] | None = None
         self.contacts: NDArray[np.float64] = np.empty(0)
 
@@ -129,16 +135,23 @@ class Looking(QObject):
 
     def step(self, count: int) -> None:
         """Move the cursor by video frames, or by samples where there is no video."""
+        self.seek(self.stepped(self.cursor, count))
+
+    def stepped(self, time: float, count: int) -> float:
+        """The time so many video frames on; where no frame lies that way, so many samples."""
         if self.demonstration is None:
-            return
-        times = self.demonstration.times if self.frame_times is None else self.frame_times
-        if not len(times):
-            return
-        # A cursor within float dust of a frame is on that frame.
-        here = int(np.searchsorted(times, self.cursor + 1e-9, side="right")) - 1
-        on_it = here >= 0 and abs(times[here] - self.cursor) <= 1e-9
-        target = here + count if count > 0 or on_it else here + count + 1
-        self.seek(float(times[min(max(target, 0), len(times) - 1)]))
+            return time
+        for times in (self.frame_times, self.demonstration.times):
+            if times is None or not len(times):
+                continue
+            # A time within float dust of a frame is on that frame.
+            here = int(np.searchsorted(times, time + DUST, side="right")) - 1
+            on_it = here >= 0 and time - times[here] <= DUST
+            target = here + count if count > 0 or on_it else here + count + 1
+            there = float(times[min(max(target, 0), len(times) - 1)])
+            if (there - time) * count > 0:
+                return there
+        return self.bounds[1] if count > 0 else self.bounds[0]
 
     def mark_in(self) -> None:
         """Begin the range at the cursor, or move its beginning there."""
@@ -167,6 +180,17 @@ class Looking(QObject):
         if hint != self.hint:
             self.hint = hint
             self.hint_changed.emit()
+
+    @property
+    def seen(self) -> float:
+        """The time whose picture is wanted: the cursor's, or what is looked at instead."""
+        return self.cursor if self.peek is None else self.peek
+
+    def set_peek(self, time: float | None) -> None:
+        """Look at another time for a while; the cursor stays."""
+        if time != self.peek:
+            self.peek = time
+            self.peeked.emit()
 
     def set_snapping(self, snapping: bool) -> None:
         """Whether painted times jump to what is near."""

@@ -122,7 +122,9 @@ class Opening(QObject):
                 self.tr("Open or make a project first; recordings go into it."), True
             )
             return
-        ImportDialog(self._document, self._jobs, self._window, files).exec()
+        dialog = ImportDialog(self._document, self._jobs, self._window, files)
+        dialog.exec()
+        dialog.deleteLater()
 
 
 def sample_place() -> Path:

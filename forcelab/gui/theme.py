@@ -290,4 +290,14 @@ def _sheet(colours: Colours) -> str:
     QCheckBox::indicator:unchecked {{ border-radius: 3px; }}
     QRadioButton::indicator:unchecked {{ border-radius: 6px; }}
     QStatusBar::item {{ border: none; }}
+    QLineEdit {{ background: {c.background}; border: 1px solid {c.frame}; border-radius: 3px;
+        padding: 0.2em 0.3em; }}
+    QLineEdit:focus {{ border-color: {c.accent}; }}
+    QLineEdit:disabled {{ background: {c.panel}; }}
+    QAbstractSpinBox QLineEdit, QComboBox QLineEdit, QAbstractItemView QLineEdit {{
+        border: none; padding: 0; }}
+    QCommandLinkButton {{ border: 1px solid transparent; border-radius: 4px; }}
+    QCommandLinkButton:hover {{ background: {c.panel_edge}; }}
+    QCommandLinkButton:focus {{ border-color: {c.accent}; }}
+    QDialogButtonBox {{ dialogbuttonbox-buttons-have-icons: 0; }}
     """

@@ -70,6 +70,7 @@ class Window(QMainWindow):
         self._welcome = Welcome()
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
+        self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName(self.tr("Workspaces"))
         self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
         for workspace in WORKSPACES:
@@ -287,7 +288,9 @@ class Window(QMainWindow):
         """Say a sentence in the status line; one about trouble stays longer."""
         bar = self.statusBar()
         colour = theme.colours().trouble if trouble else theme.colours().text
-        bar.setStyleSheet(f"QStatusBar {{ color: {colour}; }}")
+        style = f"QStatusBar {{ color: {colour}; }}"
+        if bar.styleSheet() != style:  # putting one on takes longer than a stroke
+            bar.setStyleSheet(style)
         bar.showMessage(sentence, 15_000 if trouble else 6_000)
 
     def _check_snapping(self) -> None:
@@ -327,10 +330,12 @@ class Window(QMainWindow):
         """Let the user change keys."""
         from forcelab.gui.keys import KeysDialog
 
-        KeysDialog(self.document, keys(), self).exec()
+        dialog = KeysDialog(self.document, keys(), self, self.commands)
+        dialog.exec()
+        dialog.deleteLater()
 
     def _show_help(self) -> None:
         """Show the page of keys and gestures."""
         from forcelab.gui.help import HelpPage
 
-        HelpPage(self.document, keys(), self).exec()
+        HelpPage(self.document, keys(), self, self.commands).exec()

@@ -89,14 +89,10 @@ class Scalogram:
         recording, at the floor (phases), or not computed yet (the first picture).
     phase : bool
         Whether the values are phases.
-    cone : ndarray, shape (c,)
-        Largest scale at each column that the recording's ends do not yet bear upon.
     view : Survey
         Of the channel.
     coarse : bool
         Whether a finer picture follows.
-    note : str
-        What was approximated.
     """
 
     start: float
@@ -104,10 +100,8 @@ class Scalogram:
     scales: Real
     values: Picture
     phase: bool
-    cone: Real
     view: Survey
     coarse: bool
-    note: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,12 +205,7 @@ def scalogram(
     rough = max(1, count // COARSE)
 
     def finished(values: Picture, rows: Real, coarse: bool) -> Scalogram:
-        wide = (last - first) / values.shape[1]
-        centres = first + wide * (np.arange(values.shape[1]) + 0.5)
-        nearest = np.minimum(centres, source.count - centres)
-        cone = np.maximum(nearest, 0.0) / mother.e_folding
-        note = _note(wide, phase, coarse)
-        return Scalogram(*span, rows, values, phase, cone, view, coarse, note)
+        return Scalogram(*span, rows, values, phase, view, coarse)
 
     spots = last - first > SPOTS_FROM
     draft = picture_values(
@@ -249,13 +238,3 @@ def _thinned(scales: Real) -> Real:
     half = 0.5 * math.log(scales[-1] / scales[0]) / (len(scales) - 1)
     spread = math.exp(half)
     return row_scales(max(1, len(scales) // COARSE), scales[-1] * spread, scales[0] / spread)
-
-
-def _note(width: float, phase: bool, coarse: bool) -> str:
-    """What was approximated, in a few words."""
-    if coarse:
-        return "first, coarse picture"
-    if width < 2:
-        return ""
-    what = "phase at the centre" if phase else "mean power"
-    return f"{what} of {width:.3g} samples a column"

@@ -97,18 +97,16 @@ class Source:
         good = np.isfinite(values)
         if good.all():
             return values, good
-        index = np.flatnonzero(good)
-        places: list[int] = [*(index + first)]
-        heights = [*values[index]]
+        places, heights = np.flatnonzero(good) + first, values[good]
         # Only a piece that begins or ends in a run needs to look for the run's other side.
         if not good[0] and (left := self._finite(column, first, -1)) is not None:
-            places.insert(0, left)
-            heights.insert(0, self.demonstration.signals[left, column])
+            places = np.append(left, places)
+            heights = np.append(self.demonstration.signals[left, column], heights)
         if not good[-1] and (right := self._finite(column, last, 1)) is not None:
-            places.append(right)
-            heights.append(self.demonstration.signals[right, column])
+            places = np.append(places, right)
+            heights = np.append(heights, self.demonstration.signals[right, column])
         wanted = np.arange(first, last)
-        bridged = np.interp(wanted, places, heights) if places else np.zeros(last - first)
+        bridged = np.interp(wanted, places, heights) if places.size else np.zeros(last - first)
         return bridged, ~_long_runs(~good)
 
     def _finite(self, column: int, start: int, step: int) -> int | None:

@@ -17,8 +17,8 @@ from forcelab.video.opencv import opencv
 
 __all__ = ["Index", "indexing", "last_at", "open_video"]
 
-#: Packets or frames between two reports of progress.
-STRETCH = 500
+#: Packets, and frames, between two reports of progress, after which the job can be cancelled.
+STRETCH, DECODED = 500, 50
 #: Frames at the beginning that are decoded to see that their timestamps are the packets'.
 COMPARED = 24
 #: Codecs whose packets are not all shown: their frames have to be decoded to be counted.
@@ -134,7 +134,9 @@ def indexing(path: Path) -> Generator[Progress, None, Index]:
         and bool(np.allclose(known[: len(shown)], shown, rtol=0.0, atol=SAME))
     )
     if not exact:
-        listed = yield from _listing(path, packets=False)
+        decoded = yield from _listing(path, packets=False)
+        decoded.keys = sorted(set(listed.keys) & set(decoded.stamps))
+        listed = decoded
     elif _is_cut(listed):
         # The last packets may be cut or lack what they refer to. What is shown after the first of
         # them is left out too: there is no telling what should be between.
@@ -163,13 +165,14 @@ def _listing(path: Path, *, packets: bool) -> Generator[Progress, None, _Listed]
         rate = rate if math.isfinite(rate) and rate > 0 else 30.0
         length = max(count, 0.0) / rate
         listed = _Listed([], [], rate, length)
+        stretch = STRETCH if packets else DECODED
         while capture.grab():
             stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
             listed.stamps.append(stamp)
             if packets and capture.get(cv2.CAP_PROP_LRF_HAS_KEY_FRAME):
                 listed.keys.append(stamp)
             done = len(listed.stamps)
-            if done % STRETCH == 0:
+            if done % stretch == 0:
                 yield Progress(done, max(int(count), done), f"reading the times of {path.name}")
     finally:
         capture.release()

@@ -172,24 +172,6 @@ class VideoReader:
             pass
         return result[0]
 
-    def decode_ahead(self, number: int, count: int) -> None:
-        """Keep the `count` frames from `number` on (before it, if negative) for later.
-
-        Frames beyond the ends are left out, and so is what does not fit.
-
-        Raises
-        ------
-        InputError
-            If one cannot be decoded.
-        """
-        reach = min(abs(count), self.capacity - 1)
-        low, high = (number, number + reach) if count > 0 else (number - reach + 1, number + 1)
-        asked = self._asked
-        for other in range(max(low, 0), min(high, len(self))):
-            if other not in self._kept:
-                self.frame(other)
-        self._asked = asked
-
     def reaching(self, number: int, passed: int | None = None) -> Generator[None, None, Frame]:
         """Decode up to a frame as a job that yields after each frame that is passed.
 
@@ -222,8 +204,8 @@ class VideoReader:
             return kept
         if passed is None:
             passed = self.capacity // 2 if back else min(PASSED, self.capacity // 4)
-        key = self._key(number)
-        if self._lost or self._at >= number or self._at < key - LEAD:
+        start = self._keys[self._place(number)]
+        if self._lost or self._at >= number or self._at < start - LEAD:
             yield from self._go_before(number, passed)
         while number not in self._kept:
             if not self._step(number - passed, number) or self._at > number:
@@ -232,13 +214,13 @@ class VideoReader:
             yield
         return self._kept[number]
 
-    def _key(self, number: int) -> int:
-        """The last key frame at or before a frame."""
-        return int(self._keys[max(bisect_right(self._keys, number) - 1, 0)])
+    def _place(self, number: int) -> int:
+        """Which key frame a seek can begin at that comes out at or before a frame."""
+        return max(bisect_right(self._keys, number - LEAD - 2) - 1, 0)
 
     def _go_before(self, number: int, passed: int) -> Generator[None, None, None]:
         """Bring the decoder to a frame at or before the wanted one, as near as may be."""
-        place = bisect_right(self._keys, max(number - LEAD - 2, 0)) - 1
+        place = self._place(number)
         while place > 0:
             key = self._keys[place]
             if self._send(float(self.times[key]) + (LEAD - 0.4) * self._period):

@@ -99,4 +99,5 @@ class Sketches:
     def _less(self, width: int, height: int) -> int:
         """How many times smaller a sketch is: the more so, the more of them share the room."""
         crowd = len(self.index.times) * width * height * DENSITY / self._room
-        return min(max(round(width / WIDE), math.ceil(math.sqrt(crowd)), 1), max(width // NARROW, 1))
+        least = max(round(width / WIDE), 1)
+        return max(least, min(math.ceil(math.sqrt(crowd)), width // NARROW))

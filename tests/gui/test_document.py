@@ -179,6 +179,25 @@ def test_a_step_is_a_sample_or_with_video_a_frame(document):
     assert document.cursor == 0.1
 
 
+def test_outside_the_video_a_step_is_a_sample_and_never_goes_the_other_way(document):
+    document.set_frame_times(np.array([2.0, 2.5, 8.0]))
+    for start, count, end in (
+        (9, 1, 9.001),
+        (9, -1, 8.0),
+        (8, 1, 8.001),
+        (1, -1, 0.999),
+        (1, 1, 2.0),
+        (2, -1, 1.999),
+        (9, 10, 9.010),
+    ):
+        document.seek(start)
+        document.step(count)
+        assert document.cursor == pytest.approx(end)
+    document.seek(0)
+    document.step(-1)
+    assert document.cursor == 0
+
+
 def test_a_range_is_marked_from_either_side(document):
     document.seek(4)
     document.mark_in()

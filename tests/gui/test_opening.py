@@ -8,6 +8,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.opening import Opening
+from forcelab.jobs import Progress
 from forcelab.project import Project
 
 
@@ -45,8 +46,8 @@ def test_the_demonstration_of_last_time_is_opened_but_not_for_a_picture(document
 def test_a_sample_project_that_is_ready_late_does_not_close_another(
     document, make, tmp_path, monkeypatch, until
 ):
-    def making(path):
-        yield None
+    def making(path, *_):
+        yield Progress(0, 1, "")
         Project.create(path).close()
 
     monkeypatch.setattr("forcelab.sample.making", making)

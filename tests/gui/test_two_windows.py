@@ -1,5 +1,7 @@
 """Two windows on one project, and what stays of one demonstration in the next."""
 
+import time
+
 import numpy as np
 import pytest
 from PySide6.QtWidgets import QWidget
@@ -8,6 +10,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
+from forcelab.gui.label.segment_verbs import erase_range, fill_range
 from forcelab.gui.label.segments import SegmentTable
 from forcelab.gui.label.track_menu import own_menu
 from forcelab.labels import Segment, Track
@@ -212,3 +215,37 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
     document.project.set_done(document.id, "Ben", False)
     document.set_author("Ben")
     assert document.vocabulary.names == ("grab",)
+
+
+def test_what_the_store_refuses_can_be_asked_once_more(window, monkeypatch):
+    document = window()
+    for action in ("grab", "slip"):  # known, and new
+        document.begin_stroke(action, 7)
+        with monkeypatch.context() as patched:
+            patched.setattr(document.project, "edit", broken)
+            patched.setattr(document.project, "add_actions", broken)
+            assert not document.end_stroke(7.5)
+            document.set_range(1, 2)
+            assert not erase_range(document)
+            assert document.range == (1, 2)
+            document.set_range(8, 9)
+            assert not fill_range(document, action)
+        assert document.segments[-1] == THREE
+        assert document.end_stroke(7.5)
+        assert fill_range(document, action)
+        assert (document.stroke, document.range) == (None, None)
+        document.erase(7, 9)
+
+
+def test_a_large_undo_with_a_selection_is_quick(window):
+    document = window()
+    many = tuple(Segment(n / 1000, (n + 0.5) / 1000, "grab") for n in range(5000))
+    less = tuple(Segment(s.start, s.end + 1e-4, "grab") for s in many)
+    document.project.edit(document.id, "Ada", document.segments, many, "many")
+    document.project.edit(document.id, "Ada", many, less, "less")
+    document.reread()
+    document.select(2500)
+    began = time.monotonic()
+    assert document.undo()
+    assert time.monotonic() - began < 1
+    assert document.selected == 2500

@@ -4,13 +4,20 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from painting_bench import ACTIONS, demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from forcelab.clock import ClockMap
+from forcelab.demonstration import VideoReference
 from forcelab.gui.app import Start
+from forcelab.gui.help import HelpPage
+from forcelab.gui.keys import KeysDialog
+from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
@@ -115,3 +122,67 @@ sys.exit(main([{str(study)!r}]))
     )
     assert done.returncode == 128 + number, done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
+    lists, document = window.label._docks, window.document
+    until(lambda: not lists["video"].isVisible())
+    wide = lists["actions"].width()
+    assert wide >= 230
+    with_video = replace(document.demonstration, video=VideoReference(Path("no.mp4"), ClockMap()))
+    for other in (with_video, document.demonstration):
+        document.demonstration = other
+        document.demonstration_changed.emit()
+        QTest.qWait(50)
+        assert lists["video"].isVisible() == (other.video is not None)
+        assert lists["actions"].width() == wide
+
+
+def test_what_is_not_done_yet_is_said_in_blind_coding(window):
+    document, said = window.document, []
+    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.project.assign(document.id, "Ann")
+    document.reread()
+    window.commands["copy_from"].trigger()
+    assert "hidden until you are done" in said[-1]
+    window.commands["done"].trigger()
+    assert "others are shown" in said[-1]
+    assert not document.coding_blind
+
+
+def test_keys_paint_again_after_a_field_was_left_by_enter_or_escape(window):
+    label, document = window.label, window.document
+    for field, key in (
+        (label.transport.reaction, Qt.Key.Key_Return),
+        (label.transport.reaction, Qt.Key.Key_Escape),
+        (label.segments.filter, Qt.Key.Key_Escape),
+        (label.vocabulary.entry, Qt.Key.Key_Escape),
+    ):
+        field.setFocus()
+        QTest.keyClick(field, Qt.Key.Key_1)
+        assert document.stroke is None
+        QTest.keyClick(field, key)
+        QTest.keyClick(window.focusWidget() or window, Qt.Key.Key_1)
+        assert document.stroke is not None
+        document.cancel_stroke()
+
+
+def test_help_and_the_keys_tell_of_what_works_and_of_nothing_else(window):
+    shown = HelpPage(window.document, keys(), window, window.commands)
+    texts = {text for section in shown._sections() for _, text in section.rows}
+    dialog = KeysDialog(window.document, keys(), window, window.commands)
+    rows = {item.text(0) for item in dialog._items()}
+    for command in COMMANDS:
+        offered = command.id in window.commands
+        assert (command.shown.rstrip("…") in rows) == offered
+        if command.keys:
+            assert (command.shown.rstrip("…") in texts) == offered
+    for page in (shown, dialog):
+        page.deleteLater()
+
+
+def test_where_nothing_is_painted_no_dialog_asks_for_gaps(window):
+    said = []
+    window.document.said.connect(lambda sentence, _: said.append(sentence))
+    window.commands["fill_gaps"].trigger()  # a dialog would wait here for ever
+    assert "no segments of yours" in said[-1]

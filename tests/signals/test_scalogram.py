@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import features
 from forcelab.signals import scalogram_picture
-from forcelab.signals.cwt import cone_of_influence, cwt
+from forcelab.signals.cwt import cwt
 from forcelab.signals.grid import on_grid
 from forcelab.signals.scalogram import row_scales, scalogram, survey
 from forcelab.signals.scalogram_source import Source, open_source
@@ -292,12 +292,6 @@ def test_the_shortest_recordings_have_pictures(n):
     for phase in (False, True):
         picture = made(np.arange(n) % 2, columns=100, phase=phase)
         assert picture.values.shape == (32, n)
-
-
-def test_the_cone_is_that_of_the_transform():
-    picture = made(force(2000), columns=2000)
-    expected = cone_of_influence(2000, Morlet())
-    np.testing.assert_allclose(picture.cone, expected, rtol=1e-6)
 
 
 def test_the_range_of_colours_is_that_of_the_whole_demonstration():

@@ -110,37 +110,38 @@ def test_frames_are_contiguous_pictures_in_rgb_that_cannot_be_written_to(tmp_pat
         assert frame[32, 48, 1:].max() < 30
 
 
+def count_decoding(reader):
+    """What grows by one for each frame that is decoded from now on."""
+    decoded, capture = [], reader._capture
+
+    class Counting:
+        def __getattr__(self, name):
+            if name == "grab":
+                decoded.append(None)
+            return getattr(capture, name)
+
+    reader._capture = Counting()
+    return decoded
+
+
 def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film):
     with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
         reader.frame(200)
-        decoded = 0
-
-        def counted(grab=reader._capture.grab):
-            nonlocal decoded
-            decoded += 1
-            return grab()
-
-        class Counting:
-            def __getattr__(self, name, capture=reader._capture):
-                return counted if name == "grab" else getattr(capture, name)
-
-        reader._capture = Counting()
+        decoded = count_decoding(reader)
         for number in range(199, 139, -1):
             reader.frame(number)
             assert len(reader._kept) <= 24
         # 60 steps, a stretch of 12 kept each time: never once per step.
-        assert decoded < 7 * 200
+        assert len(decoded) < 7 * 200
 
 
-def test_decoding_ahead_makes_the_next_frames_free(film):
+def test_a_jump_ahead_goes_on_from_where_the_decoder_is(film):
     with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
-        reader.frame(100)
-        reader.decode_ahead(101, 5)
-        assert [reader.kept(number) is not None for number in range(100, 106)] == [True] * 6
-        reader.decode_ahead(99, -5)
-        assert [reader.kept(number) is not None for number in range(95, 100)] == [True] * 5
-        reader.decode_ahead(COUNT - 2, 10)
-        assert films.number_of(reader.kept(COUNT - 1)) == COUNT - 1
+        assert reader.index.keys.tolist()[:2] == [0, 250]
+        reader.frame(200)
+        decoded = count_decoding(reader)
+        assert wrong(reader, [230, 255]) == []  # the latter behind a key frame that is too near
+        assert len(decoded) == 55
 
 
 def test_requests_that_are_given_up_anywhere_do_not_mislead_the_next(film):

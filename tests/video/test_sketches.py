@@ -28,6 +28,15 @@ def test_they_end_where_the_room_does(path):
     assert 1 < len(sketches) < 60
 
 
+def test_the_more_frames_share_the_room_the_smaller_they_are(tmp_path):
+    path = films.write(tmp_path / "film.mp4", "libx264", TIMES[:40], {"g": "250"}, (960, 128))
+    index = finish(indexing(path))
+    for room, width in ((2**27, 960), (40 * 960 * 128 // 16, 480), (40 * 960 * 128 // 35, 320)):
+        sketches = Sketches(path, index, room)
+        finish(sketches.sketching())
+        assert sketches.get(0).shape == (128 * width // 960, width, 3)
+
+
 def test_where_key_frames_are_near_none_are_needed(tmp_path):
     path = films.write_with_opencv(tmp_path / "film.mp4", "mp4v", 60)
     assert not Sketches(path, finish(indexing(path))).worthwhile

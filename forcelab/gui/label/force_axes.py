@@ -47,7 +47,8 @@ def number_of(value: float | None, span: float) -> str:
         return "\N{EN DASH}"
     if not 1e-4 <= span < 1e5:
         return f"{value:.2e}".replace("-", "\N{MINUS SIGN}")
-    decimals = 3 if span < 10 else 2 if span < 100 else 1 if span < 1000 else 0
+    power = math.floor(math.log10(span))
+    decimals = max(3 - power, 0) if power >= 0 else 2 - power
     shown = f"{value:.{decimals}f}"
     if not shown.strip("-0."):
         shown = shown.lstrip("-")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, Signal, SignalInstance, Slot
 from PySide6.QtGui import QImage
 
 from forcelab.errors import InputError
@@ -23,12 +23,14 @@ __all__ = ["Frames"]
 #: Frames decoded ahead in the direction of travel while nothing is asked for, and around a frame
 #: at which the cursor rests.
 AHEAD, AROUND = 12, 3
+#: Bytes that pictures of the neighbours may take.
+ROOM = 96 * 2**20
 #: A frame that is asked for is still decoded when a later one is asked for while the decoder is
 #: this near, so that playback faster than the decoder shows some frames rather than none.
 NEAR = 12
 #: Seconds without a request after which sketches are made.
 REST = 0.3
-#: Seconds that closing waits for the decoder to come to the end of a frame.
+#: Seconds that closing waits for decoders to come to the end of a frame.
 PATIENCE = 5.0
 
 
@@ -77,12 +79,13 @@ class Frames(QObject):
     def open(self, path: Path) -> None:
         """Show another video from now on; what is under way for the one before is dropped."""
         self.leave()
-        decoder = _Decoder(path, lambda what, values: self._told.emit(decoder, what, values))
-        self._decoder = decoder
-        decoder.thread.start()
+        self._decoder = _Decoder(path, self._told)
+        self._decoder.thread.start()
 
-    def want(self, number: int, direction: int = 0) -> None:
+    def want(self, number: int, direction: int = 0) -> QImage | None:
         """Ask for a frame; earlier requests that are not served yet are dropped.
+
+        A neighbour of the frame before is there already: it is given at once, and not told again.
 
         Parameters
         ----------
@@ -90,15 +93,19 @@ class Frames(QObject):
             From 0.
         direction : int
             1 or -1 for where the next request is likely to go; 0 if that is not known.
+
+        Returns
+        -------
+        QImage or None
         """
-        if self._decoder is not None:
-            self._decoder.want(number, direction)
+        return None if self._decoder is None else self._decoder.want(number, direction)
 
     def close(self) -> None:
         """Let go of the video; no thread is left."""
         self.leave()
+        deadline = time.monotonic() + PATIENCE
         for decoder in self._ending:
-            decoder.thread.join(PATIENCE)
+            decoder.thread.join(max(0.0, deadline - time.monotonic()))
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
 
     def leave(self) -> None:
@@ -119,23 +126,29 @@ class Frames(QObject):
 class _Decoder:
     """A thread that reads one video."""
 
-    def __init__(self, path: Path, tell: Callable[[str, tuple[Any, ...]], object]) -> None:
+    def __init__(self, path: Path, told: SignalInstance) -> None:
         self.path = path
         self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
-        self._tell = tell
+        self._told = told
         self._changed = threading.Condition()
         self._ended = False
         self._wanted: tuple[int, int] | None = None
+        self._size = (1, 1)
+        self._given = -1  # the frame that was given at once
+        self._images: dict[int, QImage] = {}  # of neighbours, by their number
         self._served = (0, 0)
         self._served_at = time.monotonic()
         self._sketches: Sketches | None = None
         self._sketching: Generator[None, None, None] | None = None
 
-    def want(self, number: int, direction: int) -> None:
-        """Take a request in place of the one before."""
+    def want(self, number: int, direction: int) -> QImage | None:
+        """Take a request in place of the one before; gives the picture if it is there."""
         with self._changed:
+            image = self._images.get(number)
+            self._given = -1 if image is None else number
             self._wanted = (number, direction)
             self._changed.notify()
+        return image
 
     def end(self) -> None:
         """Stop at the next frame."""
@@ -143,33 +156,46 @@ class _Decoder:
             self._ended = True
             self._changed.notify()
 
+    def _tell(self, what: str, *values: object) -> None:
+        """Send to the GUI's thread."""
+        try:
+            self._told.emit(self, what, values)
+        except RuntimeError:  # what PySide raises when the C++ object was deleted
+            self._ended = True
+
     def _run(self) -> None:
-        """Read the index, then serve requests, the neighbours of the last one in between."""
+        """Read the video until the end is asked for; whoever holds this later holds no pictures."""
         try:
             reader = self._open()
+            if reader is not None:
+                with reader:
+                    self._read(reader)
         except (InputError, ImportError, OSError) as error:
-            self._tell("failed", (_sentence(error, self.path),))
-            return
-        if reader is None:
-            return
+            self._tell("failed", _sentence(error, self.path))
+        finally:
+            if self._sketching is not None:
+                self._sketching.close()
+            self._sketches = self._sketching = None
+            self._images = {}
+
+    def _read(self, reader: VideoReader) -> None:
+        """Serve requests, in between look at the neighbours of the last one and make sketches."""
         from forcelab.video.sketches import Sketches
 
         self._sketches = Sketches(self.path, reader.index)
         if self._sketches.worthwhile:
             self._sketching = self._sketches.sketching()
-        with reader:
-            self._tell("opened", (reader.times, reader.size))
-            if reader.remark:
-                self._tell("remarked", (reader.remark,))
-            while not self._ended:
-                if self._wanted is not None:
-                    self._serve(reader)
-                elif not self._look_around(reader) and not self._sketch():
-                    with self._changed:
-                        if self._wanted is None and not self._ended:
-                            self._changed.wait(REST if self._sketching else None)
-            if self._sketching is not None:
-                self._sketching.close()
+        self._size = reader.size  # asked for once, as it takes a look at the first frame
+        self._tell("opened", reader.times, self._size)
+        if reader.remark:
+            self._tell("remarked", reader.remark)
+        while not self._ended:
+            if self._wanted is not None:
+                self._serve(reader)
+            elif not self._look_around(reader) and not self._sketch():
+                with self._changed:
+                    if self._wanted is None and not self._ended:
+                        self._changed.wait(REST if self._sketching else None)
 
     def _open(self) -> VideoReader | None:
         """Open the video; the first frame is shown while a long index is read."""
@@ -188,8 +214,8 @@ class _Decoder:
                 read, picture = capture.read()
                 capture.release()
                 if read:
-                    self._tell("frame_ready", (0, _image(as_rgb(picture))))
-            self._tell("indexed", (progress.done, progress.total))
+                    self._tell("frame_ready", 0, _image(as_rgb(picture)))
+            self._tell("indexed", progress.done, progress.total)
         return None
 
     def _serve(self, reader: VideoReader) -> None:
@@ -197,19 +223,22 @@ class _Decoder:
         with self._changed:
             assert self._wanted is not None
             (number, direction), self._wanted = self._wanted, None
+            given = number == self._given
         number = min(max(number, 0), len(reader) - 1)
         self._served, self._served_at = (number, direction), time.monotonic()
+        if given:
+            return
         if reader.kept(number) is None and not number - NEAR <= reader.position < number:
             sketch = self._sketches.get(number) if self._sketches is not None else None
             if sketch is not None:
-                self._tell("sketch_ready", (number, _image(sketch)))
+                self._tell("sketch_ready", number, _image(sketch))
         try:
             frame = self._reach(reader, number, None, patient=True)
         except InputError as error:
-            self._tell("missed", (number, str(error)))
+            self._tell("missed", number, str(error))
             return
         if frame is not None:
-            self._tell("frame_ready", (number, _image(frame)))
+            self._tell("frame_ready", number, _image(frame))
 
     def _sketch(self) -> bool:
         """Make one sketch; False if there is none to make, or not yet."""
@@ -225,20 +254,31 @@ class _Decoder:
         """Decode one neighbour of the last frame; False if all of them are there."""
         number, direction = self._served
         last = len(reader) - 1
-        room = reader.capacity // 4  # the frame, both sides and what is passed fit together
+        # The frame, both sides and what is passed fit together; a picture is a third larger.
+        width, height = self._size
+        room = min(reader.capacity // 4, max(1, ROOM // (2 * 4 * width * height)))
         ahead = min(AHEAD if direction > 0 else AROUND, room)
         behind = min(AHEAD if direction < 0 else AROUND, room)
         around = [*range(number + 1, min(number + ahead, last) + 1)]
         around += range(number - 1, max(number - behind, 0) - 1, -1)
         for other in around:
-            if reader.kept(other) is None:
+            if other not in self._images:
                 try:
-                    self._reach(reader, other, room if other < number else 0, patient=False)
+                    frame = self._reach(reader, other, room if other < number else 0, patient=False)
+                    if frame is not None:
+                        self._keep(other, _image(frame), around)
                 except InputError:
                     self._served = (number, 0) if direction else (number, direction)
                     return False  # it is told when it is asked for
                 return True
         return False
+
+    def _keep(self, number: int, image: QImage, around: list[int]) -> None:
+        """Keep the picture of a neighbour, and let go of those that are none any more."""
+        with self._changed:
+            near = {self._served[0], *around}
+            self._images = {at: kept for at, kept in self._images.items() if at in near}
+            self._images[number] = image
 
     def _reach(
         self, reader: VideoReader, number: int, passed: int | None, *, patient: bool

@@ -26,8 +26,8 @@ __all__ = ["HistoryModel", "Standing", "clock", "standings"]
 
 Index = QModelIndex | QPersistentModelIndex
 
-#: How many edits are read at a time.
-PAGE = 200
+#: How many edits are read at a time, and how many at first when there are only new ones to read.
+PAGE, NEW = 200, 4
 
 
 class Standing(Enum):
@@ -97,8 +97,11 @@ class HistoryModel(QAbstractListModel):
     def refresh(self) -> None:
         """Read what is new."""
         track = (self.document.id, self.document.author)
-        page = self._page(None)
         newest = self._edits[0].id if self._edits and track == self._track else None
+        # After a stroke there is one edit more: to read a page each time would hold up the next.
+        page = self._page(None, None if newest is None else NEW)
+        if newest is not None and len(page) == NEW and page[-1].id > newest:
+            page = self._page(None)
         new = [edit for edit in page if newest is None or edit.id > newest]
         self.beginResetModel()
         if len(new) == len(page):  # another track, or more has happened than one page holds
@@ -170,14 +173,14 @@ class HistoryModel(QAbstractListModel):
 
     # Inside
 
-    def _page(self, before: int | None) -> list[Edit]:
+    def _page(self, before: int | None, latest: int | None = None) -> list[Edit]:
         """The latest edits before one, newest first."""
         document = self.document
         if document.project is None or not document.id:
             return []
         try:
             edits = document.project.history(
-                document.id, document.author, latest=PAGE, before=before
+                document.id, document.author, latest=latest or PAGE, before=before
             )
         except ForcelabError as error:
             document.say(str(error), True)

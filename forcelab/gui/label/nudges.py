@@ -6,7 +6,6 @@ from bisect import bisect_left
 from operator import attrgetter
 from typing import Literal
 
-import numpy as np
 from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.document import Document
@@ -32,7 +31,7 @@ def nudge(document: Document, what: Literal["start", "end", "both"], count: int)
     at = old.end if what == "end" else old.start
     low, high = document.bounds
     time = min(
-        max(_stepped(document, at, count), low), high - (old.duration if what == "both" else 0)
+        max(document.stepped(at, count), low), high - (old.duration if what == "both" else 0)
     )
     if what == "both":
         done = document.move_segment(index, time)
@@ -44,17 +43,3 @@ def nudge(document: Document, what: Literal["start", "end", "both"], count: int)
         edge = _end if what == "end" else _start
         document.select(bisect_left(document.segments, time - SAME, key=edge))
     return done
-
-
-def _stepped(document: Document, time: float, count: int) -> float:
-    """The next or the previous video frame or sample, seen from a time."""
-    if document.demonstration is None:
-        return time
-    frames = document.frame_times
-    times = document.demonstration.times if frames is None or not len(frames) else frames
-    if count > 0:
-        place = int(np.searchsorted(times, time + SAME, side="right"))
-        # Past the last sample comes the end.
-        return float(times[place]) if place < len(times) else document.bounds[1]
-    place = int(np.searchsorted(times, time - SAME)) - 1
-    return float(times[place]) if place >= 0 else document.bounds[0]

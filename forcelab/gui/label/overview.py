@@ -65,6 +65,8 @@ class Overview(QWidget):
         super().__init__(parent)
         self.document = document
         self._source = force.source
+        #: What is drawn without the coder's track, and with it.
+        self._curves: QPixmap | None = None
         self._kept: QPixmap | None = None
         self._held: Handle | None = None
         self._press = QPointF()
@@ -74,16 +76,18 @@ class Overview(QWidget):
         self.setAccessibleName(self.tr("Overview of the whole demonstration"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
+        # Every pixel is painted here; what lies below need not be.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMouseTracking(True)
         for stale in (
             document.demonstration_changed,
-            document.tracks_changed,
-            document.vocabulary_changed,
             self._source.choices_changed,
             self._source.grown,
             themes().changed,
         ):
             stale.connect(self.invalidate)
+        for painted in (document.tracks_changed, document.vocabulary_changed):
+            painted.connect(self._tracks_changed)
         document.span_changed.connect(self._moved_on)
         document.cursor_moved.connect(self._moved_on)
 
@@ -132,6 +136,11 @@ class Overview(QWidget):
 
     def invalidate(self, *_: object) -> None:
         """Say that the picture is stale."""
+        self._curves = None
+        self.update()
+
+    def _tracks_changed(self) -> None:
+        """Say that the coder's track is another one."""
         self._kept = None
         self.update()
 
@@ -149,8 +158,10 @@ class Overview(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the kept picture, the window and the cursor."""
         ratio = self.devicePixelRatioF()
-        if self._kept is None or self._kept.devicePixelRatio() != ratio:
-            self._kept = self._drawn(ratio)
+        if self._curves is None or self._curves.devicePixelRatio() != ratio:
+            self._curves, self._kept = self._drawn(ratio), None
+        if self._kept is None:
+            self._kept = self._with_track(self._curves)
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._kept)
         if self.document.demonstration is not None:
@@ -159,20 +170,16 @@ class Overview(QWidget):
         painter.end()
 
     def _drawn(self, ratio: float) -> QPixmap:
-        """Curves and track, at the screen's resolution."""
+        """Everything but the track, at the screen's resolution."""
         now, plot = colours(), self.plot
-        kept = QPixmap(self.size() * ratio)
-        kept.setDevicePixelRatio(ratio)
-        kept.fill(QColor(now.panel))
-        painter = QPainter(kept)
+        drawn = QPixmap(self.size() * ratio)
+        drawn.setDevicePixelRatio(ratio)
+        drawn.fill(QColor(now.panel))
+        painter = QPainter(drawn)
         painter.fillRect(plot, QColor(now.background))
         if self.document.demonstration is not None:
             self._paint_curves(painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - STRIP - 2))
-            strip = QRectF(plot.left(), HEIGHT - STRIP - 1, plot.width(), STRIP)
-            segments = self.document.segments
             low, high = self.document.bounds
-            known = self.document.vocabulary
-            paint_row(painter, strip, self.axis, segments, vocabulary=known, theme=now, size=8.0)
             face = text.font(10)
             length = f"{high - low:.1f}"
             short = high - low <= LONGEST_IN_SECONDS
@@ -183,6 +190,25 @@ class Overview(QWidget):
         painter.setPen(QPen(QColor(now.panel_edge), 1))
         painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
         painter.end()
+        return drawn
+
+    def _with_track(self, curves: QPixmap) -> QPixmap:
+        """The same with the coder's track, which is all that a stroke changes."""
+        kept, plot = curves.copy(), self.plot
+        if self.document.demonstration is not None:
+            painter = QPainter(kept)
+            strip = QRectF(plot.left(), HEIGHT - STRIP - 1, plot.width(), STRIP)
+            document = self.document
+            paint_row(
+                painter,
+                strip,
+                self.axis,
+                document.segments,
+                vocabulary=document.vocabulary,
+                theme=colours(),
+                size=8.0,
+            )
+            painter.end()
         return kept
 
     def _paint_curves(self, painter: QPainter, box: QRectF) -> None:

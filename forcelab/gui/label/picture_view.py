@@ -43,6 +43,8 @@ class PictureView(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(160, 120)
         self._image: QImage | None = None
+        # Every pixel is painted here; what lies below need not be.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._scaled: QPixmap | None = None
         self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
         self._dragged: QPointF | None = None

@@ -102,7 +102,9 @@ class VideoPreview(QWidget):
         number = min(max(number, 0), self.times.size - 1)
         direction = int(np.sign(number - self.number))
         self.number = number
-        self.frames.want(number, direction)
+        image = self.frames.want(number, direction)
+        if image is not None:
+            self._shown(number, image)
         self._tell()
         self.moved.emit()
 

@@ -1,16 +1,16 @@
-"""The transport's time, which can be typed over, and a line that is cut where it has no room."""
+"""The transport's lines: a time to type over, a number that runs, a text that is cut."""
 
 from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel, QLineEdit, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
 
-__all__ = ["Readout", "TimeEdit"]
+__all__ = ["Counter", "Readout", "TimeEdit"]
 
 
 class TimeEdit(QLineEdit):
@@ -53,6 +53,45 @@ class TimeEdit(QLineEdit):
         """Show the cursor's time again."""
         self.setModified(False)
         self.show_cursor()
+
+
+class Counter(QWidget):
+    """A line that changes with every frame: it is drawn anew, and nothing around it.
+
+    A label asks for another layout of its window each time, which takes longer than all panels.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text, self._wide = "", 0
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
+
+    def text(self) -> str:
+        """What is shown."""
+        return self._text
+
+    def say(self, text: str, widest: str = "") -> None:
+        """Show a text in the width of another one, so that nothing moves."""
+        wide = self.fontMetrics().horizontalAdvance(widest) + 2 if widest else 0
+        if wide != self._wide:
+            self._wide = wide
+            self.updateGeometry()
+        if text != self._text:
+            self._text = text
+            self.setAccessibleName(text)
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """One line."""
+        return QSize(self._wide, self.fontMetrics().height())
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the text."""
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        middle = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(self.rect(), middle, self._text)
+        painter.end()
 
 
 class Readout(QLabel):

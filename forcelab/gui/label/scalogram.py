@@ -293,6 +293,10 @@ class ScalogramPanel(TimePanel):
         if self.isVisible() and self._channel:
             self._wanted = True
             self._timer.start()
+            if self._view is not None and self._job is not None:
+                # What it computes is out of date, and it would slow down whoever pans and zooms.
+                self._job.cancel()
+                self._job = None
         else:
             self._stop()
 

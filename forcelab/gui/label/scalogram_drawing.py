@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Rows",
     "amount",
+    "cone_scales",
     "draw_bar",
     "draw_cone",
     "draw_frequencies",
@@ -30,6 +31,8 @@ __all__ = [
     "image",
     "plate",
 ]
+
+Real = NDArray[np.float64]
 
 #: The colour that says that nothing is known.
 NOTHING = 255
@@ -106,6 +109,15 @@ def _as_image(pixels: NDArray[np.uint32]) -> QImage:
     return QImage(data, width, height, 4 * width, kind).copy()
 
 
+def cone_scales(times: Real, bounds: tuple[float, float], rate: float, e_folding: float) -> Real:
+    """The largest scale at each time (s) that the recording's ends do not yet bear upon.
+
+    As :func:`forcelab.signals.cwt.cone_of_influence` has it, at any times.
+    """
+    nearer = np.minimum(times - bounds[0], bounds[1] - times) * rate
+    return np.asarray(np.maximum(nearer, 1e-3) / e_folding, dtype=np.float64)
+
+
 def draw_cone(
     painter: QPainter,
     plot: QRectF,
@@ -120,8 +132,7 @@ def draw_cone(
     per_pixel = (span[1] - span[0]) / plot.width()
     xs = np.arange(plot.left(), plot.right() + 2, 2.0)
     times = span[0] + (xs - plot.left()) * per_pixel
-    nearer = np.minimum(times - bounds[0], bounds[1] - times) * rows.rate
-    scales = np.maximum(nearer, 1e-3) / e_folding
+    scales = cone_scales(times, bounds, rows.rate, e_folding)
     if float(scales.min()) >= rows.largest:
         return
     shares = np.log(scales / rows.smallest) / math.log(rows.largest / rows.smallest)

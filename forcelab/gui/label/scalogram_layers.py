@@ -67,7 +67,15 @@ class Layers:
         """Draw what lies between two times, in seconds, where it belongs in `plot`."""
         for kind in ORDER:
             if kind in self._kept:
-                _paint(painter, plot, start, end, *self._kept[kind])
+                for seen in self._seen(kind, start, end):
+                    _paint(painter, plot, (start, end), seen, *self._kept[kind])
+
+    def _seen(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
+        """Where a picture is not covered: a fine one hides what lies below it."""
+        if kind != "whole" or "fine" not in self._kept:
+            return [(start, end)]
+        above, _ = self._kept["fine"]
+        return [(start, min(end, above.start)), (max(start, above.end), end)]
 
 
 def _coloured(picture: Scalogram, steady: bool) -> QImage:
@@ -76,12 +84,18 @@ def _coloured(picture: Scalogram, steady: bool) -> QImage:
 
 
 def _paint(
-    painter: QPainter, plot: QRectF, start: float, end: float, picture: Scalogram, layer: QImage
+    painter: QPainter,
+    plot: QRectF,
+    span: tuple[float, float],
+    seen: tuple[float, float],
+    picture: Scalogram,
+    layer: QImage,
 ) -> None:
-    """Draw the visible part of a picture where its time is."""
-    first, last = max(picture.start, start), min(picture.end, end)
+    """Draw the part of a picture that is seen where its time is in the visible span."""
+    first, last = max(picture.start, seen[0]), min(picture.end, seen[1])
     if last <= first:
         return
+    start, end = span
     per_pixel = (end - start) / plot.width()
     left = plot.left() + (first - start) / per_pixel
     target = QRectF(left, plot.top(), (last - first) / per_pixel, plot.height())

@@ -49,7 +49,7 @@ class SegmentRows(QTableView):
     def __init__(self, model: SegmentModel) -> None:
         super().__init__()
         self._model = model
-        self._duration = 0  # the width of that column when it was last shown
+        self._widths = {NUMBER: 0, DURATION: 0}  # of these columns when they were last shown
         self.setModel(model)
         self.setHorizontalHeader(_Header(self))
         self.setItemDelegate(_Delegate(model, self))
@@ -86,27 +86,29 @@ class SegmentRows(QTableView):
             END: measure(f"{model.document.bounds[1]:.3f}"),
             DURATION: measure("00.000"),
         }
-        self.setColumnHidden(DURATION, False)
+        for column in self._widths:
+            self.setColumnHidden(column, False)
         for column, width in numbers.items():
             name = str(model.headerData(column, Qt.Orientation.Horizontal))
             header.resizeSection(column, max(width + 10, measure(name) + 14))
-
-        self._drop_duration()
+        self._drop_columns()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Leave the duration away where actions could not be read otherwise."""
+        """Leave columns away where actions could not be read otherwise."""
         super().resizeEvent(event)
-        self._drop_duration()
+        self._drop_columns()
 
-    def _drop_duration(self) -> None:
-        """Show the duration if it leaves room for eight letters of the action."""
+    def _drop_columns(self) -> None:
+        """Show number and duration if they leave room for eight letters of the action."""
         header = self.horizontalHeader()
-        self._duration = header.sectionSize(DURATION) or self._duration
-        numbers = sum(header.sectionSize(column) for column in (NUMBER, START, END))
         letters = 24 + 8 * self.fontMetrics().averageCharWidth()
-        narrow = self.viewport().width() < numbers + self._duration + letters
-        if narrow != self.isColumnHidden(DURATION):
-            self.setColumnHidden(DURATION, narrow)
+        room = self.viewport().width() - letters
+        room -= header.sectionSize(START) + header.sectionSize(END)
+        for column, width in self._widths.items():
+            self._widths[column] = header.sectionSize(column) or width
+            room -= self._widths[column]
+            if (room < 0) != self.isColumnHidden(column):
+                self.setColumnHidden(column, room < 0)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Leave keys that label and play to the window; others move about in the table."""

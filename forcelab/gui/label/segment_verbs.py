@@ -101,7 +101,8 @@ def erase_range(document: Document) -> bool:
         )
     start, end = document.range
     done = document.erase(start, end)
-    document.clear_range()
+    if not document.refused:
+        document.clear_range()
     return done
 
 
@@ -113,7 +114,8 @@ def fill_range(document: Document, action: str) -> bool:
         )
     start, end = document.range
     done = document.paint(start, end, action)
-    document.clear_range()
+    if not document.refused:
+        document.clear_range()
     return done
 
 

@@ -97,6 +97,8 @@ class SegmentTable(QWidget):
         self._syncing = True
         self.model.refresh()
         self._syncing = False
+        if self.model.rows is not self.document.segments:
+            self.table.viewport().update()  # rows that stay may have other numbers
         self._say_empty()
         self._show_selection()
 

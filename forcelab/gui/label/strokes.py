@@ -188,7 +188,7 @@ class KeyStrokes(QObject):
         else:
             # Nothing was painted yet: the coder has thought better of the action.
             self.document.cancel_stroke()
-        if not same:
+        if not same and self.document.stroke is None:
             self._begin(action, key, position)
 
     def _begin(self, action: str, key: str, position: float) -> None:

@@ -21,6 +21,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.canvas import Theme
 from forcelab.gui.figures.tracks import Look, paint_track, plate
+from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.theme import Colours
 from forcelab.labels import Segments
 from forcelab.vocabulary import Vocabulary
@@ -86,24 +87,21 @@ def crowd(
     columns : ndarray of int64, shape (count,)
         What is seen in each column, as an index into the names; -1 where no narrow segment is.
     names : tuple of str
-        The actions of the narrow segments.
+        The actions of the narrow segments, and maybe others.
     """
     columns = np.full(count, -1, dtype=np.int64)
-    starts = np.fromiter(map(_start, segments), np.float64, len(segments))
-    ends = np.fromiter(map(_end, segments), np.float64, len(segments))
-    is_narrow = ends - starts < widest
-    narrow = np.flatnonzero(is_narrow).tolist()
-    if not narrow:
+    spans = spans_of(segments)
+    is_narrow = spans.ends - spans.starts < widest
+    if not is_narrow.any():
         return segments, columns, ()
     wide = tuple(segments[i] for i in np.flatnonzero(~is_narrow).tolist())
-    actions = [segments[i].action for i in narrow]
-    names = tuple(dict.fromkeys(actions))
-    code_of = {name: code for code, name in enumerate(names)}
-    codes = np.fromiter(map(code_of.__getitem__, actions), np.int64, len(actions))
+    codes = spans.codes[is_narrow]
     # Rare ones come last: of several values written to one place the last one stays.
     order = np.argsort(-np.bincount(codes)[codes], kind="stable")
     codes = codes[order]
-    left, right = ((times[is_narrow][order] - start) / pixel for times in (starts, ends))
+    left, right = (
+        (times[is_narrow][order] - start) / pixel for times in (spans.starts, spans.ends)
+    )
     first, last = np.ceil(left - 0.5), np.ceil(right - 0.5)
     single = last <= first
     first[single] = np.floor((left[single] + right[single]) / 2)
@@ -112,7 +110,7 @@ def crowd(
         place = first + step
         there = (place < last) & (place >= 0) & (place < count)
         columns[place[there].astype(np.int64)] = codes[there]
-    return wide, columns, names
+    return wide, columns, spans.names
 
 
 def paint_row(

@@ -252,6 +252,7 @@ class TrackPanel(TrackRows):
         scale = 1 / self.seconds_per_pixel
         found = gesture.follow(time, scale, self._targets if snapping else None)
         self.document.set_hint(found)
+        self.document.set_peek(gesture.at)
         if isinstance(gesture, Marking):
             gesture.commit(self.document)
         self.update()
@@ -306,6 +307,7 @@ class TrackPanel(TrackRows):
         """No drag is on any more."""
         self._gesture, self._live, self._pressed = None, False, None
         self.document.set_hint(None)
+        self.document.set_peek(None)
         self.update()
 
     def _tracks_changed(self) -> None:

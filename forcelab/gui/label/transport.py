@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
-from forcelab.gui.label.readouts import Readout, TimeEdit
+from forcelab.gui.label.readouts import Counter, Readout, TimeEdit
 from forcelab.gui.label.stored import StoredIndicator
 from forcelab.gui.player import SPEEDS, Player
 
@@ -55,7 +55,7 @@ class Transport(QWidget):
         self.speed.activated.connect(lambda at: document.set_speed(SPEEDS[at]))
         self.time = TimeEdit(document)
         self.length = QLabel()
-        self.frame = QLabel()
+        self.frame = Counter()
         self.range = Readout()
         self.range.setAccessibleName(self.tr("Marked range"))
         self.reaction = QSpinBox()
@@ -159,6 +159,7 @@ class Transport(QWidget):
         self.reaction.setValue(round(settings.reaction_ms()))
         self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.reaction.setKeyboardTracking(False)
+        self.reaction.lineEdit().returnPressed.connect(self.reaction.clearFocus)
         self.reaction.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
         self.reaction.valueChanged.connect(
             lambda milliseconds: settings.put("labelling/reaction_ms", milliseconds)
@@ -217,17 +218,15 @@ class Transport(QWidget):
         self.time.show_cursor()
         frames = self.document.frame_times
         if frames is None or not len(frames):
-            self.frame.clear()
-            self.frame.setFixedWidth(0)
+            self.frame.say("")
             return
         # A cursor within float dust of a frame is on that frame.
         number = int(np.searchsorted(frames, self.document.cursor + 1e-9, side="right"))
         text = self.tr("frame {0}")
-        self.frame.setText(text.format(number if number else "–"))
-        self.frame.setToolTip(self.tr("{0} of {1} video frames").format(number, len(frames)))
         # As wide as the last one, so that nothing moves during playback.
         widest = text.format("0" * len(str(len(frames))))
-        self.frame.setFixedWidth(self.fontMetrics().horizontalAdvance(widest) + 2)
+        self.frame.say(text.format(number if number else "–"), widest)
+        self.frame.setToolTip(self.tr("{0} of {1} video frames").format(number, len(frames)))
 
     def _show_range(self) -> None:
         """Show the range that is marked, or half of it."""

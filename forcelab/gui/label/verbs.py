@@ -6,13 +6,14 @@ from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QCoreApplication, QPoint
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.label import segment_verbs
 from forcelab.gui.label.nudges import nudge
 from forcelab.gui.label.track_menu import ask_longest_gap, copy_menu
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.typing_guard import typing
 
 __all__ = ["handlers"]
 
@@ -59,7 +60,7 @@ def handlers(
     return {
         **made,
         "split": partial(segment_verbs.split_at_cursor, document),
-        "fill_gaps": partial(ask_longest_gap, window, document),
+        "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),
         "cancel": partial(_cancel, document, tracks),
         "step_back": partial(document.step, -1),
@@ -74,8 +75,11 @@ def handlers(
 
 
 def _cancel(document: Document, tracks: TrackPanel) -> None:
-    """Take back the last thing begun: a drag, a stroke, a range, a selection, a brush."""
-    if tracks.dragging:
+    """Take back the last thing begun: typing, a drag, a stroke, a range, a selection, a brush."""
+    field = QApplication.focusWidget()
+    if field is not None and typing(field):
+        field.clearFocus()  # where keys are text, the next one would not paint
+    elif tracks.dragging:
         tracks.cancel_drag()
     elif document.stroke is not None:
         document.cancel_stroke()
@@ -85,6 +89,14 @@ def _cancel(document: Document, tracks: TrackPanel) -> None:
         document.select(None)
     else:
         document.set_action(None)
+
+
+def _fill_gaps(document: Document, window: QWidget) -> None:
+    """Ask how long a gap may be that is filled, if there is anything to fill."""
+    if document.segments:
+        ask_longest_gap(window, document)
+    else:
+        document.say(translate("forcelab", "There are no segments of yours to fill gaps between."))
 
 
 def _leap(document: Document, direction: int) -> None:
@@ -107,6 +119,12 @@ def _pan(document: Document, share: float) -> None:
 def _copy(document: Document, tracks: TrackPanel) -> None:
     """Copy from the only other author at once; from one of several, ask which."""
     authors = tuple(document.others)
+    if document.coding_blind:
+        document.say(
+            translate("forcelab", "Other labels are hidden until you are done; nothing copied."),
+            True,
+        )
+        return
     if len(authors) == 1:
         segment_verbs.copy_from(document, authors[0])
     elif authors:

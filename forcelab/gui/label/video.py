@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QImage, QShowEvent
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QDockWidget, QWidget
 
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
@@ -51,6 +51,7 @@ class VideoPanel(PictureView):
         self._forget()
         document.demonstration_changed.connect(self._demonstration_changed)
         document.cursor_moved.connect(self._follow)
+        document.peeked.connect(self._follow)
         self._demonstration_changed()
 
     def _forget(self) -> None:
@@ -140,16 +141,17 @@ class VideoPanel(PictureView):
 
     @property
     def _here(self) -> float:
-        """The cursor on the video's own clock, s."""
+        """The cursor, or what is dragged, on the video's own clock, s."""
         reference = self._reference
-        return 0.0 if reference is None else float(reference.clock.to_device(self.document.cursor))
+        return 0.0 if reference is None else float(reference.clock.to_device(self.document.seen))
 
     def _demonstration_changed(self) -> None:
         """Open the video of the demonstration, or follow a new clock of the one that is open."""
         reference = self._reference
         if reference is None:
             self._let_go()
-            self.hide()
+            if not isinstance(self.parentWidget(), QDockWidget):  # that hides, and keeps its width
+                self.hide()
             return
         video = (self.document.id, str(reference.path))
         if video != self._open:
@@ -193,7 +195,9 @@ class VideoPanel(PictureView):
         elif self.isVisible() and (step or again) and not (number == self._shown and self._sharp):
             travelling = self.document.playing or 0 < step <= STEP
             direction = 1 if travelling else -1 if -STEP <= step < 0 else 0
-            self._source().want(number, direction)
+            image = self._source().want(number, direction)
+            if image is not None:
+                self._show(image, number)
         if step or self._here > self._times[-1]:
             self.update()
 

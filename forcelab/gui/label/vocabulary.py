@@ -251,18 +251,12 @@ class VocabularyView(QWidget):
         text = QLabel(self.tr("No actions yet: add one below, or begin with one of these."))
         text.setWordWrap(True)
         column.addWidget(text)
-        names = list(entries())
-        grid = QHBoxLayout()
-        for half in (names[::2], names[1::2]):
-            side = QVBoxLayout()
-            for name in half:
-                button = QPushButton(name)
-                button.setToolTip(entries()[name].sentence)
-                button.clicked.connect(lambda _=False, name=name: self.add(name))
-                side.addWidget(button)
-            side.addStretch(1)
-            grid.addLayout(side, 1)
-        column.addLayout(grid)
+        # Below each other: side by side the longer names are cut off in a narrow list.
+        for name in entries():
+            button = QPushButton(name)
+            button.setToolTip(entries()[name].sentence)
+            button.clicked.connect(lambda _=False, name=name: self.add(name))
+            column.addWidget(button)
         column.addStretch(1)
         area = QScrollArea()
         area.setWidgetResizable(True)

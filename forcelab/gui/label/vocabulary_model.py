@@ -11,6 +11,7 @@ from forcelab.errors import InputError
 from forcelab.glossary import Entry, glossary
 from forcelab.gui.document import Document
 from forcelab.gui.label.segment_model import Index
+from forcelab.gui.label.track_spans import spans_of
 
 translate = QCoreApplication.translate
 
@@ -54,10 +55,7 @@ class VocabularyModel(QAbstractListModel):
 
     def count(self) -> None:
         """Count the coder's segments."""
-        found: dict[str, list[float]] = {}
-        for segment in self.document.segments:
-            found.setdefault(segment.action, []).append(segment.end - segment.start)
-        self.counts = {name: (len(lasting), sum(lasting)) for name, lasting in found.items()}
+        self.counts = spans_of(self.document.segments).totals()
         self.redraw()
 
     def redraw(self) -> None:

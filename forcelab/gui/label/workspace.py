@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QAction, QShowEvent
+from PySide6.QtGui import QAction, QPalette, QShowEvent
 from PySide6.QtWidgets import (
     QDockWidget,
     QLabel,
@@ -186,7 +186,8 @@ class LabelWorkspace(QMainWindow):
         """Give the lists a quarter of the width, the video a picture's shape, tracks their rows."""
         video, actions, segments, _ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
-        self.resizeDocks([video], [width], Qt.Orientation.Horizontal)
+        # All of them: one that is hidden, as the video may be, has no say.
+        self.resizeDocks([video, actions, segments], [width] * 3, Qt.Orientation.Horizontal)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)
@@ -215,9 +216,14 @@ class LabelWorkspace(QMainWindow):
 
     def _nothing(self) -> QWidget:
         """What is said while no demonstration is open."""
-        label = QLabel(self.tr("Choose a demonstration on the left to label it."))
+        label = QLabel()
         label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        label.setEnabled(False)
+        label.setWordWrap(True)
+        label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        choose = self.tr("Choose a demonstration on the left to label it.")
+        bring = self.tr("Import a recording, and it can be labelled here.")
+        document = self.document
+        document.listing_changed.connect(lambda: label.setText(choose if document.infos else bring))
         return label
 
     def _demonstration_changed(self) -> None:

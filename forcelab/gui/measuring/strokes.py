@@ -65,7 +65,7 @@ def _strokes(
     random, taken = np.random.default_rng(5), []
     with Painted([widget for widget in lists if widget.isVisible()]) as painted:
         for _ in range(times):
-            start = float(random.uniform(low, high - 0.03 * length))
+            start = float(random.uniform(low, high - 0.05 * length))
             document.set_span(start - 0.4 * length, start + 0.6 * length)
             document.seek(start)
             # An action that is there already would change nothing.
@@ -75,7 +75,7 @@ def _strokes(
             key = Qt.Key(ord(action.key.upper()))
             target = QApplication.focusWidget() or label.tracks
             QTest.keyClick(target, key)
-            document.seek(start + length * float(random.uniform(0.005, 0.02)))
+            document.seek(start + length * float(random.uniform(0.02, 0.04)))
             _scroll(window, row)
             settle(window)
             before = document.segments

@@ -132,7 +132,8 @@ class _Watch:
         """
         video, taken, wrong = self.window.label.video, [], 0
         first, *others = numbers
-        self.jump(first)
+        # Onto the frame itself: from within it, a step back leads to its beginning.
+        self.window.document.seek(float(self.stamps[first]))
         settle(self.window)
         for number in others:
             if number == video.shown_index:

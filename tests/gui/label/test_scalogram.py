@@ -13,10 +13,10 @@ from forcelab.gui import theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.scalogram import ScalogramPanel
-from forcelab.gui.label.scalogram_drawing import amount
+from forcelab.gui.label.scalogram_drawing import amount, cone_scales
 from forcelab.gui.label.scalogram_scales import PAPER
 from forcelab.recognition.settings import preset
-from forcelab.signals.cwt import cwt
+from forcelab.signals.cwt import cone_of_influence, cwt
 from forcelab.signals.wavelets import DOG, Morlet
 
 NAMES = ("fx1", "fy1", "fz1")
@@ -116,6 +116,12 @@ def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, un
         document.set_span(1.0 + 0.01 * i, 3.0)
     until(lambda: open_panel.settled)
     assert len(ran) == 1
+
+
+def test_the_cone_that_is_hatched_is_that_of_the_transform():
+    times = 1e5 + (np.arange(2000) + 0.5) / 1000
+    found = cone_scales(times, (1e5, 1e5 + 2.0), 1000.0, PAPER.e_folding)
+    np.testing.assert_allclose(found, cone_of_influence(2000, Morlet()), rtol=1e-6)
 
 
 def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, until):

@@ -11,7 +11,15 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
-from forcelab.gui.label.segment_model import ACTION, CURRENT, DURATION, END, NUMBER, START
+from forcelab.gui.label.segment_model import (
+    ACTION,
+    CURRENT,
+    DURATION,
+    END,
+    NUMBER,
+    START,
+    SegmentModel,
+)
 from forcelab.gui.label.segments import SegmentTable
 from forcelab.labels import Segment
 
@@ -306,3 +314,18 @@ def test_ten_thousand_segments_stay_instant(app, tmp_path):
             spent.append(time.process_time() - start)
         assert table.model.rows == document.segments
         assert sorted(spent)[6] < 0.05
+
+
+def test_numbers_are_drawn_anew_when_rows_that_are_filtered_away_come(
+    app, document, table, monkeypatch
+):
+    table.filter.setText("release")
+    table.grab()
+    app.processEvents()
+    drawn = []
+    draw = SegmentModel.shown
+    monkeypatch.setattr(SegmentModel, "shown", lambda *cell: drawn.append(cell) or draw(*cell))
+    document.paint(0.2, 0.5, "hold")
+    app.processEvents()
+    assert drawn
+    assert column(table, NUMBER) == ["5"]

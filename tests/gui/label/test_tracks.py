@@ -66,6 +66,20 @@ def test_a_drag_over_a_segment_paints_over_it(document, hand):
     ]
 
 
+def test_while_an_edge_is_dragged_that_time_is_looked_at_and_the_cursor_stays(document, hand):
+    document.seek(8.0)
+    hand.press(6.0)
+    hand.move(6.4)
+    assert (document.seen, document.cursor) == (pytest.approx(6.4), 8.0)
+    hand.release(6.4)
+    assert document.seen == 8.0
+    hand.press(6.4)
+    hand.move(6.8)
+    hand.panel.cancel_drag()
+    assert document.seen == 8.0
+    hand.release(6.8)
+
+
 def test_while_dragging_nothing_is_stored(document, hand, panel):
     document.set_action("hold")
     hand.press(3.5)

@@ -4,13 +4,15 @@ import time
 import films
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject, QPointF, Qt, Signal
+import shiboken6
+from PySide6.QtCore import QCoreApplication, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.label.frames import Frames
+from forcelab.gui.label.preview import VideoPreview
 from forcelab.gui.label.video import VideoPanel
 
 COUNT = 200
@@ -23,11 +25,12 @@ class Paper(QObject):
 
     demonstration_changed = Signal()
     cursor_moved = Signal(float)
+    peeked = Signal()
 
     def __init__(self):
         super().__init__()
         self.demonstration, self.id = None, ""
-        self.cursor, self.playing = 0.0, False
+        self.cursor, self.peek, self.playing = 0.0, None, False
         self.frame_times, self.said = None, []
 
     def show(self, video, clock=CLOCK, id_="a"):
@@ -42,6 +45,14 @@ class Paper(QObject):
     def seek(self, time):
         self.cursor = time
         self.cursor_moved.emit(time)
+
+    @property
+    def seen(self):
+        return self.cursor if self.peek is None else self.peek
+
+    def set_peek(self, time):
+        self.peek = time
+        self.peeked.emit()
 
     def set_frame_times(self, times):
         self.frame_times = times
@@ -80,7 +91,13 @@ def wait(true, seconds=10.0):
     until = time.monotonic() + seconds
     while not true():
         assert time.monotonic() < until, "waited in vain"
-        QTest.qWait(1)
+        breathe()
+
+
+def breathe():
+    """Let the window and the decoder work; QTest.qWait would keep Python's lock all the while."""
+    QCoreApplication.processEvents()
+    time.sleep(0.001)
 
 
 def number_of(image: QImage):
@@ -151,7 +168,7 @@ def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(pane
         played = time.monotonic() - began
         assert played < 10
         document.seek(2.0 + played)
-        QTest.qWait(5)
+        breathe()
     document.playing = False
     wait(lambda: panel.settled)
     numbers = [number for number, _ in shown]
@@ -321,11 +338,39 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames.open(video)
     frames.want(150)
     wait(lambda: ready == [150])
-    frames.want(151, 1)
-    wait(lambda: ready == [150, 151])
+    wait(lambda: frames.want(151, 1) is not None)
+    told = list(ready)
     wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
-    assert ready == [150, 151]
+    wait(lambda: frames.want(152, 1) is not None)
+    breathe()
+    assert ready == told  # what was given is not told again
     frames.close()
+
+
+def test_the_preview_shows_the_frame_that_is_stepped_to_when_it_is_given_at_once(app, video):
+    preview = VideoPreview()
+    preview.frames.open(video)
+    wait(lambda: preview.picture.image is not None and preview.times.size)
+    for number in (100, 101, 102, 101):
+        wait(lambda n=number: n == 100 or n in preview.frames._decoder._images)
+        preview.show_frame(number)
+        wait(lambda n=number: preview.picture.caption.startswith(f"frame {n + 1} "))
+        assert number_of(preview.picture.image) == number
+    preview.close_video()
+
+
+def test_a_video_that_was_left_keeps_no_pictures_and_one_that_was_deleted_ends(app, video):
+    frames = Frames()
+    frames.open(video)
+    decoder = frames._decoder
+    wait(lambda: decoder._sketches is not None and len(decoder._sketches) > 0)
+    frames.leave()
+    wait(lambda: not decoder.thread.is_alive())
+    assert decoder._sketches is None
+    frames.open(video)
+    decoder = frames._decoder
+    shiboken6.delete(frames)
+    wait(lambda: not decoder.thread.is_alive())
 
 
 def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
@@ -342,3 +387,15 @@ def test_after_a_rest_a_jump_shows_a_coarse_picture_of_the_right_frame_first(
         assert panel.shown_index == expected(ODD, cursor) == number_of(panel._image)
     assert all(number_of(image) == number for number, image in coarse)
     assert panel._sharp
+
+
+def test_it_shows_the_frame_of_an_edge_while_that_is_dragged(document, panel, video):
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+    document.seek(document.frame_times[20])
+    document.set_peek(document.frame_times[60])
+    wait(lambda: panel.settled)
+    assert panel.shown_index == on_screen(panel) == 60
+    document.set_peek(None)
+    wait(lambda: panel.settled)
+    assert panel.shown_index == on_screen(panel) == 20
