@@ -9,25 +9,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QActionGroup, QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QApplication,
     QDockWidget,
     QMainWindow,
-    QMenu,
     QStackedWidget,
     QTabWidget,
 )
 
-from forcelab.gui import settings, theme
+from forcelab.gui import asking, settings, theme
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
+from forcelab.gui.menus import fill_menus, follow_tabs
 from forcelab.gui.opening import Opening, sample_place
-from forcelab.gui.shortcuts import COMMANDS, bind, keys
+from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
 from forcelab.gui.welcome import Welcome
 from forcelab.gui.workspaces import WORKSPACES, coming
@@ -44,8 +44,6 @@ LAYOUT = 1
 LOOK_MS, LIST_MS = 1000, 600
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 LOOK_SHARE = 0.05
-#: What one press of a zoom key makes of the visible span.
-ZOOM = 1.5
 
 
 class Window(QMainWindow):
@@ -87,7 +85,9 @@ class Window(QMainWindow):
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self.resizeDocks([self._dock], [250], Qt.Orientation.Horizontal)
         self.commands = bind(self, self._handlers())
-        self._make_menus()
+        panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
+        fill_menus(self, self.commands, panels, ShownTracks(self.document, self))
+        follow_tabs(self._tabs, [self.commands[f"workspace_{w.name}"] for w in WORKSPACES])
         self.setAcceptDrops(True)
         self.statusBar()  # there from the start: nothing moves when it first says something
         self._standard = self.saveState(LAYOUT)
@@ -196,7 +196,7 @@ class Window(QMainWindow):
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
         """What each command of the table does."""
-        document, opening, player = self.document, self.opening, self.label.player
+        document, opening = self.document, self.opening
         handlers: dict[str, Callable[[], object]] = {
             "new_project": opening.ask_new,
             "open_project": opening.ask_open,
@@ -206,61 +206,16 @@ class Window(QMainWindow):
             "search": self.demonstrations.focus_search,
             "quit": self.close,
             "full_screen": self._toggle_full_screen,
-            "zoom_in": lambda: document.zoom(1 / ZOOM, document.cursor),
-            "zoom_out": lambda: document.zoom(ZOOM, document.cursor),
-            "zoom_fit": document.fit,
             "reset_layout": self._reset_layout,
-            "play": player.toggle,
-            "play_segment": player.play_current,
-            "slower": player.slower,
-            "faster": player.faster,
-            "normal_speed": player.normal_speed,
-            "range_in": document.mark_in,
-            "range_out": document.mark_out,
-            "undo": document.undo,
-            "redo": document.redo,
-            "snapping": lambda: document.set_snapping(not document.snapping),
-            "done": document.set_done,
-            "synchronise": self._ask_synchronise,
-            "help": self._show_help,
-            "change_keys": self._ask_keys,
         }
         for workspace in WORKSPACES:
             handlers[f"workspace_{workspace.name}"] = partial(self.show_workspace, workspace.name)
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
         for choice in choices:
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
-        return handlers | verbs.handlers(document, self.label.tracks, self)
-
-    def _make_menus(self) -> None:
-        """Menus in the order of the table; in View also the panels and the themes."""
-        menus: dict[str, QMenu] = {}
-        for command in COMMANDS:
-            if command.id not in self.commands:
-                continue
-            if command.group not in menus:
-                menus[command.group] = self.menuBar().addMenu("&" + command.shown_group)
-            if not command.id.startswith("theme_"):
-                menus[command.group].addAction(self.commands[command.id])
-        view = menus["View"]
-        view.addSeparator()
-        panels = view.addMenu(self.tr("Panels"))
-        panels.addAction(self._dock.toggleViewAction())
-        panels.addActions(list(self.label.toggles.values()))
-        view.addMenu(ShownTracks(self.document, view))
-        look = view.addMenu(self.tr("Theme"))
-        group = QActionGroup(self)
-        chosen = settings.text("window/theme", "system")
-        for choice in ("light", "dark", "system"):
-            action = group.addAction(self.commands[f"theme_{choice}"])
-            action.setCheckable(True)
-            action.setChecked(choice == chosen)
-            look.addAction(action)
-        front = QActionGroup(self)
-        for workspace in WORKSPACES:
-            front.addAction(self.commands[f"workspace_{workspace.name}"])
-        self._tabs.currentChanged.connect(lambda index: front.actions()[index].setChecked(True))
-        front.actions()[self._tabs.currentIndex()].setChecked(True)
+        label = verbs.handlers(document, self.label.tracks, self.label.player, self)
+        dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands)
+        return handlers | label | dialogs
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -315,27 +270,3 @@ class Window(QMainWindow):
     def _toggle_full_screen(self) -> None:
         """Fill the screen, or no longer."""
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
-
-    def _ask_synchronise(self) -> None:
-        """Let the user synchronise video and forces."""
-        from forcelab.gui.label.synchronising import SynchroniseDialog
-
-        demonstration = self.document.demonstration
-        if demonstration is None or demonstration.video is None:
-            self._say(self.tr("There is no video to synchronise here."), True)
-            return
-        SynchroniseDialog(self.document, self.jobs, self).show()
-
-    def _ask_keys(self) -> None:
-        """Let the user change keys."""
-        from forcelab.gui.keys import KeysDialog
-
-        dialog = KeysDialog(self.document, keys(), self, self.commands)
-        dialog.exec()
-        dialog.deleteLater()
-
-    def _show_help(self) -> None:
-        """Show the page of keys and gestures."""
-        from forcelab.gui.help import HelpPage
-
-        HelpPage(self.document, keys(), self, self.commands).exec()

@@ -52,11 +52,6 @@ class Source:
     rate: float
     count: int
 
-    @property
-    def unit(self) -> str:
-        """The channel's unit; empty where it is not known."""
-        return self.demonstration.channels[self.columns[0]].unit
-
     def place(self, time: float) -> float:
         """Where on the grid a time lies, in samples from the first."""
         return (time - self.demonstration.start) * self.rate

@@ -224,8 +224,7 @@ class ScalogramPanel(TimePanel):
         drawing.draw_frequencies(painter, box.right(), rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
         if bar.height() >= 40 and (self._phase or self._view is not None):
-            unit = self._view.source.unit if self._view is not None else ""
-            ends = reading.ends(*self._range(), unit, self._phase)
+            ends = reading.ends(*self._range(), self._phase)
             drawing.draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:

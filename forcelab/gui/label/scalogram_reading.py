@@ -19,7 +19,11 @@ translate = QCoreApplication.translate
 
 
 def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
-    """What is known at a time and a height, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
+    """What is known at a time and a height, such as ``12.3 Hz at 4.250 s: |W| = 0.42``.
+
+    The transform's own measure, without the channel's unit: a tone of 1 N has more the wider the
+    wavelet is.
+    """
     scale = rows.scale(y)
     k, c = picture.values.shape
     row = math.floor(math.log(scale / rows.smallest) / math.log(rows.largest / rows.smallest) * k)
@@ -30,8 +34,7 @@ def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
     here = float(picture.values[row, column])
     if picture.phase:
         return translate("forcelab", "{0}: {1:.2f} rad").format(where, here)
-    size = f"{10.0**here:.3g} {picture.view.source.unit}".strip()
-    return translate("forcelab", "{0}: {1}").format(where, size)
+    return translate("forcelab", "{0}: |W| = {1:.3g}").format(where, 10.0**here)
 
 
 def note(picture: Scalogram) -> str:
@@ -47,8 +50,8 @@ def note(picture: Scalogram) -> str:
     return translate("forcelab", "mean power of {0:.3g} samples a column").format(each)
 
 
-def ends(low: float, high: float, unit: str, phase: bool) -> tuple[str, str]:
+def ends(low: float, high: float, phase: bool) -> tuple[str, str]:
     """What stands beside the legend's ends; `low` and `high` are decimal logarithms."""
     if phase:
         return "\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "\N{GREEK SMALL LETTER PI}"
-    return amount(10.0**low), f"{amount(10.0**high)} {unit}".strip()
+    return amount(10.0**low), f"|W| {amount(10.0**high)}"

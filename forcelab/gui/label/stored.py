@@ -109,8 +109,10 @@ class StoredIndicator(QWidget):
 
     def _say(self, text: str, about: str) -> None:
         """Show a text and more about it."""
+        before = self.sizeHint()
         self.text = text
         self.setToolTip(about)
         self.setAccessibleName(f"{text}. {about}" if about else text)
-        self.updateGeometry()
+        if self.sizeHint() != before:  # each stroke says a time: the window is not laid out anew
+            self.updateGeometry()
         self.update()

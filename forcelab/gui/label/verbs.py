@@ -13,6 +13,7 @@ from forcelab.gui.label import segment_verbs
 from forcelab.gui.label.nudges import nudge
 from forcelab.gui.label.track_menu import ask_longest_gap, copy_menu
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.player import Player
 from forcelab.gui.typing_guard import typing
 
 __all__ = ["handlers"]
@@ -24,10 +25,12 @@ LEAP_FRAMES = 10
 LEAP_SHARE = 0.02
 #: The share of the visible span that one key press pans by.
 PAN_SHARE = 0.2
+#: What one press of a zoom key makes of the visible span.
+ZOOM = 1.5
 
 
 def handlers(
-    document: Document, tracks: TrackPanel, window: QWidget
+    document: Document, tracks: TrackPanel, player: Player, window: QWidget
 ) -> dict[str, Callable[[], object]]:
     """What commands do, by their id in the table (:mod:`forcelab.gui.commands`).
 
@@ -37,6 +40,8 @@ def handlers(
         What is looked at and painted on.
     tracks : TrackPanel
         Where a drag may be on that is to be cancelled.
+    player : Player
+        Plays it.
     window : QWidget
         Above which dialogs and menus open.
     """
@@ -59,6 +64,20 @@ def handlers(
         made[f"{name}_later"] = partial(nudge, document, what, 1)
     return {
         **made,
+        "play": player.toggle,
+        "play_segment": player.play_current,
+        "slower": player.slower,
+        "faster": player.faster,
+        "normal_speed": player.normal_speed,
+        "zoom_in": lambda: document.zoom(1 / ZOOM, document.cursor),
+        "zoom_out": lambda: document.zoom(ZOOM, document.cursor),
+        "zoom_fit": document.fit,
+        "range_in": document.mark_in,
+        "range_out": document.mark_out,
+        "undo": document.undo,
+        "redo": document.redo,
+        "snapping": lambda: document.set_snapping(not document.snapping),
+        "done": document.set_done,
         "split": partial(segment_verbs.split_at_cursor, document),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),

@@ -93,7 +93,8 @@ class VideoPanel(PictureView):
         if times is None or reference is None or self._shown < 0:
             return self._progress
         parts = [self.tr("frame {0} of {1}").format(self._shown + 1, len(times))]
-        parts.append(f"{float(reference.clock.to_force(times[self._shown])):.3f} s")
+        time = f"{float(reference.clock.to_force(times[self._shown])):.3f} s"
+        parts.append(time.replace("-", "\N{MINUS SIGN}"))
         if self._period:
             over = self._here > times[-1] + OVER * self._period
             rate = f"{1 / self._period:.4g}/s"

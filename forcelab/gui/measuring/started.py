@@ -1,19 +1,21 @@
 """The program itself, but for two stamps: when its window was painted, and when it was complete.
 
 Run as ``python -m forcelab.gui.measuring.started [PROJECT]``; it prints them in seconds of the
-machine's monotonic clock, which is the same for all processes, and ends.
+machine's monotonic clock, which is the same for all processes, and ends. Only the reading
+of the command line is left out.
 """
 
 from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QPaintEvent
 
-from forcelab.cli import main
 from forcelab.gui import window as program
+from forcelab.gui.app import Start, run
 
 __all__: list[str] = []
 
@@ -42,4 +44,4 @@ class _Told(program.Window):
 
 if __name__ == "__main__":
     program.Window = _Told  # type: ignore[misc]
-    sys.exit(main(["gui", *sys.argv[1:]]))
+    sys.exit(run(Start(project=Path(sys.argv[1]) if len(sys.argv) > 1 else None)))

@@ -7,6 +7,7 @@ from painting_bench import opened, shown
 from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import segment_verbs, verbs
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.player import Player
 from forcelab.labels import Segment
 
 TRACK = (Segment(1.0, 2.0, "grab"), Segment(2.0, 3.0, "hold"), Segment(5.0, 6.0, "release"))
@@ -29,7 +30,7 @@ def tracks(document):
 
 @pytest.fixture
 def do(document, tracks):
-    handlers = verbs.handlers(document, tracks, tracks)
+    handlers = verbs.handlers(document, tracks, Player(document), tracks)
     return lambda name: handlers[name]()
 
 
@@ -42,7 +43,7 @@ def said(document):
 
 def test_every_handler_is_a_command_of_the_table(document, tracks):
     known = {command.id for command in COMMANDS}
-    assert set(verbs.handlers(document, tracks, tracks)) <= known
+    assert set(verbs.handlers(document, tracks, Player(document), tracks)) <= known
 
 
 def test_walking_along_the_segments(document, do, said):

@@ -1,0 +1,69 @@
+"""The menu bar, in the order of the table of commands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget
+
+from forcelab.gui import settings
+from forcelab.gui.shortcuts import COMMANDS
+
+__all__ = ["fill_menus", "follow_tabs"]
+
+translate = QCoreApplication.translate
+
+
+def fill_menus(
+    window: QMainWindow,
+    commands: Mapping[str, QAction],
+    panels: Sequence[QAction],
+    shown_tracks: QMenu,
+) -> None:
+    """Make the menus of a window.
+
+    Parameters
+    ----------
+    window : QMainWindow
+        Whose menu bar is filled.
+    commands : mapping of str to QAction
+        The actions of the commands that the window has, by id.
+    panels : sequence of QAction
+        Show and hide panels.
+    shown_tracks : QMenu
+        Shows and hides the tracks of others.
+    """
+    menus: dict[str, QMenu] = {}
+    for command in COMMANDS:
+        if command.id not in commands:
+            continue
+        if command.group not in menus:
+            menus[command.group] = window.menuBar().addMenu("&" + command.shown_group)
+        if not command.id.startswith("theme_"):
+            menus[command.group].addAction(commands[command.id])
+    view = menus["View"]
+    view.addSeparator()
+    view.addMenu(translate("forcelab", "Panels")).addActions(panels)
+    view.addMenu(shown_tracks)
+    chosen = settings.text("window/theme", "system")
+    themes = [commands[f"theme_{choice}"] for choice in ("light", "dark", "system")]
+    view.addMenu(translate("forcelab", "Theme")).addActions(themes)
+    _one_of(window, themes)
+    commands[f"theme_{chosen}"].setChecked(True)
+
+
+def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:
+    """Check the action of the tab that is in front; there is one for each tab."""
+    _one_of(tabs, actions)
+    tabs.currentChanged.connect(lambda index: actions[index].setChecked(True))
+    actions[tabs.currentIndex()].setChecked(True)
+
+
+def _one_of(parent: QMainWindow | QTabWidget, actions: Sequence[QAction]) -> None:
+    """Of these actions one is checked at a time."""
+    group = QActionGroup(parent)
+    for action in actions:
+        action.setCheckable(True)
+        group.addAction(action)
