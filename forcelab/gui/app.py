@@ -72,6 +72,7 @@ def run(start: Start) -> int:
     from forcelab import __version__
     from forcelab.gui import faults, settings, theme
     from forcelab.gui.ending import ended_by_signals
+    from forcelab.gui.memory import tidy_between_demonstrations
     from forcelab.gui.window import Window
 
     running = QApplication.instance()
@@ -90,6 +91,7 @@ def run(start: Start) -> int:
         draw(Window(coder, remembering=False), start, start.screenshot, PATIENCE)
         return 0
     window = Window(coder)
+    tidy_between_demonstrations(window.document)
     faults.install(window, lambda sentence: window.document.say(sentence, True))
     window.resize(*(start.size or (1280, 800)))
     window.restore_layout()

@@ -82,7 +82,8 @@ class TimePanel(QWidget):
     @property
     def seconds_per_pixel(self) -> float:
         """How much time one pixel is."""
-        return (self.document.end - self.document.start) / self.plot.width()
+        width = max(self.width() - self.GUTTER - self.RIGHT, 1)
+        return (self.document.end - self.document.start) / width
 
     def x_at(self, time: float) -> float:
         """The pixel of a time in seconds."""

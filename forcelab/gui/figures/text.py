@@ -152,7 +152,7 @@ def put(
     metrics = QFontMetricsF(face)
     painter.setFont(face)
     painter.setPen(ink)
-    left = x - align * metrics.horizontalAdvance(line)
+    left = x - align * metrics.horizontalAdvance(line) if align else x
     painter.drawText(QPointF(left, y + metrics.capHeight() / 2), line)
 
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
     QMouseEvent,
@@ -38,6 +38,8 @@ HEIGHT = 58
 STRIP = 10.0
 #: How far from an edge of the window it can still be taken hold of, in pixels.
 REACH = 6.0
+#: Milliseconds from an edit to the strip that shows it: the track itself is painted first.
+PAUSE = 40
 #: A window narrower than this is drawn so wide.
 NARROWEST = 3.0
 
@@ -86,8 +88,12 @@ class Overview(QWidget):
             themes().changed,
         ):
             stale.connect(self.invalidate)
+        self._repainting = QTimer(self)
+        self._repainting.setSingleShot(True)
+        self._repainting.setInterval(PAUSE)
+        self._repainting.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
-            painted.connect(self._tracks_changed)
+            painted.connect(self._repainting.start)
         document.span_changed.connect(self._moved_on)
         document.cursor_moved.connect(self._moved_on)
 

@@ -66,6 +66,8 @@ class Ruler(TimePanel):
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(document, "", parent)
+        #: Where the numbers are.
+        self._places: list[QRectF] = []
         self.title = self.tr("Time")
         self.setAccessibleName(self.title)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -84,7 +86,8 @@ class Ruler(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw numbers and their marks."""
-        now, axis, marks = colours(), self.axis, self._marks
+        now, axis = colours(), self.axis
+        marks = clock_marks(axis, NUMBER) if self._clock else axis.marks(NUMBER, upright=False)
         painter.fillRect(plot, QColor(now.panel))
         painter.setPen(QPen(QColor(now.panel_edge), 1))
         edge = plot.bottom() - 0.5
@@ -96,10 +99,10 @@ class Ruler(TimePanel):
             small = (marks[1][0] - marks[0][0]) / 5
             fine = [round(axis.at(v)) + 0.5 for v in ticks(axis.start, axis.end, small)]
             painter.drawLines([QLineF(x, edge - 3, x, edge) for x in fine])
-        face = text.font(NUMBER)
-        for value, label in marks:
-            middle = self._place(value, label).center()
-            ink = QColor(now.text)
+        face, ink = text.font(NUMBER), QColor(now.text)
+        self._places = [self._place(value, label) for value, label in marks]
+        for (_, label), place in zip(marks, self._places, strict=True):
+            middle = place.center()
             text.put(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
@@ -130,9 +133,8 @@ class Ruler(TimePanel):
         ground = QColor(now.cursor)
         painter.setBrush(QColor(now.panel))
         tag = QRectF(left, 2, wide, 16)
-        for value, number in self._marks:  # half a number beside the tag would be misread
-            if (place := self._place(value, number)).intersects(tag.adjusted(-3, 0, 3, 0)):
-                painter.drawRect(place)
+        near = tag.adjusted(-3, 0, 3, 0)  # half a number beside the tag would be misread
+        painter.drawRects([place for place in self._places if place.intersects(near)])
         painter.setBrush(ground)
         painter.drawRoundedRect(tag, 3, 3)
         ink = text.ink_on(ground)
@@ -165,12 +167,6 @@ class Ruler(TimePanel):
         """Move the cursor to the pointer, no further than to the ends of what is visible."""
         x = min(max(event.position().x(), self.plot.left()), self.plot.right())
         self.document.seek(self.time_at(x))
-
-    @property
-    def _marks(self) -> tuple[tuple[float, str], ...]:
-        """The numbers and their texts."""
-        axis = self.axis
-        return clock_marks(axis, NUMBER) if self._clock else axis.marks(NUMBER, upright=False)
 
     def _place(self, value: float, label: str) -> QRectF:
         """Where a number is; at the ends they move inwards rather than being cut."""

@@ -199,7 +199,8 @@ class ScalogramPanel(TimePanel):
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the pictures where their time is now, then the cone and the scales."""
         now = colours()
-        self._layers.paint(painter, plot, self.document.start, self.document.end)
+        start, end = self.document.start, self.document.end
+        self._layers.paint(painter, plot, start, end, smooth=self.settled)
         rows = self._rows(plot)
         if rows is None:
             return
@@ -334,6 +335,7 @@ class ScalogramPanel(TimePanel):
         def done(picture: Scalogram) -> None:
             self._wanted = self._timer.isActive()  # the span may have changed again
             self._take(picture)
+            self.invalidate()  # what is settled is drawn smoothly
 
         def failed(error: Exception) -> None:
             self._wanted = self._timer.isActive()

@@ -63,12 +63,17 @@ class Layers:
         for kind, (picture, _) in list(self._kept.items()):
             self._kept[kind] = picture, _coloured(picture, steady)
 
-    def paint(self, painter: QPainter, plot: QRectF, start: float, end: float) -> None:
-        """Draw what lies between two times, in seconds, where it belongs in `plot`."""
+    def paint(
+        self, painter: QPainter, plot: QRectF, start: float, end: float, *, smooth: bool
+    ) -> None:
+        """Draw what lies between two times, in seconds, where it belongs in `plot`.
+
+        What is not `smooth` is drawn in half the time, for as long as it is being moved.
+        """
         for kind in ORDER:
             if kind in self._kept:
                 for seen in self._seen(kind, start, end):
-                    _paint(painter, plot, (start, end), seen, *self._kept[kind])
+                    _paint(painter, plot, (start, end), seen, smooth, *self._kept[kind])
 
     def _seen(self, kind: str, start: float, end: float) -> list[tuple[float, float]]:
         """Where a picture is not covered: a fine one hides what lies below it."""
@@ -88,6 +93,7 @@ def _paint(
     plot: QRectF,
     span: tuple[float, float],
     seen: tuple[float, float],
+    smooth: bool,
     picture: Scalogram,
     layer: QImage,
 ) -> None:
@@ -103,5 +109,7 @@ def _paint(
     from_left, width = (first - picture.start) * per_second, (last - first) * per_second
     if not picture.coarse:
         painter.fillRect(target, QColor(colours().grid))  # where nothing is known
-    painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, not picture.phase)
+    # Between two phases there is no mean that means anything.
+    hint = QPainter.RenderHint.SmoothPixmapTransform
+    painter.setRenderHint(hint, smooth and not picture.phase)
     painter.drawImage(target, layer, QRectF(from_left, 0, width, layer.height()))

@@ -81,6 +81,7 @@ class VocabularyView(QWidget):
         column.setSpacing(4)
         column.addLayout(self._pages, 1)
         column.addLayout(bar)
+        self._striking = -1
         self._counting = QTimer(self)
         self._counting.setSingleShot(True)
         self._counting.setInterval(PAUSE)
@@ -89,9 +90,18 @@ class VocabularyView(QWidget):
         document.demonstration_changed.connect(self._refresh)
         document.tracks_changed.connect(self._count_soon)
         document.action_changed.connect(self.list.viewport().update)
-        document.stroke_changed.connect(self.list.viewport().update)
+        document.stroke_changed.connect(self._show_stroke)
         themes().changed.connect(self.list.viewport().update)
         self._refresh()
+
+    def _show_stroke(self) -> None:
+        """Mark the row of the action that a key has begun, and only that one anew."""
+        stroke = self.document.stroke
+        names = self.document.vocabulary.names
+        now = names.index(stroke.action) if stroke is not None and stroke.action in names else -1
+        for row in {self._striking, now} - {-1}:
+            self.list.update(self.list.model().index(row, 0))
+        self._striking = now
 
     def sizeHint(self) -> QSize:
         """Room for eight actions."""

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from forcelab.errors import InputError
 from forcelab.gui import theme
 from forcelab.gui.label.overview import Overview
+from forcelab.gui.memory import tidy_between_demonstrations
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.window import Window
 
@@ -82,6 +83,7 @@ def shown(project: Path | None = None, size: tuple[int, int] = SIZE) -> Iterator
         Everything in it is there.
     """
     window = Window(AUTHOR, remembering=False)
+    tidy_between_demonstrations(window.document)
     window.resize(*size)
     window.show()
     window.activateWindow()
