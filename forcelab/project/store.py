@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from datetime import datetime
+from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.labels import Segments, Track
 from forcelab.project.adding import add_all
 from forcelab.project.arranging import attach_video, rename, set_video_clock
-from forcelab.project.coding import ProjectCoding
+from forcelab.project.computed import ProjectComputed
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
 from forcelab.project.loading import info, infos, known_id, known_ids, load, natural_order, truth
@@ -24,18 +23,14 @@ from forcelab.project.records import (
     DemonstrationInfo,
     Edit,
     Incoming,
-    LabelsUsed,
-    StoredRecogniser,
-    StoredRun,
 )
-from forcelab.project.runs import Made, Runs
 from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["Project"]
 
 
-class Project(ProjectCoding):
+class Project(ProjectComputed):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create` or :meth:`open`; a context manager. Everything is
@@ -54,7 +49,6 @@ class Project(ProjectCoding):
     def __init__(self, path: Path, database: Database) -> None:
         super().__init__(path, database)
         self._tracks = Tracks(database)
-        self._runs = Runs(database)
 
     # Demonstrations
 
@@ -365,103 +359,6 @@ class Project(ProjectCoding):
             if new != old:
                 write_vocabulary(self._db, task, new)
             return new
-
-    # Recognisers and runs
-
-    def add_recogniser(
-        self,
-        name: str,
-        data: bytes | Path,
-        *,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
-        time: datetime | None = None,
-    ) -> str:
-        """Keep a recogniser's file, which stays opaque here, and how it was made; gives its id.
-
-        Parameters
-        ----------
-        name : str
-            For people; not blank.
-        data : bytes or Path
-            Its content, or the file. The same content is kept once, as it was added first.
-        settings : mapping
-            Everything that training was told; anything that JSON can hold.
-        seed : int or None
-            The random seed.
-        labels : sequence of LabelsUsed
-            What it was trained on, one for each demonstration; see :meth:`head`.
-        versions : mapping of str to str
-            Of the program and the libraries.
-        time : datetime, optional
-            When it was made, in UTC; by default now.
-
-        Raises
-        ------
-        InputError
-            If it has no name, labels are not in the project or the file cannot be read.
-        """
-        made = Made(settings, seed, labels, versions, time)
-        return self._runs.add_recogniser(name, data, made)
-
-    def recognisers(self) -> tuple[StoredRecogniser, ...]:
-        """Every recogniser, the first one first."""
-        return self._runs.recognisers()
-
-    def recogniser_path(self, id_: str) -> Path:
-        """The file of a recogniser.
-
-        Raises
-        ------
-        InputError
-            If there is no such recogniser or its file is missing.
-        """
-        return self._runs.recogniser_path(id_)
-
-    def add_run(
-        self,
-        kind: str,
-        *,
-        settings: Mapping[str, Any],
-        seed: int | None,
-        labels: Sequence[LabelsUsed],
-        versions: Mapping[str, str],
-        result: Mapping[str, Any],
-        time: datetime | None = None,
-    ) -> int:
-        """Keep what was computed, and how; gives its number.
-
-        Parameters
-        ----------
-        kind : str
-            Such as ``"evaluate"``; not blank.
-        settings, seed, labels, versions, time
-            As of :meth:`add_recogniser`.
-        result : mapping
-            What came out; anything that JSON can hold.
-
-        Raises
-        ------
-        InputError
-            If it has no kind or labels are not in the project.
-        """
-        return self._runs.add_run(kind, Made(settings, seed, labels, versions, time), result)
-
-    def runs(self) -> tuple[StoredRun, ...]:
-        """Every run, the first one first."""
-        return self._runs.runs()
-
-    def run(self, number: int) -> StoredRun:
-        """One run.
-
-        Raises
-        ------
-        InputError
-            If there is no such run.
-        """
-        return self._runs.run(number)
 
     def _id(self, id_: str) -> str:
         """The id, if there is such a demonstration."""

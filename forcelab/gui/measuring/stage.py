@@ -22,6 +22,7 @@ from forcelab.gui import theme
 from forcelab.gui.label.overview import Overview
 from forcelab.gui.memory import tidy_between_demonstrations
 from forcelab.gui.panel import TimePanel
+from forcelab.gui.picture import without_chatter
 from forcelab.gui.window import Window
 
 __all__ = ["AUTHOR", "SIZE", "Lateness", "Painted", "shown", "stage", "time_panels", "until"]
@@ -50,6 +51,7 @@ def stage() -> Iterator[Path]:
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     running = QApplication.instance()
     application = running if isinstance(running, QApplication) else QApplication(["forcelab"])
+    without_chatter()
     theme.apply(application, "light")
     before = os.environ.get("FORCELAB_SETTINGS")
     # A waiting event loop has to wake up to see that something took too long.

@@ -1,0 +1,196 @@
+"""The commands that fill a project and bring its contents out again."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from forcelab.cli.options import (
+    PROJECT,
+    Commands,
+    command,
+    json_flag,
+)
+
+__all__ = [
+    "add_assign",
+    "add_demo",
+    "add_export",
+    "add_import",
+    "add_list",
+    "add_simulate",
+    "add_sync",
+]
+
+
+def add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``demo`` to the commands."""
+    parser = command(
+        commands,
+        "demo",
+        "demonstrating",
+        "make the sample project",
+        "Thirty simulated demonstrations of five tasks, with force, video and the labels of two\n"
+        "coders, and a recogniser. It takes its name once it is complete; where it is already,\n"
+        "nothing is changed.",
+    )
+    parser.add_argument(
+        "folder",
+        metavar="DIR",
+        type=Path,
+        nargs="?",
+        default=Path("sample.forcelab"),
+        help="project folder to make (default: sample.forcelab)",
+    )
+    json_flag(parser)
+
+
+def add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``simulate`` to the commands."""
+    parser = command(
+        commands,
+        "simulate",
+        "simulating",
+        "simulate demonstrations with a physical model of the tongs",
+        "They go into a project, which is made if it does not exist, labelled by two simulated\n"
+        "coders. The same task and seed give the same demonstrations: number 2 is the same\n"
+        "whether 3 or 30 are made, filmed or not.",
+    )
+    parser.add_argument(
+        "--task", required=True, help="LEGO, cartridge, stylus, marker or foam (whatever the case)"
+    )
+    parser.add_argument(
+        "--count", metavar="N", type=int, required=True, help="number of demonstrations"
+    )
+    parser.add_argument("--seed", metavar="S", type=int, required=True, help="of everything random")
+    parser.add_argument("--out", metavar="PROJECT", type=Path, required=True, help=PROJECT)
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        default=1000.0,
+        help="samples a second, 50 to 4000 (1000)",
+    )
+    parser.add_argument(
+        "--no-video", dest="video", action="store_false", help="forces and labels only"
+    )
+    json_flag(parser)
+
+
+def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``import`` to the commands."""
+    parser = command(
+        commands,
+        "import",
+        "importing",
+        "read recordings into a project",
+        "The project is made if it does not exist. Formats are told apart by content: tables\n"
+        "(CSV, TSV, spaces), the paper's databases (*.pdl) and archives of projects. A recording\n"
+        "that is there already is updated, not doubled. If one file cannot be read, nothing is\n"
+        "imported at all. An archive alone, into a new project, brings back everything it holds.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
+    parser.add_argument("--task", help="task of the demonstrations")
+    parser.add_argument(
+        "--author", default="coder", help="author of the labels in the files (default: coder)"
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=float,
+        help="samples a second, where a file has no stamps; "
+        "otherwise the rate of the features' grid",
+    )
+    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
+    parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
+    parser.add_argument(
+        "--strict", action="store_true", help="refuse gaps and what would be repaired"
+    )
+    json_flag(parser)
+
+
+def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``list`` to the commands."""
+    parser = command(
+        commands,
+        "list",
+        "listing",
+        "show what a project holds",
+        "Demonstrations by task, with their length, rate, channels and labelled share by author.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--task", help="only this task")
+    json_flag(parser)
+
+
+def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``assign`` to the commands."""
+    parser = command(
+        commands,
+        "assign",
+        "assigning",
+        "say who is to label what, blind to the others' labels or not",
+        "A coder who is assigned a demonstration blind sees neither the tracks of the others nor\n"
+        "predictions in the window until it is done. Without DEMO: what is assigned as it is.\n"
+        "Every assignment, and when it was done or opened again, is kept for ever.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
+    )
+    parser.add_argument("--author", metavar="NAME", help="the coder; without DEMO: only this one's")
+    parser.add_argument("--task", metavar="T", help="all demonstrations of this task")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--open", action="store_true", help="assign openly, not blind")
+    what.add_argument("--done", action="store_true", help="mark as done")
+    what.add_argument("--reopen", action="store_true", help="mark as not done after all")
+    what.add_argument("--remove", action="store_true", help="take the assignment back")
+    json_flag(parser)
+
+
+def add_sync(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``sync`` to the commands."""
+    parser = command(
+        commands,
+        "sync",
+        "synchronising",
+        "find or set the clock of a demonstration's video",
+        "Proposes from the video's motion and the force which force time a frame belongs to, with\n"
+        "its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from\n"
+        "it. Force time is offset + rate * video time.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument("--accept", action="store_true", help="store what is proposed")
+    parser.add_argument(
+        "--offset",
+        metavar="S",
+        type=float,
+        help="store this: the force time at which the video's clock reads zero, s",
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="R",
+        type=float,
+        help="store this: force seconds that pass in a second of the video, such as 1.00002",
+    )
+    json_flag(parser)
+
+
+def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``export`` to the commands."""
+    parser = command(
+        commands,
+        "export",
+        "exporting",
+        "write tracks, or a whole project as one archive",
+        "csv: start,end,action,author of every track. audacity: a label track per author.\n"
+        "archive: one zip with everything; 'forcelab import' reads it back.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
+    )
+    parser.add_argument("--format", choices=("csv", "audacity", "archive"), default="csv")
+    json_flag(parser)

@@ -1,0 +1,130 @@
+"""The commands that train, recognise and compare."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from forcelab.cli.options import (
+    PROJECT,
+    Commands,
+    add_changes,
+    add_settings,
+    command,
+    json_flag,
+)
+
+__all__ = [
+    "add_evaluate",
+    "add_plan",
+    "add_predict",
+    "add_realism",
+    "add_train",
+]
+
+
+def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``evaluate`` to the commands."""
+    parser = command(
+        commands,
+        "evaluate",
+        "evaluating",
+        "recognise each demonstration by a recogniser that has not seen it",
+        "Leaves one demonstration of a task out at a time; with --test-task trains on one task\n"
+        "and tests on the other. Each task by itself unless --task is given several times.\n"
+        "The result is kept in the project as a run.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    add_settings(parser)
+    parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
+    )
+    parser.add_argument(
+        "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
+    )
+    parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    parser.add_argument(
+        "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
+    )
+
+
+def add_train(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``train`` to the commands."""
+    parser = command(
+        commands,
+        "train",
+        "training",
+        "train a recogniser on all labelled demonstrations",
+        "The file holds no pickle and can be passed on. The project keeps a copy.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "--out", metavar="RECOGNISER", type=Path, required=True, help="file to write (.skops)"
+    )
+    add_settings(parser)
+    json_flag(parser)
+
+
+def add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``predict`` to the commands."""
+    parser = command(
+        commands,
+        "predict",
+        "predicting",
+        "label recordings with a recogniser",
+        "Prints the segments, or writes them: one file for one demonstration, a folder of files\n"
+        "for several. No track of a project is changed.",
+    )
+    parser.add_argument("recogniser", metavar="RECOGNISER", type=Path, help="from train")
+    parser.add_argument(
+        "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
+    )
+    parser.add_argument("--out", metavar="FILE", type=Path, help="file, or folder for several")
+    parser.add_argument("--rate", metavar="HZ", type=float, help="of recordings without stamps")
+    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
+    parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
+    json_flag(parser)
+
+
+def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``plan`` to the commands."""
+    parser = command(
+        commands,
+        "plan",
+        "planning",
+        "tell what is computed of a demonstration, and what is left out",
+        "With these settings, or those of a trained recogniser. Of a simulated demonstration also\n"
+        "which states the mechanics have and which parts the scene does without. Nothing of it is\n"
+        "computed.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--recogniser", metavar="FILE", type=Path, help="with this one's settings, from train"
+    )
+    parser.set_defaults(merge=None)
+    add_changes(parser)
+    json_flag(parser)
+
+
+def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``realism`` to the commands."""
+    parser = command(
+        commands,
+        "realism",
+        "comparing",
+        "put the simulated tongs beside real recordings",
+        "Simulates the tasks that the project has labelled recordings of, and compares durations,\n"
+        "forces, spectra, noise and how well preset paper recognises both; ! marks what is more\n"
+        "than a factor of 2 apart.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--author", help="whose labels, where there are several coders")
+    parser.add_argument(
+        "--count", metavar="N", type=int, default=10, help="demonstrations to simulate (10)"
+    )
+    parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the simulation (1)")
+    parser.add_argument(
+        "--json", metavar="FILE", type=Path, help="write the figures as JSON; - prints them"
+    )

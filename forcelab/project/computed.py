@@ -1,0 +1,118 @@
+"""What was computed from a project's labels: recognisers and runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from forcelab.project.coding import ProjectCoding
+from forcelab.project.database import Database
+from forcelab.project.records import LabelsUsed, StoredRecogniser, StoredRun
+from forcelab.project.runs import Made, Runs
+
+__all__ = ["ProjectComputed"]
+
+
+class ProjectComputed(ProjectCoding):
+    """The recognisers and runs of a :class:`~forcelab.project.Project`."""
+
+    def __init__(self, path: Path, database: Database) -> None:
+        super().__init__(path, database)
+        self._runs = Runs(database)
+
+    def add_recogniser(
+        self,
+        name: str,
+        data: bytes | Path,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        time: datetime | None = None,
+    ) -> str:
+        """Keep a recogniser's file, which stays opaque here, and how it was made; gives its id.
+
+        Parameters
+        ----------
+        name : str
+            For people; not blank.
+        data : bytes or Path
+            Its content, or the file. The same content is kept once, as it was added first.
+        settings : mapping
+            Everything that training was told; anything that JSON can hold.
+        seed : int or None
+            The random seed.
+        labels : sequence of LabelsUsed
+            What it was trained on, one for each demonstration; see :meth:`head`.
+        versions : mapping of str to str
+            Of the program and the libraries.
+        time : datetime, optional
+            When it was made, in UTC; by default now.
+
+        Raises
+        ------
+        InputError
+            If it has no name, labels are not in the project or the file cannot be read.
+        """
+        made = Made(settings, seed, labels, versions, time)
+        return self._runs.add_recogniser(name, data, made)
+
+    def recognisers(self) -> tuple[StoredRecogniser, ...]:
+        """Every recogniser, the first one first."""
+        return self._runs.recognisers()
+
+    def recogniser_path(self, id_: str) -> Path:
+        """The file of a recogniser.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser or its file is missing.
+        """
+        return self._runs.recogniser_path(id_)
+
+    def add_run(
+        self,
+        kind: str,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        result: Mapping[str, Any],
+        time: datetime | None = None,
+    ) -> int:
+        """Keep what was computed, and how; gives its number.
+
+        Parameters
+        ----------
+        kind : str
+            Such as ``"evaluate"``; not blank.
+        settings, seed, labels, versions, time
+            As of :meth:`add_recogniser`.
+        result : mapping
+            What came out; anything that JSON can hold.
+
+        Raises
+        ------
+        InputError
+            If it has no kind or labels are not in the project.
+        """
+        return self._runs.add_run(kind, Made(settings, seed, labels, versions, time), result)
+
+    def runs(self) -> tuple[StoredRun, ...]:
+        """Every run, the first one first."""
+        return self._runs.runs()
+
+    def run(self, number: int) -> StoredRun:
+        """One run.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        return self._runs.run(number)
