@@ -1,4 +1,6 @@
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import av
@@ -213,7 +215,7 @@ def test_a_truncated_mp4_with_its_index_in_front_too(tmp_path):
         ("av1.mp4", r"cannot be decoded \(codec AV1\); convert it to H.264"),
     ],
 )
-def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, capfd, name, sentence):
+def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, name, sentence):
     path = tmp_path / name
     if name == "text.mp4":
         path.write_text("no video at all")
@@ -225,12 +227,33 @@ def test_what_cannot_be_shown_is_told_in_one_sentence(film, tmp_path, capfd, nam
         films.write_with_opencv(path, "MJPG", 0)
     elif name == "av1.mp4":
         films.write(path, "libsvtav1", EVEN[:5], {"preset": "12", "svtav1-params": "lp=1"})
-    capfd.readouterr()
     with pytest.raises(InputError, match=sentence) as told:
         VideoReader(path)
     assert name in str(told.value)
     assert str(told.value).endswith((".", path.stem + "-h264.mp4"))
-    assert capfd.readouterr() == ("", "")
+
+
+def test_the_decoder_says_nothing_on_the_terminal(film, tmp_path):
+    (tmp_path / "text.mp4").write_text("no video at all")
+    cut(film("h264.mp4"), tmp_path / "cut.mp4", 0.5)
+    films.write(tmp_path / "av1.mp4", "libsvtav1", EVEN[:5], {"preset": "12"})
+    # In a process of its own: FFmpeg is told once, when the first video of a process is opened.
+    script = """
+import sys
+from forcelab.errors import InputError
+from forcelab.video.reader import VideoReader
+for path in sys.argv[1:]:
+    try:
+        VideoReader(path)
+    except InputError:
+        continue
+    sys.exit(f"{path} was read")
+"""
+    paths = sorted(map(str, tmp_path.glob("*.mp4")))
+    assert len(paths) == 3
+    command = [sys.executable, "-c", script, *paths]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 def test_a_frame_that_cannot_be_decoded_is_told_and_the_rest_is_shown(film, tmp_path):
