@@ -95,3 +95,12 @@ def stored(path, name, author="Ada"):
         info = next(info for info in project.demonstrations() if info.name == name)
         segments = project.track(info.id, author).segments
     return [(round(s.start, 4), round(s.end, 4), s.action) for s in segments]
+
+
+def stored_soon(path, name, holds):
+    """What is stored as soon as it is as it should be: keys and mouse take their time."""
+    deadline = time.monotonic() + PATIENCE
+    while not holds(found := stored(path, name)):
+        assert time.monotonic() < deadline, found
+        time.sleep(0.02)
+    return found

@@ -1,11 +1,14 @@
 """A whole demonstration labelled from the keyboard alone, in the real window on a real screen."""
 
-from driven import stored
+from driven import stored_soon
 
 
 def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
     program = start(project, "--author", "Ada", "--demo", "pen 1", display=screen)
     program.focus()
+
+    def check(*expected, name="pen 1"):
+        stored_soon(project, name, lambda found: found == list(expected))
 
     # Press to start, press again to end; another action's key ends one and begins the next.
     program.press("1")
@@ -14,17 +17,17 @@ def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
     program.press("Right", times=30)  # samples of 10 ms
     program.press("3")
     program.press("ctrl+Right", times=5)
-    state = program.press("3")
-    assert state["stroke"] is None
+    program.press("3")
+    program.until(lambda state: state["stroke"] is None)
     expected = [(0.0, 1.0, "still"), (1.0, 1.3, "grab"), (1.3, 2.3, "hold")]
-    assert stored(project, "pen 1") == expected
+    check(*expected)
 
     # A range, filled by a key.
     program.press("bracketleft")
     program.press("ctrl+Right", times=4)
     program.press("bracketright", "4")
     expected.append((2.3, 3.1, "pull"))
-    assert stored(project, "pen 1") == expected
+    check(*expected)
 
     # Held down for a short action.
     program.xdotool("keydown", "5")
@@ -33,39 +36,42 @@ def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
     program.xdotool("sleep", "0.3", "keyup", "5")
     program.until(lambda state: state["stroke"] is None)
     expected.append((3.1, 3.17, "release"))
-    assert stored(project, "pen 1") == expected
+    check(*expected)
 
     # Escape forgets a stroke, and a stroke without time is refused.
     program.press("1", "Right", "Escape")
-    program.press("2", "2")
-    assert stored(project, "pen 1") == expected
+    program.press("2")
+    program.until(lambda state: state["stroke"] == "grab")
+    program.press("2")
+    program.until(lambda state: state["stroke"] is None)
+    check(*expected)
 
     # Back to a segment; relabel it, move its edges, split and merge it, delete one.
     program.press("k", times=2)
-    state = program.press("k")
-    assert state["cursor"] == 1.3
+    program.press("k")
+    program.until(lambda state: state["cursor"] == 1.3)
     program.press("1")
     expected[2] = (1.3, 2.3, "still")
-    assert stored(project, "pen 1") == expected
+    check(*expected)
     program.press("alt+Right", times=2)
     program.press("alt+shift+Left", times=3)
     expected[1:3] = [(1.0, 1.32, "grab"), (1.32, 2.27, "still")]
     expected[3] = (2.27, 3.1, "pull")
-    assert stored(project, "pen 1") == expected
+    check(*expected)
     program.press("ctrl+Left", "ctrl+b")  # the cursor has gone with the edge
-    assert len(stored(project, "pen 1")) == len(expected) + 1
+    stored_soon(project, "pen 1", lambda found: len(found) == len(expected) + 1)
     program.press("ctrl+z", "l", "Delete")
     del expected[3]
-    assert stored(project, "pen 1") == expected
+    check(*expected)
 
     # Everything can be taken back and made again, and the next demonstration is a key away.
     program.press("ctrl+z", times=40)
-    assert stored(project, "pen 1") == []
+    check()
     program.press("ctrl+shift+z", times=40)
-    assert stored(project, "pen 1") == expected
+    check(*expected)
     program.press("Next")
     program.until(lambda state: state["title"].startswith("pen 2") and state["settled"])
     program.press("ctrl+End", "4", "ctrl+Home", "4")
-    assert stored(project, "pen 2") == [(0.0, 10.0, "pull")]
+    check((0.0, 10.0, "pull"), name="pen 2")
     program.press("ctrl+q")
     assert program.process.wait(10) == 0
