@@ -282,11 +282,16 @@ def _agreeing(one: Segments, other: Segments, count: int) -> int:
     """How many segments are equal before the first that is not, out of `count`."""
     # Most segments of an edited track are the very same object: whole blocks of them are compared
     # faster than a loop looks at one.
-    for begin in range(0, count, BLOCK):
-        end = min(begin + BLOCK, count)
-        if one[begin:end] != other[begin:end]:
-            return next(i for i in range(begin, end) if one[i] != other[i])
-    return count
+    same = 0
+    while same < count and one[same : same + BLOCK] == other[same : same + BLOCK]:
+        same += BLOCK
+    # The first that differs lies in the half whose slices do.
+    width = BLOCK
+    while width > 1:
+        width //= 2
+        if one[same : same + width] == other[same : same + width]:
+            same += width
+    return min(same, count)
 
 
 def _check_stretch(start: float, end: float) -> None:

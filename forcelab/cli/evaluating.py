@@ -16,6 +16,7 @@ from forcelab.cli.settings import choice_from, settings_from
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
+from forcelab.recognition.intervals import METHOD, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.project_runs import Evaluated, evaluate_tasks
 from forcelab.recognition.results import Evaluation
@@ -81,6 +82,9 @@ def _told(evaluation: Evaluation) -> str:
     ]
     pairs = [*zip(raw_each, filtered_each, strict=True), (raw, filtered)]
     rows += [_row(single, after) for single, after in pairs]
+    ranges = [evaluation.intervals(which) for which in ("raw", "filtered")]
+    if not (reason := ranges[0].reason):
+        rows.append(_ranges(*ranges))
     seconds = ", ".join(f"{name} {spent:.2f} s" for name, spent in evaluation.seconds.items())
     parts = [
         f"{printable(evaluation.title)}: preset {settings.preset}, {settings.classifier}, "
@@ -90,6 +94,7 @@ def _told(evaluation: Evaluation) -> str:
         table(rows, right=range(1, 8)),
         _actions(evaluation, raw),
         f"Rates in percent. Run time: {seconds}.",
+        reason or f"95 % interval: {METHOD}.",
         *evaluation.remarks,
     ]
     return "\n\n".join(parts)
@@ -107,6 +112,23 @@ def _row(raw: Scores, filtered: Scores) -> list[str]:
         percent(filtered.edit),
         percent(filtered.f1["50"]),
         "-" if median is None else f"{median:.0f}",
+    ]
+
+
+def _ranges(raw: Intervals, filtered: Intervals) -> list[str]:
+    """The line of intervals below the pooled scores."""
+
+    def rate(found: Intervals, name: str) -> str:
+        ends = found[name]
+        return "-" if ends is None else f"{100 * ends[0]:.1f}–{100 * ends[1]:.1f}"
+
+    median = filtered["boundary_ms.median"]
+    return [
+        "95 % interval",
+        rate(raw, "accuracy"),
+        rate(raw, "edit"),
+        *(rate(filtered, name) for name in ("accuracy", "coverage", "edit", "f1.50")),
+        "-" if median is None else f"{median[0]:.0f}–{median[1]:.0f}",
     ]
 
 

@@ -15,14 +15,18 @@ from forcelab.measure.latency import Latencies
 from forcelab.measure.rows import FRONT, Table
 
 #: What is measured by which module, each loaded only when it is asked for.
-MODULES = {"contact": "forcelab.measure.contact", "view": "forcelab.gui.measuring"}
+MODULES = {
+    "contact": "forcelab.measure.contact",
+    "view": "forcelab.gui.measuring",
+    "training": "forcelab.gui.measuring.training",
+}
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
     check_outputs([json_path(arguments.json), figure], [])
-    if figure is not None and arguments.what == "view":
+    if figure is not None and arguments.what != "contact":
         raise InputError("There is no figure of how fast the window is; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
@@ -65,7 +69,11 @@ def _waited(measured: Latencies) -> str:
     if measured.loads:
         loads = ", ".join(f"{load:.1f}" for load in measured.loads)
         sentences.append(f"Load of the machine's {os.cpu_count()} cores before and after: {loads}.")
-    bound = [row for row in measured.rows if row.kept is not None]
-    sentences.append(f"{len(bound) - len(measured.missed)} of {len(bound)} bounds are kept.")
-    lines = [table(cells, right=range(2, 8)), *(printable(sentence) for sentence in sentences)]
+    kept = [row.kept for row in measured.rows if row.kept is not None]
+    kept += [level.kept for level in measured.levels]
+    sentences.append(f"{sum(kept)} of {len(kept)} bounds are kept.")
+    lines = [table(cells, right=range(2, 8))]
+    if measured.levels:
+        lines += ["", table(measured.level_cells(), right=[2]), ""]
+    lines += [printable(sentence) for sentence in (*measured.remarks, *sentences)]
     return f"{measured.title}.\n" + "\n".join(lines)

@@ -50,11 +50,15 @@ def build_parser() -> argparse.ArgumentParser:
     parser_projects.add_simulate(commands)
     parser_projects.add_import(commands)
     parser_projects.add_list(commands)
+    parser_projects.add_runs(commands)
     parser_projects.add_assign(commands)
+    parser_projects.add_agree(commands)
     parser_projects.add_sync(commands)
     parser_recognition.add_evaluate(commands)
     parser_recognition.add_train(commands)
     parser_recognition.add_predict(commands)
+    parser_recognition.add_review(commands)
+    parser_recognition.add_why(commands)
     parser_projects.add_export(commands)
     parser_recognition.add_plan(commands)
     _add_actions(commands)
@@ -139,9 +143,16 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
         "while panning and zooming 6 channels of 1e6 and 1e7 samples, steps and jumps in videos,\n"
         "from a key to the paint, start, opening projects: median, p95, p99 and worst in ms,\n"
-        "beside pyqtgraph and OpenCV used plainly.",
+        "beside pyqtgraph and OpenCV used plainly.\n"
+        "training: the window while it trains on 200,000 samples of 96 features. How late its\n"
+        "event loop is, how soon a training is cancelled, and what ten of them leave behind.",
     )
-    parser.add_argument("what", metavar="WHAT", choices=("contact", "view"), help="contact, view")
+    parser.add_argument(
+        "what",
+        metavar="WHAT",
+        choices=("contact", "view", "training"),
+        help="contact, view, training",
+    )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
     )

@@ -13,11 +13,13 @@ from forcelab.cli.options import (
 )
 
 __all__ = [
+    "add_agree",
     "add_assign",
     "add_demo",
     "add_export",
     "add_import",
     "add_list",
+    "add_runs",
     "add_simulate",
     "add_sync",
 ]
@@ -124,6 +126,24 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     json_flag(parser)
 
 
+def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``runs`` to the commands."""
+    parser = command(
+        commands,
+        "runs",
+        "running",
+        "list what was evaluated and trained, or compare two of it",
+        "Every evaluation is kept as a run with its settings, seed and labels, whether made by\n"
+        "'forcelab evaluate' or in the window. Two are compared over what both tested: the\n"
+        "difference is what the second has more.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "--compare", metavar=("A", "B"), type=int, nargs=2, help="numbers of two runs"
+    )
+    json_flag(parser)
+
+
 def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``assign`` to the commands."""
     parser = command(
@@ -146,6 +166,31 @@ def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
     what.add_argument("--done", action="store_true", help="mark as done")
     what.add_argument("--reopen", action="store_true", help="mark as not done after all")
     what.add_argument("--remove", action="store_true", help="take the assignment back")
+    json_flag(parser)
+
+
+def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``agree`` to the commands."""
+    parser = command(
+        commands,
+        "agree",
+        "agreeing",
+        "say how far several coders agree, and where they do not",
+        "Cohen's kappa of every two coders and Fleiss' kappa of all, over the time that they\n"
+        "labelled; agreement of each action, of boundaries and segments, with the worst places;\n"
+        "and how consistent each coder is from one demonstration to the next.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--task", metavar="T", help="only this task")
+    parser.add_argument(
+        "--authors", metavar="NAME", nargs="+", help="only these coders (default: all)"
+    )
+    parser.add_argument(
+        "--same",
+        metavar=("NAME", "AGAIN"),
+        nargs=2,
+        help="two names of one coder, who labelled twice: how consistent that coder is",
+    )
     json_flag(parser)
 
 

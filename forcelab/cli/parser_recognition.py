@@ -19,7 +19,9 @@ __all__ = [
     "add_plan",
     "add_predict",
     "add_realism",
+    "add_review",
     "add_train",
+    "add_why",
 ]
 
 
@@ -105,6 +107,52 @@ def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.set_defaults(merge=None)
     add_changes(parser)
+    json_flag(parser)
+
+
+def add_why(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``why`` to the commands."""
+    parser = command(
+        commands,
+        "why",
+        "why",
+        "explain what a run predicted at a time of a demonstration",
+        "Which channels and scales speak for the predicted action and against the coded one, and\n"
+        "the nearest training segments of both. The recogniser that has not seen the\n"
+        "demonstration is trained once more, with the labels, settings and seed of the run.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--at", metavar="SECONDS", type=float, required=True, help="a time of the place"
+    )
+    parser.add_argument(
+        "--run", metavar="N", type=int, help="the run (the latest one that tested it)"
+    )
+    json_flag(parser)
+
+
+def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``review`` to the commands."""
+    parser = command(
+        commands,
+        "review",
+        "reviewing",
+        "list where labels and predictions differ, the most urgent first",
+        "Of the latest run, with the labels as they are now: suspected coding errors, wrong\n"
+        "actions, what the model missed, edges that differ, and what it sees in unlabelled time.\n"
+        "Then the verdicts that were given, by pair of actions.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
+    parser.add_argument("--task", metavar="T", help="the latest evaluation of this task")
+    parser.add_argument(
+        "--kind",
+        action="append",
+        choices=("suspected", "actions", "missed", "boundaries", "invented"),
+        help="only this; may be given several times (all but boundaries and invented)",
+    )
+    parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
     json_flag(parser)
 
 

@@ -200,6 +200,8 @@ _SEGMENTS = _group(
 )
 _REVIEW = _group(
     QT_TRANSLATE_NOOP("forcelab", "Review"),
+    ("train", QT_TRANSLATE_NOOP("forcelab", "Train"), ("F5",), "once"),
+    ("cancel_training", QT_TRANSLATE_NOOP("forcelab", "Cancel the training"), (), "once"),
     ("next_review", QT_TRANSLATE_NOOP("forcelab", "Next thing to review"), ("N",), "repeats"),
     (
         "previous_review",
@@ -212,6 +214,24 @@ _REVIEW = _group(
         "accept_all",
         QT_TRANSLATE_NOOP("forcelab", "Accept all predictions in view"),
         ("Shift+G",),
+        "once",
+    ),
+    (
+        "verdict_human",
+        QT_TRANSLATE_NOOP("forcelab", "Human right"),
+        ("Shift+H",),
+        "once",
+    ),
+    (
+        "verdict_model",
+        QT_TRANSLATE_NOOP("forcelab", "Model right"),
+        ("Shift+M",),
+        "once",
+    ),
+    (
+        "verdict_ambiguous",
+        QT_TRANSLATE_NOOP("forcelab", "Ambiguous"),
+        ("Shift+A",),
         "once",
     ),
 )

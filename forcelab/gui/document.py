@@ -6,21 +6,30 @@ Views listen to its signals and never to each other.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import ForcelabError
-from forcelab.gui.editing import Editing, Stroke
+from forcelab.gui.editing import Stroke
 from forcelab.gui.looking import SHORTEST_SPAN, Snap
+from forcelab.gui.reviewing import Reviewing
 from forcelab.labels import Segments, is_model
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.labelling import Labelling
+from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary
 
+if TYPE_CHECKING:
+    from forcelab.review.outcome import Outcome
+
 __all__ = ["SHORTEST_SPAN", "Document", "Snap", "Stroke"]
+
+
+#: What is shown on either side of a place: a share of its length, and at least so many seconds.
+AROUND, LEAST_AROUND = 1.0, 1.5
 
 
 class _Seen(NamedTuple):
@@ -32,7 +41,7 @@ class _Seen(NamedTuple):
     painted: tuple[str, ...]
 
 
-class Document(Editing):
+class Document(Reviewing):
     """What is open, and the verbs that open something else.
 
     Parameters
@@ -93,10 +102,13 @@ class Document(Editing):
         self._take_up("", None)
         self.others = {}
         self._list_actions(Vocabulary())
+        self.outcome = self.examined = None
         self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.project_changed.emit()
         self.listing_changed.emit()
+        self.outcome_changed.emit()
+        self.examined_changed.emit()
 
     def open_demonstration(self, id_: str) -> bool:
         """Open a demonstration of the project; gives whether that could be done."""
@@ -214,8 +226,34 @@ class Document(Editing):
         """Whose tracks there are besides the coder's; nobody's while coding blind."""
         if self.project is None or not self.id or self.coding_blind:
             return ()
-        tracks = self.project.tracks(self.id)
-        return tuple(track.author for track in tracks if track.author != self.author)
+        authors = [track.author for track in self.project.tracks(self.id)]
+        if self.outcome is not None and self.reviewed is not None:
+            authors.append(self.outcome.proposer)
+        return tuple(author for author in authors if author != self.author)
+
+    def set_outcome(self, outcome: Outcome | None) -> None:
+        """Review another outcome; its prediction stands below the open demonstration's tracks."""
+        self.outcome = outcome
+        self.examined = None
+        if self.demonstration is not None:
+            with self._telling():
+                self._take_in(self._seen_by(self.author, self.demonstration))
+            self.tracks_changed.emit()
+            self.vocabulary_changed.emit()
+        self.outcome_changed.emit()
+        self.examined_changed.emit()
+
+    def examine(self, place: Place) -> bool:
+        """Go to a place: open its demonstration, show it with its surroundings, mark it."""
+        if place.demonstration != self.id and not self.open_demonstration(place.demonstration):
+            return False
+        margin = max(AROUND * place.duration, LEAST_AROUND)
+        self.set_span(place.start - margin, place.end + margin)
+        self.seek(place.start)
+        self.set_range(place.start, place.end)
+        self.examined = place
+        self.examined_changed.emit()
+        return True
 
     def set_hidden_authors(self, authors: frozenset[str]) -> None:
         """Leave these tracks away from the screen."""
@@ -238,10 +276,15 @@ class Document(Editing):
         """
         assert self.project is not None
         tracks = self.project.tracks(demonstration.id)
-        if self.project.is_blind(demonstration.id, author):
+        blind = self.project.is_blind(demonstration.id, author)
+        if blind:
             tracks = tuple(track for track in tracks if track.author == author)
         painted = tuple(action for track in tracks for action in track.actions)
         others = {track.author: track.segments for track in tracks if track.author != author}
+        reviewed = None if self.outcome is None else self.outcome.find(demonstration.id)
+        if reviewed is not None and not blind and self.outcome is not None:
+            others[self.outcome.proposer] = reviewed.predicted
+            painted += tuple(segment.action for segment in reviewed.predicted)
         return _Seen(others, self.project.vocabulary(demonstration.task), painted)
 
     def _take_in(self, seen: _Seen) -> None:

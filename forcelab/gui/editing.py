@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import attrgetter
@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.gui.looking import Looking
 from forcelab.labels import Segment, Segments
-from forcelab.project import Edit, Project
+from forcelab.project import Edit, Origin, Project
 from forcelab.project.labelling import Labelling
 from forcelab.vocabulary import Vocabulary
 
@@ -223,6 +223,15 @@ class Editing(Looking):
     def history(self) -> tuple[Edit, ...]:
         """Every edit of the coder's track, the first one first."""
         return self._labelling.history() if self._labelling is not None else ()
+
+    def origins(self) -> Mapping[Segment, Origin]:
+        """Which of the coder's segments a model proposed; looked up anew only after edits."""
+        if self.project is None or self._labelling is None:
+            return {}
+        try:
+            return self.project.origins(self.id, self.author)
+        except ForcelabError:  # what keeps the store busy is told where labels are read or written
+            return {}
 
     def begin_stroke(self, action: str, at: float) -> None:
         """Begin a segment that :meth:`end_stroke` ends."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import ClassVar
 
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QLineF, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QMouseEvent,
@@ -27,6 +28,10 @@ __all__ = ["TimePanel"]
 ZOOM_STEP = 1.25
 #: The share of the visible span that one notch pans by.
 PAN_STEP = 0.1
+#: How many pixels a line takes on either side of its place, and what it blends into.
+LINE = 2.0
+#: Pixels from where to where something is drawn.
+Stretch = tuple[float, float]
 #: Width in pixels of the bar at the left of the panel that has the keyboard.
 FOCUS = 2
 
@@ -49,6 +54,9 @@ class TimePanel(QWidget):
     #: Pixels left of the time axis, for names and vertical axes; and right of it.
     GUTTER: ClassVar[int] = 88
     RIGHT: ClassVar[int] = 8
+    #: How many pixels beside the cursor what follows it is drawn, and whether the gutter, too.
+    beside_cursor: float = LINE
+    gutter_follows: bool = False
 
     def __init__(self, document: Document, title: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -64,11 +72,13 @@ class TimePanel(QWidget):
         self._press: QPointF | None = None
         self._marking = False
         self._panning: QPointF | None = None
+        #: The stretches of pixels that cursor, hint, range and stroke are drawn on.
+        self._drawn_over: tuple[Stretch | None, ...] = ()
         document.span_changed.connect(self.invalidate)
         document.demonstration_changed.connect(self.invalidate)
-        document.cursor_moved.connect(self._cursor_moved)
+        document.cursor_moved.connect(self._marks_moved)
         for signal in (document.range_changed, document.stroke_changed, document.hint_changed):
-            signal.connect(self.update)
+            signal.connect(self._marks_moved)
         themes().changed.connect(self.invalidate)
 
     # Where things are
@@ -132,6 +142,8 @@ class TimePanel(QWidget):
         ratio = self.devicePixelRatioF()
         if self._content is None or self._content.devicePixelRatio() != ratio:
             self._content = self._drawn(ratio)
+        # All that has moved since the last time was marked for this one.
+        self._drawn_over = self._marks()
         painter = QPainter(self)
         painter.drawPixmap(0, 0, self._content)
         plot = self.plot
@@ -253,7 +265,39 @@ class TimePanel(QWidget):
         x = round(self.x_at(document.cursor)) + 0.5
         painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
 
-    def _cursor_moved(self, _: float) -> None:
-        """Draw the cursor where it is now."""
-        if self.isVisible():
-            self.update()
+    def _marks(self) -> tuple[Stretch | None, ...]:
+        """Where cursor, hint, range and stroke are, in pixels; None for what there is not."""
+        document = self.document
+        here = self.x_at(document.cursor)
+        hint = None if document.hint is None else self.x_at(document.hint.time)
+        marked, stroke = document.range, document.stroke
+        if marked is None and document.range_in is not None:
+            marked = (document.range_in, document.range_in)
+        return (
+            (here, here),
+            None if hint is None else (hint, hint),
+            None if marked is None else (self.x_at(marked[0]), self.x_at(marked[1])),
+            None if stroke is None else (self.x_at(stroke.start), here),
+        )
+
+    def _marks_moved(self, *_: object) -> None:
+        """Draw anew what lies under the marks that have moved: the rest of the panel stays."""
+        if not self.isVisible():
+            return
+        before, now = self._drawn_over, self._marks()
+        if not before:  # nothing was drawn yet
+            return
+        for old, new in zip(before, now, strict=True):
+            if old == new:
+                continue
+            around = self.beside_cursor if old is before[0] else LINE
+            for one, other in filter(None, (old, new)):
+                self._update_columns(min(one, other) - around, max(one, other) + around)
+        if before[0] != now[0] and self.gutter_follows:
+            self.update(QRect(0, 0, self.GUTTER, self.height()))
+
+    def _update_columns(self, left: float, right: float) -> None:
+        """Draw these pixels anew, over the whole height."""
+        first, last = max(math.floor(left), 0), min(math.ceil(right), self.width())
+        if first < last:
+            self.update(QRect(first, 0, last - first, self.height()))

@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QStackedWidget,
     QTabWidget,
+    QWidget,
 )
 
 from forcelab.gui import asking, settings, theme
@@ -27,6 +28,7 @@ from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.menus import fill_menus, follow_tabs
 from forcelab.gui.opening import Opening, sample_place
+from forcelab.gui.review.tab import ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
 from forcelab.gui.welcome import Welcome
@@ -64,6 +66,7 @@ class Window(QMainWindow):
         self.jobs = Jobs(self)
         self.opening = Opening(self.document, self.jobs, self, remembering=remembering)
         self.label = LabelWorkspace(self.document, self.jobs, self)
+        self.review = ReviewTab(self.document, self.jobs, self.label)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome()
         self._tabs = QTabWidget()
@@ -71,9 +74,10 @@ class Window(QMainWindow):
         self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName(self.tr("Workspaces"))
         self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
+        built: dict[str, QWidget] = {"label": self.label, "review": self.review}
         for workspace in WORKSPACES:
-            page = self.label if workspace.name == "label" else coming(workspace)
-            self._tabs.addTab(page, workspace.title())
+            self._tabs.addTab(built.get(workspace.name) or coming(workspace), workspace.title())
+        self._tabs.currentChanged.connect(self._workspace_changed)
         self._tabs.setCornerWidget(CoderChoice(self.document), Qt.Corner.TopRightCorner)
         self._stack = QStackedWidget()
         self._stack.addWidget(self._welcome)
@@ -141,7 +145,9 @@ class Window(QMainWindow):
         if self._remembering:
             settings.put("window/geometry", bytes(self.saveGeometry().data()))
             settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
+            self.label.take_back()  # its layout is the one in which nothing is lent
             self.label.remember_layout()
+            self.review.remember_layout()
         self._look.stop()
         self._listing.stop()
         self.label.let_go()
@@ -215,7 +221,11 @@ class Window(QMainWindow):
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
         label = verbs.handlers(document, self.label.tracks, self.label.player, self)
         dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands)
-        return handlers | label | dialogs
+        return handlers | label | dialogs | self.review.handlers()
+
+    def _workspace_changed(self, index: int) -> None:
+        """Lend timeline and video to the workspace in front."""
+        self.review.come_to_front(WORKSPACES[index].name == "review")
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -266,6 +276,7 @@ class Window(QMainWindow):
         self.restoreState(self._standard, LAYOUT)
         self._dock.setVisible(self.document.project is not None)
         self.label.reset_layout()
+        self.review.reset_layout()
 
     def _toggle_full_screen(self) -> None:
         """Fill the screen, or no longer."""

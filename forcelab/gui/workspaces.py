@@ -35,17 +35,7 @@ class Workspace:
 
 WORKSPACES = (
     Workspace("label", str(QT_TRANSLATE_NOOP("forcelab", "Label"))),
-    Workspace(
-        "review",
-        str(QT_TRANSLATE_NOOP("forcelab", "Review")),
-        str(
-            QT_TRANSLATE_NOOP(
-                "forcelab",
-                "Here human and predicted timelines will stand in pairs. Until then "
-                "“forcelab evaluate PROJECT --figure pairs.svg” draws them.",
-            )
-        ),
-    ),
+    Workspace("review", str(QT_TRANSLATE_NOOP("forcelab", "Review"))),
     Workspace(
         "capture",
         str(QT_TRANSLATE_NOOP("forcelab", "Capture")),

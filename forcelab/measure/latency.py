@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -18,7 +18,7 @@ from forcelab.errors import InputError
 from forcelab.measure.timing import machine
 from forcelab.versions import versions
 
-__all__ = ["Bound", "Latencies", "Latency", "load", "refused"]
+__all__ = ["Bound", "Latencies", "Latency", "Level", "load", "refused"]
 
 Statistic = Literal["median", "p95", "p99", "worst"]
 
@@ -103,6 +103,33 @@ class Latency:
         return self.at(self.bound.statistic) < self.bound.seconds and not self.wrong
 
 
+@dataclass(frozen=True, slots=True)
+class Level:
+    """Something measured beside the times: how much of it there is.
+
+    Parameters
+    ----------
+    name, setting : str
+        As of :class:`Latency`.
+    value : float
+    unit : str
+        Such as ``"MB"``.
+    most : float
+        What its amount, whatever the sign, may be at most.
+    """
+
+    name: str
+    setting: str
+    value: float
+    unit: str
+    most: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the bound is kept."""
+        return abs(self.value) <= self.most
+
+
 @dataclass(frozen=True)
 class Latencies:
     """All rows of one measurement.
@@ -117,12 +144,15 @@ class Latencies:
         The machine's load (see :func:`load`) before and after.
     remarks : tuple of str
         Sentences that belong below the table.
+    levels : tuple of Level
+        What was measured besides.
     """
 
     title: str
     rows: tuple[Latency, ...]
     loads: tuple[float, ...] = ()
     remarks: tuple[str, ...] = field(default=())
+    levels: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.rows:
@@ -132,6 +162,21 @@ class Latencies:
     def missed(self) -> tuple[Latency, ...]:
         """The rows that do not keep their bound."""
         return tuple(row for row in self.rows if row.kept is False)
+
+    def level_cells(self) -> list[list[str]]:
+        """Header and levels as text."""
+        header = ["what", "on", "amount", "bound", "kept"]
+        rows = [
+            [
+                level.name,
+                level.setting,
+                f"{level.value:.4g} {level.unit}",
+                f"<= {level.most:g}",
+                "yes" if level.kept else "NO",
+            ]
+            for level in self.levels
+        ]
+        return [header, *rows]
 
     def ratio(self, row: Latency) -> float | None:
         """How many times as long the row's alternative takes: the ratio of their medians.
@@ -160,6 +205,7 @@ class Latencies:
             "versions": versions(),
             "remarks": list(self.remarks),
             "rows": [self._plain(row) for row in self.rows],
+            "levels": [asdict(level) | {"kept": level.kept} for level in self.levels],
         }
 
     def _cells(self, row: Latency) -> list[str]:

@@ -9,9 +9,13 @@ from forcelab.project.records import (
     Edit,
     Incoming,
     LabelsUsed,
+    Origin,
     StoredRecogniser,
     StoredRun,
+    StoredVerdict,
+    Verdict,
 )
+from forcelab.project.runs import RunSummary
 from forcelab.project.store import Project
 
 __all__ = [
@@ -23,7 +27,11 @@ __all__ = [
     "Edit",
     "Incoming",
     "LabelsUsed",
+    "Origin",
     "Project",
+    "RunSummary",
     "StoredRecogniser",
     "StoredRun",
+    "StoredVerdict",
+    "Verdict",
 ]

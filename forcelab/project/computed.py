@@ -10,7 +10,7 @@ from typing import Any
 from forcelab.project.coding import ProjectCoding
 from forcelab.project.database import Database
 from forcelab.project.records import LabelsUsed, StoredRecogniser, StoredRun
-from forcelab.project.runs import Made, Runs
+from forcelab.project.runs import Made, Runs, RunSummary
 
 __all__ = ["ProjectComputed"]
 
@@ -103,6 +103,56 @@ class ProjectComputed(ProjectCoding):
         """
         return self._runs.add_run(kind, Made(settings, seed, labels, versions, time), result)
 
+    def add_training(
+        self,
+        kind: str,
+        name: str,
+        content: bytes,
+        *,
+        settings: Mapping[str, Any],
+        seed: int | None,
+        labels: Sequence[LabelsUsed],
+        trained_on: Sequence[LabelsUsed],
+        versions: Mapping[str, str],
+        result: Mapping[str, Any],
+    ) -> int:
+        """Keep a run and its recogniser, both or neither; gives the run's number.
+
+        Parameters
+        ----------
+        kind, settings, seed, labels, versions
+            As of :meth:`add_run`.
+        name, content
+            The recogniser's, as of :meth:`add_recogniser`.
+        trained_on : sequence of LabelsUsed
+            What the recogniser was trained on.
+        result : mapping
+            What came out; the recogniser's id is added to it as ``"recogniser"``.
+
+        Raises
+        ------
+        InputError
+            If labels are not in the project, or it cannot be written.
+        """
+        made = Made(settings, seed, labels, versions)
+        return self._runs.add_training(kind, made, result, (name, content, trained_on))
+
+    def run_summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
+        """Every run, or every run of a kind, without its result; the first one first."""
+        return self._runs.summaries(kind)
+
+    def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str] = ()) -> int:
+        """How many edits some labels have had since, and how many demonstrations are new.
+
+        Parameters
+        ----------
+        labels : sequence of LabelsUsed
+            Whose later edits are counted, undo and redo among them.
+        tasks : sequence of str
+            Their demonstrations that `labels` does not name are counted.
+        """
+        return self._runs.edits_since(labels, tasks)
+
     def runs(self) -> tuple[StoredRun, ...]:
         """Every run, the first one first."""
         return self._runs.runs()
@@ -113,6 +163,6 @@ class ProjectComputed(ProjectCoding):
         Raises
         ------
         InputError
-            If there is no such run.
+            If there is no such run, or it is damaged.
         """
         return self._runs.run(number)

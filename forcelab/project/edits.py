@@ -40,6 +40,7 @@ class _Change:
     reverts: int | None = None
     parent: int | None = None
     time: datetime | None = None
+    proposed_by: str | None = None
 
 
 class Tracks:
@@ -98,11 +99,14 @@ class Tracks:
         what: str,
         *,
         kind: EditKind,
+        proposed_by: str | None = None,
     ) -> Edit:
         """Turn `before`, which the track must be, into `after`."""
         before, after = tuple(before), tuple(after)
         if kind == "paint" and is_model(author):
             raise InputError(f"'{author}' is a model's name; paint under a coder's.")
+        if proposed_by is not None:
+            self._check_proposer(proposed_by, kind)
         track = self._row_for(demonstration, author, _made_by(kind, author))
         line = line_of(self._db, track)
         if self._segments(track, line.head) != before:
@@ -114,7 +118,15 @@ class Tracks:
         around = after[max(position - 1, 0) : position + len(inserted) + 1]
         if ordered(around) != around:
             raise InputError(f"The labels of '{author}' must be in order of time.")
-        change = _Change(kind, what, position, removed, inserted, parent=line.undo)
+        change = _Change(
+            kind,
+            what,
+            position,
+            removed,
+            inserted,
+            parent=line.undo,
+            proposed_by=proposed_by,
+        )
         return self._carry_out(track, line, change)
 
     def undo(self, demonstration: str, author: str) -> Edit | None:
@@ -154,6 +166,7 @@ class Tracks:
                 edit.inserted,
                 parent=line.undo,
                 time=edit.time,
+                proposed_by=edit.proposed_by,
             )
             if edit.kind in ("undo", "redo"):
                 change = self._fitting(edit, line, numbers.get(edit.reverts or 0))
@@ -217,7 +230,7 @@ class Tracks:
             )
         new = self._db.execute(
             "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
-            "parent) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "parent, proposed_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             track,
             change.kind,
             (change.time or utc_now()).isoformat(),
@@ -227,6 +240,7 @@ class Tracks:
             json.dumps(segments_to_json(change.inserted), ensure_ascii=False),
             change.reverts,
             change.parent,
+            change.proposed_by,
         ).lastrowid
         assert new is not None
         self._known[track] = (new, after)
@@ -244,6 +258,13 @@ class Tracks:
             )
             known = self._known[track] = (head, tuple(Segment(*row) for row in rows))
         return known[1]
+
+    def _check_proposer(self, proposer: str, kind: EditKind) -> None:
+        """Only models propose, and only what coders paint."""
+        if kind != "paint" or not (is_model(proposer) or self.kind(proposer) == "model"):
+            raise InputError(
+                f"'{proposer}' is no model that proposes labels to a coder; copy a coder's labels."
+            )
 
     def _row(self, demonstration: str, author: str) -> int | None:
         """The number of a track, if there is one."""

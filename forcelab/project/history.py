@@ -84,4 +84,5 @@ def _edit(row: sqlite3.Row) -> Edit:
         removed=segments_from_json(json.loads(row["removed"])),
         inserted=segments_from_json(json.loads(row["inserted"])),
         reverts=row["reverts"],
+        proposed_by=row["proposed_by"],
     )

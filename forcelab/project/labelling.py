@@ -22,10 +22,14 @@ from forcelab.painting import (
     splice,
     split,
 )
+from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.records import Edit
 from forcelab.project.store import Project
 
 __all__ = ["Labelling", "said"]
+
+#: A line of history names so many accepted predictions, and only counts further ones.
+NAMED = 3
 
 
 def said(segment: Segment) -> str:
@@ -162,6 +166,26 @@ class Labelling:
         what = f"{_stretch(start, end)} copied from {author}"
         return self._store(tuple(sorted(after)), what)
 
+    def accept(self, segments: Segments, proposer: str, replace: bool = True) -> Edit | None:
+        """Paint what a model predicts, as one edit that remembers which model it was.
+
+        Time that no given segment covers stays as it is. As with :meth:`paint`, what overlaps or
+        touches a segment of the same action becomes one with it.
+
+        Parameters
+        ----------
+        segments : tuple of Segment
+            The predictions to take over; never overlapping.
+        proposer : str
+            The model, such as ``"model paper 12"``.
+        replace : bool
+            Whether they are painted over what is there; otherwise they are cut down to the time
+            that no segment covers.
+        """
+        chosen = segments if replace else free_parts(self.segments, segments)
+        after, painted = paint_all(self.segments, chosen)
+        return self._store(after, _counted(painted, proposer), proposer)
+
     def undo(self) -> Edit | None:
         """Take back the latest edit that was not taken back yet; reaches back past restarts."""
         return self._reverted(self.project.undo(self.demonstration, self.author))
@@ -170,11 +194,13 @@ class Labelling:
         """Take back the latest undo, unless another edit came after it."""
         return self._reverted(self.project.redo(self.demonstration, self.author))
 
-    def _store(self, after: Segments, what: str) -> Edit | None:
+    def _store(self, after: Segments, what: str, proposer: str | None = None) -> Edit | None:
         """Write the edit; only then is the track here the new one."""
         if after == self.segments:
             return None
-        edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
+        edit = self.project.edit(
+            self.demonstration, self.author, self.segments, after, what, proposed_by=proposer
+        )
         self.segments = after
         return edit
 
@@ -183,6 +209,13 @@ class Labelling:
         if edit is not None:
             self.refresh()
         return edit
+
+
+def _counted(painted: Segments, proposer: str) -> str:
+    """Accepted predictions in a line of history."""
+    many = f"{len(painted)} prediction{'s' if len(painted) != 1 else ''} of {proposer} accepted: "
+    named = [said(segment) for segment in painted[:NAMED]]
+    return many + ", ".join([*named, "…"] if len(painted) > NAMED else named)
 
 
 def _stretch(start: float, end: float) -> str:

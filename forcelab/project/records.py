@@ -14,6 +14,7 @@ from forcelab.vocabulary import Vocabulary
 __all__ = [
     "ASSIGNMENT_KINDS",
     "EDIT_KINDS",
+    "VERDICT_KINDS",
     "Added",
     "Assignment",
     "AssignmentEvent",
@@ -26,8 +27,12 @@ __all__ = [
     "Incoming",
     "Keepable",
     "LabelsUsed",
+    "Origin",
     "StoredRecogniser",
     "StoredRun",
+    "StoredVerdict",
+    "Verdict",
+    "VerdictKind",
     "segments_from_json",
     "segments_to_json",
     "utc_now",
@@ -36,6 +41,7 @@ __all__ = [
 AuthorKind = Literal["coder", "model"]
 EditKind = Literal["paint", "import", "predict", "undo", "redo"]
 AssignmentKind = Literal["blind", "open", "done", "reopened", "removed"]
+VerdictKind = Literal["human", "model", "ambiguous", "withdrawn"]
 Keepable = Literal["task", "grid_rate"]
 
 #: Every kind of edit.
@@ -43,6 +49,9 @@ EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
 #: Every kind of event of an assignment.
 ASSIGNMENT_KINDS: Final[tuple[AssignmentKind, ...]] = get_args(AssignmentKind)
+
+#: Every kind of verdict.
+VERDICT_KINDS: Final[tuple[VerdictKind, ...]] = get_args(VerdictKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,6 +190,9 @@ class Edit:
         What was there before, and what came in its place.
     reverts : int, optional
         For undo and redo: the edit that was taken back.
+    proposed_by : str, optional
+        The model whose prediction the author accepted with this edit; None for what was painted by
+        hand, and for undo and redo.
     """
 
     id: int
@@ -193,6 +205,23 @@ class Edit:
     removed: Segments
     inserted: Segments
     reverts: int | None = None
+    proposed_by: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where a coder's segment comes from that a model proposed.
+
+    Parameters
+    ----------
+    proposer : str
+        The model whose prediction was accepted.
+    changed : bool
+        Whether the segment was moved, split or merged by hand since.
+    """
+
+    proposer: str
+    changed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,6 +265,67 @@ class AssignmentEvent:
     author: str
     kind: AssignmentKind
     time: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What somebody says about a place where a coder's labels and a prediction differ.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    author : str
+        Who judged.
+    coder : str
+        Whose labels were judged.
+    start, end : float
+        The place, in seconds, ``start < end``.
+    human, predicted : str or None
+        The action that coder and model see there; None where it is unlabelled.
+    verdict : "human", "model", "ambiguous" or "withdrawn"
+        Who is right; or that it cannot be told; or that what was said before counts no more.
+    run : int, optional
+        The run that predicted, where there is one.
+    time : datetime, optional
+        When, in UTC; None for what is said now.
+    """
+
+    demonstration: str
+    author: str
+    coder: str
+    start: float
+    end: float
+    human: str | None
+    predicted: str | None
+    verdict: VerdictKind
+    run: int | None = None
+    time: datetime | None = None
+
+    @property
+    def place(self) -> tuple[str, str, float, float, str | None, str | None]:
+        """What the verdict is on: the latest one on the same place counts."""
+        return (
+            self.demonstration,
+            self.coder,
+            self.start,
+            self.end,
+            self.human,
+            self.predicted,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class StoredVerdict(Verdict):
+    """A verdict as it is kept for ever.
+
+    Parameters
+    ----------
+    id : int
+        Grows with every verdict of the project.
+    """
+
+    id: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,14 @@ from forcelab.project import files
 from forcelab.project.database import Database, Value
 from forcelab.project.records import LabelsUsed, StoredRecogniser, StoredRun, utc_now
 
-__all__ = ["RECOGNISERS", "Made", "Runs"]
+__all__ = ["DIGEST", "RECOGNISERS", "Made", "RunSummary", "Runs"]
 
 #: Name of the folder that holds one file per recogniser.
 RECOGNISERS = "recognisers"
+#: What a result says of itself in few words, if this is its first key.
+DIGEST = "digest"
+#: Characters of a result that are read for its digest.
+_FRONT = 4096
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +36,28 @@ class Made:
     labels: Sequence[LabelsUsed]
     versions: Mapping[str, str]
     time: datetime | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RunSummary:
+    """A run without its result, which may be long.
+
+    Parameters
+    ----------
+    id, kind, time, settings, seed, labels, versions
+        As of :class:`~forcelab.project.StoredRun`.
+    digest : dict
+        What stands under ``"digest"`` in its result, if that comes first there; otherwise empty.
+    """
+
+    id: int
+    kind: str
+    time: datetime
+    settings: dict[str, Any]
+    seed: int | None
+    labels: tuple[LabelsUsed, ...]
+    versions: dict[str, str]
+    digest: dict[str, Any]
 
 
 class Runs:
@@ -48,17 +74,44 @@ class Runs:
         root = self._db.folder / RECOGNISERS
         with files.told(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
             content = data if isinstance(data, bytes) else data.read_bytes()
-            id_ = hashlib.sha256(content).hexdigest()[:32]
+            id_ = _id_of(content)
             with files.staging(root) as staged, self._db.writing():
-                if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-                    return id_
-                with (staged / f"{id_}.skops").open("xb") as stream:
-                    stream.write(content)
-                    stream.flush()
-                    os.fsync(stream.fileno())
-                files.move_into(root, staged)
-                self._insert("recogniser", {"id": id_, "name": name, **columns})
+                self._keep(staged, {"id": id_, "name": name, **columns}, content)
         return id_
+
+    def add_training(
+        self,
+        kind: str,
+        made: Made,
+        result: Mapping[str, Any],
+        recogniser: tuple[str, bytes, Sequence[LabelsUsed]],
+    ) -> int:
+        """Keep a run and the recogniser that belongs to it, both or neither."""
+        name, content, labels = recogniser
+        id_ = _id_of(content)
+        columns = self._columns(made)
+        row = {"id": id_, "name": name, **self._columns(replace(made, labels=labels))}
+        text = _json(dict(result) | {"recogniser": id_})
+        root = self._db.folder / RECOGNISERS
+        with (
+            files.told(f"The recogniser '{name}' was not added to '{self._db.folder}'"),
+            files.staging(root) as staged,
+            self._db.writing(),
+        ):
+            number = self._insert("run", {"kind": kind, "result": text, **columns})
+            self._keep(staged, row, content)
+        return number
+
+    def _keep(self, staged: Path, row: Mapping[str, Value], content: bytes) -> None:
+        """Write a recogniser, in a transaction, unless the same one is there."""
+        if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", row["id"]):
+            return
+        with (staged / f"{row['id']}.skops").open("xb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        files.move_into(self._db.folder / RECOGNISERS, staged)
+        self._insert("recogniser", row)
 
     def recognisers(self) -> tuple[StoredRecogniser, ...]:
         """Every recogniser, the first one first."""
@@ -85,6 +138,48 @@ class Runs:
     def runs(self) -> tuple[StoredRun, ...]:
         """Every run, the first one first."""
         return tuple(_run(row) for row in self._db.all("SELECT * FROM run ORDER BY id"))
+
+    def summaries(self, kind: str | None) -> tuple[RunSummary, ...]:
+        """Every run of a kind without its result, the first one first."""
+        rows = self._db.all(
+            "SELECT id, kind, time, settings, seed, labels, versions, "
+            f"substr(result, 1, {_FRONT}) AS front FROM run "
+            "WHERE ? IS NULL OR kind = ? ORDER BY id",
+            kind,
+            kind,
+        )
+        return tuple(
+            RunSummary(id=row["id"], kind=row["kind"], digest=_digest(row["front"]), **_made(row))
+            for row in rows
+        )
+
+    def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str]) -> int:
+        """How many edits labels have had since, and demonstrations their tasks."""
+        row = self._db.one(
+            """
+            WITH used AS (
+                SELECT json_extract(value, '$[0]') AS demonstration,
+                       json_extract(value, '$[1]') AS author,
+                       json_extract(value, '$[2]') AS edit
+                FROM json_each(?)
+            )
+            SELECT (
+                SELECT count(*) FROM used
+                JOIN author ON author.name = used.author
+                JOIN track ON track.demonstration = used.demonstration
+                          AND track.author = author.id
+                JOIN edit ON edit.track = track.id AND edit.id > used.edit
+            ) + (
+                SELECT count(*) FROM demonstration
+                WHERE task IN (SELECT value FROM json_each(?))
+                  AND id NOT IN (SELECT demonstration FROM used)
+            ) AS number
+            """,
+            _json([[used.demonstration, used.author, used.edit] for used in labels]),
+            json.dumps(list(tasks)),
+        )
+        assert row is not None
+        return int(row["number"])
 
     def run(self, number: int) -> StoredRun:
         """One run."""
@@ -136,9 +231,33 @@ class Runs:
         return number
 
 
+def _id_of(content: bytes) -> str:
+    """What a recogniser of this content is called in the store."""
+    return hashlib.sha256(content).hexdigest()[:32]
+
+
+def _digest(front: str) -> dict[str, Any]:
+    """The digest at the front of a result; empty where there is none."""
+    start = f'{{"{DIGEST}": '
+    if not front.startswith(start):
+        return {}
+    try:
+        found, _ = json.JSONDecoder().raw_decode(front, len(start))
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
 def _run(row: sqlite3.Row) -> StoredRun:
     """A run as stored."""
-    return StoredRun(id=row["id"], kind=row["kind"], result=json.loads(row["result"]), **_made(row))
+    try:
+        result = json.loads(row["result"])
+    except (ValueError, RecursionError) as error:
+        raise InputError(
+            f"What run {row['id']} found is damaged in the store; repeat it, or restore the store "
+            f"from a copy."
+        ) from error
+    return StoredRun(id=row["id"], kind=row["kind"], result=result, **_made(row))
 
 
 def _made(row: sqlite3.Row) -> dict[str, Any]:

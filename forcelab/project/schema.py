@@ -149,8 +149,49 @@ _VERSION_2: Step = (
     """,
 )
 
+# What was said about places where human and model differ: the latest verdict on a place counts.
+# An edit may have been proposed by a model; who painted it is a coder all the same.
+_VERSION_3: Step = (
+    """
+    CREATE TABLE verdict (
+        id            INTEGER PRIMARY KEY AUTOINCREMENT,
+        demonstration TEXT NOT NULL REFERENCES demonstration,
+        author        TEXT NOT NULL CHECK (trim(author) <> ''),
+        coder         TEXT NOT NULL CHECK (trim(coder) <> ''),
+        start         REAL NOT NULL CHECK (typeof(start) = 'real'),
+        end           REAL NOT NULL CHECK (typeof(end) = 'real' AND end > start),
+        human         TEXT CHECK (human <> ''),
+        predicted     TEXT CHECK (predicted <> ''),
+        verdict       TEXT NOT NULL
+                      CHECK (verdict IN ('human', 'model', 'ambiguous', 'withdrawn')),
+        run           INTEGER REFERENCES run,
+        time          TEXT NOT NULL
+    )
+    """,
+    "CREATE INDEX verdict_of_demonstration ON verdict (demonstration)",
+    """
+    CREATE TRIGGER verdict_is_not_replaced BEFORE INSERT ON verdict
+    WHEN EXISTS (SELECT 1 FROM verdict WHERE id = NEW.id)
+    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER verdict_is_not_changed BEFORE UPDATE ON verdict
+    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
+    """,
+    """
+    CREATE TRIGGER verdict_is_not_deleted BEFORE DELETE ON verdict
+    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
+    """,
+    """
+    ALTER TABLE edit ADD COLUMN proposed_by TEXT
+    CHECK (proposed_by IS NULL OR (kind = 'paint' AND trim(proposed_by) <> ''))
+    """,
+    # Most tracks hold nothing that was proposed: that must be known without reading their edits.
+    "CREATE INDEX edit_proposed ON edit (track) WHERE proposed_by IS NOT NULL",
+)
+
 #: Step ``i`` brings a project of version ``i`` to version ``i + 1``. Only ever append to this.
-MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2)
+MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3)
 
 
 def check_version(application_id: int, version: int, newest: int, where: str) -> None:

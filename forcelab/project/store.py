@@ -16,6 +16,7 @@ from forcelab.project.arranging import attach_video, rename, set_video_clock
 from forcelab.project.computed import ProjectComputed
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
+from forcelab.project.judged import ProjectJudged
 from forcelab.project.loading import info, infos, known_id, known_ids, load, natural_order, truth
 from forcelab.project.records import (
     Added,
@@ -30,7 +31,7 @@ from forcelab.vocabulary import Vocabulary
 __all__ = ["Project"]
 
 
-class Project(ProjectComputed):
+class Project(ProjectJudged, ProjectComputed):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create` or :meth:`open`; a context manager. Everything is
@@ -213,6 +214,7 @@ class Project(ProjectComputed):
         what: str,
         *,
         kind: Literal["paint", "predict"] = "paint",
+        proposed_by: str | None = None,
     ) -> Edit:
         """Change a track, as one transaction that is on the disk when this returns.
 
@@ -229,6 +231,8 @@ class Project(ProjectComputed):
             A line of history for people, such as ``"grab 1.25-1.73 s moved to 1.244"``.
         kind : "paint" or "predict"
             Whether a person labelled or a model predicted.
+        proposed_by : str, optional
+            The model whose prediction a person accepts with this edit.
 
         Raises
         ------
@@ -236,11 +240,13 @@ class Project(ProjectComputed):
             If the track is not `before`, as another window or process changed it.
         InputError
             If there is no such demonstration, segments overlap or are out of order, or the author
-            is of the other kind. Nothing was written then.
+            is of the other kind, or what proposed is no model. Nothing was written then.
         """
         id_ = self._id(demonstration)
         with self._db.writing():
-            return self._tracks.edit(id_, author, before, after, what, kind=kind)
+            return self._tracks.edit(
+                id_, author, before, after, what, kind=kind, proposed_by=proposed_by
+            )
 
     def undo(self, demonstration: str, author: str) -> Edit | None:
         """Take back a track's latest edit not yet taken back; None if there is none.

@@ -42,7 +42,12 @@ def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[La
 
 
 def leave_one_out(
-    labelled: Sequence[Labelled], settings: Settings, title: str = "", jobs: int = 1
+    labelled: Sequence[Labelled],
+    settings: Settings,
+    title: str = "",
+    jobs: int = 1,
+    *,
+    certainty: bool = False,
 ) -> Job:
     """Recognise each demonstration by a recogniser trained on all the others.
 
@@ -54,6 +59,8 @@ def leave_one_out(
     title : str
     jobs : int
         Processes that share the folds; the result is the same for any number.
+    certainty : bool
+        Whether to keep how certain each prediction is, for a review; nothing else changes.
 
     Yields
     ------
@@ -88,9 +95,9 @@ def leave_one_out(
     folds = [Fold(examples[:i] + examples[i + 1 :], examples[i]) for i in range(len(examples))]
     jobs = min(jobs, len(folds))
     if jobs <= 1:
-        results = yield from one_by_one(folds, settings)
+        results = yield from one_by_one(folds, settings, certainty)
     else:
-        results = yield from in_processes(folds, settings, jobs)
+        results = yield from in_processes(folds, settings, jobs, certainty)
     for result in results:
         seconds["fit"] += result.fit_seconds
         for stage, spent in result.prediction.seconds.items():
@@ -113,7 +120,12 @@ def leave_one_out(
 
 
 def across(
-    train: Sequence[Labelled], test: Sequence[Labelled], settings: Settings, title: str = ""
+    train: Sequence[Labelled],
+    test: Sequence[Labelled],
+    settings: Settings,
+    title: str = "",
+    *,
+    certainty: bool = False,
 ) -> Job:
     """Train on all demonstrations of one task and recognise those of another.
 
@@ -123,6 +135,8 @@ def across(
         Demonstrations without a segment take no part, which a remark says.
     settings : Settings
     title : str
+    certainty : bool
+        As of :func:`leave_one_out`.
 
     Yields
     ------
@@ -163,7 +177,7 @@ def across(
     actions = actions_of(examples)
     tested = []
     for i, (item, example) in enumerate(zip(asked, new, strict=True)):
-        prediction = recogniser.predict_examples(example)
+        prediction = recogniser.predict_examples(example, certainty=certainty)
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
         tested.append(_tested(item, example, prediction, actions))
@@ -249,4 +263,6 @@ def _tested(
         human=human,
         raw=table[prediction.raw][nearest],
         filtered=table[prediction.filtered][nearest],
+        stages={name: table[codes][nearest] for name, codes in prediction.stages.items()},
+        certainty=prediction.certainty,
     )

@@ -42,7 +42,7 @@ class FoldResult:
     Parameters
     ----------
     prediction : Prediction
-        Of the demonstration that was left out, without probabilities.
+        Of the demonstration that was left out, without probabilities but for its certainty.
     fit_seconds : float
         Run time of the fit.
     """
@@ -52,29 +52,32 @@ class FoldResult:
 
 
 def one_by_one(
-    folds: Sequence[Fold], settings: Settings
+    folds: Sequence[Fold], settings: Settings, certainty: bool = False
 ) -> Generator[Progress, None, list[FoldResult]]:
     """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
     results: list[FoldResult] = []
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
-        results.append((yield from _working(fold, settings, where)))
+        results.append((yield from _working(fold, settings, where, certainty)))
     return results
 
 
 def in_processes(
-    folds: Sequence[Fold], settings: Settings, jobs: int
+    folds: Sequence[Fold], settings: Settings, jobs: int, certainty: bool = False
 ) -> Generator[Progress, None, list[FoldResult]]:
     """Work off the folds in several processes; every finished fold is progress."""
     results: list[FoldResult] = []
-    with closing(shared(partial(_worked, settings=settings), folds, jobs)) as coming:
+    worked = partial(_worked, settings=settings, certainty=certainty)
+    with closing(shared(worked, folds, jobs)) as coming:
         for result in coming:
             results.append(result)
             yield Progress(len(results), len(folds), "recognising")
     return results
 
 
-def _working(fold: Fold, settings: Settings, where: str) -> Generator[Progress, None, FoldResult]:
+def _working(
+    fold: Fold, settings: Settings, where: str, certainty: bool
+) -> Generator[Progress, None, FoldResult]:
     """Train and recognise; progress says which fold it is."""
     started = perf_counter()
     try:
@@ -82,11 +85,12 @@ def _working(fold: Fold, settings: Settings, where: str) -> Generator[Progress, 
     except InputError as error:
         raise InputError(f"With '{fold.held_out.name}' left out: {error}") from error
     fitted = perf_counter()
-    prediction = recogniser.predict_examples(fold.held_out)
-    # Probabilities are not needed any more and would be sent between processes.
+    prediction = recogniser.predict_examples(fold.held_out, certainty=certainty)
+    # Probabilities are not needed any more and would be sent between processes; what is certain
+    # of them is far smaller.
     return FoldResult(replace(prediction, probabilities=None), fitted - started)
 
 
-def _worked(fold: Fold, settings: Settings) -> FoldResult:
+def _worked(fold: Fold, settings: Settings, certainty: bool) -> FoldResult:
     """A fold in a process of its own, where nobody watches."""
-    return finish(_working(fold, settings, ""))
+    return finish(_working(fold, settings, "", certainty))

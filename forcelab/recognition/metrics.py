@@ -28,7 +28,7 @@ from forcelab.recognition.segmental import (
     match,
 )
 
-__all__ = ["Counts", "Scores", "count", "pool", "score"]
+__all__ = ["Counts", "Scores", "count", "count_overlay", "pool", "score"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,7 +148,11 @@ def count(
     ValueError
         If the lengths disagree, or a code has no action.
     """
-    over = overlay(human, predicted, times, actions)
+    return count_overlay(overlay(human, predicted, times, actions))
+
+
+def count_overlay(over: Overlay) -> Counts:
+    """Count an overlay of a human and a predicted track, whatever it was made from."""
     matches = [match(over, overlap) for overlap in OVERLAPS]
     edit = edit_score(over)
     return Counts(

@@ -13,12 +13,23 @@ from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.evaluation import Job, across, leave_one_out
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation
+from forcelab.recognition.run_results import kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
 from forcelab.versions import versions
 
-__all__ = ["Choice", "Evaluated", "Trained", "evaluate_tasks", "train_tasks"]
+__all__ = [
+    "Choice",
+    "Evaluated",
+    "Trained",
+    "evaluate_tasks",
+    "evaluating",
+    "idle",
+    "told",
+    "train_tasks",
+    "unlearnt",
+]
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,19 @@ class Choice:
     test_task: str | None = None
     author: str | None = None
     apart: bool = False
+
+    def check(self) -> None:
+        """Refuse what can never be.
+
+        Raises
+        ------
+        InputError
+            If actions are kept apart by task and looked for in another task.
+        """
+        if self.apart and self.test_task is not None:
+            raise InputError(
+                "Actions kept apart by task are found in no other task; join or merge them instead."
+            )
 
     def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
         """The demonstrations of some tasks, chosen this way."""
@@ -86,7 +110,12 @@ class Trained:
 
 
 def evaluate_tasks(
-    project: Project, settings: Settings, choice: Choice, jobs: int = 1
+    project: Project,
+    settings: Settings,
+    choice: Choice,
+    jobs: int = 1,
+    *,
+    certainty: bool = False,
 ) -> Generator[Progress, None, Evaluated]:
     """Evaluate on a project; each evaluation is kept in it as a run.
 
@@ -100,6 +129,8 @@ def evaluate_tasks(
     choice : Choice
     jobs : int
         Processes that share the work.
+    certainty : bool
+        Whether the runs also keep how certain each prediction is, and what each filter led to.
 
     Yields
     ------
@@ -116,10 +147,7 @@ def evaluate_tasks(
     InputError
         If what was chosen cannot be evaluated, or no task can.
     """
-    if choice.apart and choice.test_task is not None:
-        raise InputError(
-            "Actions kept apart by task are found in no other task; join or merge them instead."
-        )
+    choice.check()
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
@@ -134,7 +162,9 @@ def evaluate_tasks(
             corpora = [choice.corpus(project, tasks, settings)]
             if choice.test_task is not None:
                 corpora.append(choice.corpus(project, [choice.test_task], settings))
-            evaluation = yield from _evaluating(corpora, settings, tasks, choice.test_task, jobs)
+            evaluation = yield from evaluating(
+                corpora, settings, tasks, choice.test_task, jobs, certainty=certainty
+            )
         except InputError as error:
             if len(groups) == 1:
                 raise
@@ -148,41 +178,59 @@ def evaluate_tasks(
             continue
         project.add_run(
             "evaluate",
-            settings=_told(settings, choice, tasks),
+            settings=told(settings, choice, tasks),
             seed=settings.seed,
             labels=[labels for part in corpora for labels in part.labels],
             versions=versions(),
-            result=evaluation.to_json() | {"tracks": evaluation.tracks_to_json()},
+            result=kept(evaluation, certainty=certainty),
         )
     if not evaluations:
         if unclear is not None:  # said once, not for every task
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
-    remarks = (*refusals, *_idle(settings, spelt), *_unkept(project))
+    remarks = (*refusals, *idle(settings, spelt), *_unkept(project))
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
-def _evaluating(
+def evaluating(
     corpora: Sequence[Corpus],
     settings: Settings,
     tasks: tuple[str, ...],
     test_task: str | None,
-    jobs: int,
+    jobs: int = 1,
+    *,
+    certainty: bool = False,
 ) -> Job:
-    """One evaluation of joined tasks."""
-    title = " + ".join(tasks) or "no task"
+    """One evaluation of joined tasks.
+
+    Parameters
+    ----------
+    corpora : sequence of Corpus
+        Of the tasks; and of the task that is tested on, if there is one.
+    settings : Settings
+    tasks : tuple of str
+    test_task : str or None
+    jobs : int
+    certainty : bool
+        As of :func:`evaluate_tasks`.
+    """
+    title = title_of(tasks, test_task)
     if test_task is None:
-        return (yield from leave_one_out(corpora[0].labelled, settings, title, jobs))
+        return (
+            yield from leave_one_out(
+                corpora[0].labelled, settings, title, jobs, certainty=certainty
+            )
+        )
     train, test = (part.labelled for part in corpora)
-    return (yield from across(train, test, settings, f"{title} → {test_task or 'no task'}"))
+    return (yield from across(train, test, settings, title, certainty=certainty))
 
 
-def _told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:
+def told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:
     """Everything that was asked for, as plain values."""
     return settings.to_json() | {"choice": asdict(choice) | {"tasks": list(tasks)}}
 
 
-def _idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
+def idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
     """A remark on a merge map's spellings that nobody used."""
     unused = settings.merge.unused(spelt)
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
@@ -235,14 +283,18 @@ def train_tasks(
         project.add_recogniser(
             name,
             content,
-            settings=_told(settings, choice, tasks),
+            settings=told(settings, choice, tasks),
             seed=settings.seed,
             labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
             versions=versions(),
         )
-    merged = (item.merged(settings.merge) for item in found.labelled)
+    remarks = idle(settings, found.spelt) + _unkept(project)
+    return Trained(recogniser, content, remarks + unlearnt(found, recogniser))
+
+
+def unlearnt(found: Corpus, recogniser: Recogniser) -> tuple[str, ...]:
+    """A remark on actions that are labelled and that a recogniser has learnt nothing of."""
+    merged = (item.merged(recogniser.settings.merge) for item in found.labelled)
     labels = {segment.action for item in merged for segment in item.segments}
-    remarks = _idle(settings, found.spelt) + _unkept(project)
-    if unlearnt := sorted(labels - set(recogniser.actions)):
-        remarks += (f"No sample to train on at this stride: {', '.join(unlearnt)}.",)
-    return Trained(recogniser, content, remarks)
+    names = sorted(labels - set(recogniser.actions))
+    return (f"No sample to train on at this stride: {', '.join(names)}.",) if names else ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any
 
@@ -13,6 +13,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.examples import Examples, Labelled, prepare
 from forcelab.recognition.settings import Settings
 
@@ -40,6 +41,11 @@ class Prediction:
         None where nothing needed them.
     seconds : dict
         Run time of ``predict`` and ``filter``.
+    stages : dict of str to ndarray of int64, shape (n,)
+        Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
+        they are switched on.
+    certainty : Certainty, optional
+        The probabilities, coarsely; None where nobody asked, or the classifier has none.
     """
 
     times: NDArray[np.float64]
@@ -48,6 +54,8 @@ class Prediction:
     filtered: NDArray[np.int64]
     probabilities: NDArray[np.float64] | None
     seconds: dict[str, float]
+    stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    certainty: Certainty | None = None
 
     @property
     def segments(self) -> Segments:
@@ -85,8 +93,14 @@ class Recogniser:
     classifier: Any
     trained_on: tuple[str, ...] = ()
 
-    def predict(self, demonstration: Demonstration) -> Prediction:
+    def predict(self, demonstration: Demonstration, *, certainty: bool = False) -> Prediction:
         """Recognise the actions of a demonstration.
+
+        Parameters
+        ----------
+        demonstration : Demonstration
+        certainty : bool
+            Whether its certainty is wanted, which changes nothing else.
 
         Raises
         ------
@@ -94,59 +108,82 @@ class Recogniser:
             If the demonstration lacks a channel that the recogniser looks at.
         """
         settings = self.settings.replace(channels=self.channels)
-        return self.predict_examples(prepare(Labelled(demonstration), settings, self.rate))
+        examples = prepare(Labelled(demonstration), settings, self.rate)
+        return self.predict_examples(examples, certainty=certainty)
 
-    def predict_examples(self, examples: Examples) -> Prediction:
-        """Recognise the actions of a demonstration whose features are there already."""
+    def predict_examples(self, examples: Examples, *, certainty: bool = False) -> Prediction:
+        """Recognise the actions of a demonstration whose features are there already.
+
+        Parameters
+        ----------
+        examples : Examples
+        certainty : bool
+            As of :meth:`predict`.
+        """
         if examples.channels != self.channels:
             raise InputError(
                 f"'{examples.name}' has the channels {', '.join(examples.channels)}; the "
                 f"recogniser was trained on {', '.join(self.channels)}."
             )
         started = perf_counter()
-        raw, probabilities = self._classify(examples)
+        raw, probabilities = self._classify(examples, certainty)
         classified = perf_counter()
-        filtered = self._filter(raw, probabilities, examples)
+        filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
-        return Prediction(examples.times, self.actions, raw, filtered, probabilities, seconds)
+        sure = None
+        if certainty and probabilities is not None and examples.valid.any():
+            seen = examples.valid
+            sure = Certainty.of(examples.times[seen], probabilities[seen], self.actions)
+        return Prediction(
+            examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure
+        )
 
-    def _classify(self, examples: Examples) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
-        """Codes of every time step, and probabilities where the settings need them."""
+    def _classify(
+        self, examples: Examples, certainty: bool
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+        """Codes of every time step, and probabilities where something needs them."""
         from threadpoolctl import threadpool_limits
 
         n, classes = len(examples.times), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
-        probabilities = np.zeros((n, len(self.actions))) if self._probabilistic else None
+        needed = self.settings.needs_probabilities
+        # An SVM that was fitted without probabilities has none to ask for.
+        asked = needed or (certainty and hasattr(self.classifier, "predict_proba"))
+        probabilities = np.zeros((n, len(self.actions))) if asked else None
         with threadpool_limits(1, user_api="blas"):
             for first in range(0, n, BLOCK):
                 block = slice(first, first + BLOCK)
-                if probabilities is None:
-                    raw[block] = self.classifier.predict(examples.features[block])
-                    continue
-                proba = self.classifier.predict_proba(examples.features[block])
-                probabilities[block, classes] = proba
-                raw[block] = classes[np.argmax(proba, axis=1)]
+                if probabilities is not None:
+                    proba = self.classifier.predict_proba(examples.features[block])
+                    probabilities[block, classes] = proba
+                # Rounding and ties may tell the two apart: who only asks how certain it is gets
+                # the prediction that he gets without asking.
+                raw[block] = (
+                    classes[np.argmax(proba, axis=1)]
+                    if needed
+                    else self.classifier.predict(examples.features[block])
+                )
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
-
-    @property
-    def _probabilistic(self) -> bool:
-        return self.settings.needs_probabilities
 
     def _filter(
         self,
         raw: NDArray[np.int64],
         probabilities: NDArray[np.float64] | None,
         examples: Examples,
-    ) -> NDArray[np.int64]:
-        """Apply the filters that are switched on, in the paper's order."""
+    ) -> tuple[NDArray[np.int64], dict[str, NDArray[np.int64]]]:
+        """Apply the filters that are switched on, in the paper's order; what each before led to."""
         codes, settings = raw.copy(), self.settings
+        stages: dict[str, NDArray[np.int64]] = {}
         if settings.threshold is not None and probabilities is not None:
-            codes = filters.threshold(codes, probabilities, settings.threshold)
+            stages["threshold"] = codes = filters.threshold(
+                codes, probabilities, settings.threshold
+            )
         if settings.median is not None:
             codes = filters.median(codes, settings.median)
             # A median reaches into gaps, where there is nothing to be seen.
             codes[~examples.valid] = UNLABELLED
+            stages["median"] = codes
         if settings.drop is not None:
             shortest = {
                 code: self.shortest[action]
@@ -154,4 +191,4 @@ class Recogniser:
                 if action in self.shortest
             }
             codes = filters.drop_short(codes, examples.times, shortest, settings.drop)
-        return codes
+        return codes, stages

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments, from_codes
+from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.intervals import Intervals, intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
 from forcelab.recognition.settings import Settings
 from forcelab.versions import versions
@@ -32,6 +34,11 @@ class Tested:
         The evaluation's; codes index it.
     human, raw, filtered : ndarray of int64, shape (n,)
         Codes by the human, by the classifier, and by the classifier after the filters.
+    stages : dict of str to ndarray of int64, shape (n,)
+        Codes after the filters before the last one, ``"threshold"`` and ``"median"``, as far as
+        they are switched on.
+    certainty : Certainty, optional
+        Probabilities of the actions that the recogniser knew; None where nobody asked.
     """
 
     name: str
@@ -41,6 +48,8 @@ class Tested:
     human: NDArray[np.int64]
     raw: NDArray[np.int64]
     filtered: NDArray[np.int64]
+    stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    certainty: Certainty | None = None
 
     @property
     def start(self) -> float:
@@ -53,8 +62,9 @@ class Tested:
         return float(self.times[-1] + np.median(np.diff(self.times)))
 
     def segments(self, which: str) -> Segments:
-        """Segments of ``"human"``, ``"raw"`` or ``"filtered"``."""
-        return from_codes(getattr(self, which), self.times, self.actions)
+        """Segments of ``"human"``, ``"raw"``, ``"filtered"`` or one of the stages."""
+        codes = self.stages[which] if which in self.stages else getattr(self, which)
+        return from_codes(codes, self.times, self.actions)
 
     def counts(self, which: str) -> Counts:
         """Compare ``"raw"`` or ``"filtered"`` with the human."""
@@ -100,16 +110,32 @@ class Evaluation:
         """Pooled scores, and each demonstration's, of ``"raw"`` or ``"filtered"``."""
         return self._scores[which]
 
+    def intervals(self, which: str) -> Intervals:
+        """Intervals of the pooled scores of ``"raw"`` or ``"filtered"``."""
+        return self._intervals[which]
+
+    @cached_property
+    def _counts(self) -> dict[str, list[Counts]]:
+        """Each demonstration, counted once."""
+        return {
+            which: [item.counts(which) for item in self.tested] for which in ("raw", "filtered")
+        }
+
     @cached_property
     def _scores(self) -> dict[str, tuple[Scores, list[Scores]]]:
-        """All scores, counted once."""
+        """All scores."""
         result = {}
-        for which in ("raw", "filtered"):
-            counts = [item.counts(which) for item in self.tested]
+        for which, counts in self._counts.items():
             named = zip(self.tested, counts, strict=True)
             single = [pool(item.name, [part]) for item, part in named]
             result[which] = (pool("pooled", counts), single)
         return result
+
+    @cached_property
+    def _intervals(self) -> dict[str, Intervals]:
+        """All intervals, resampled once."""
+        seed = self.settings.seed
+        return {which: intervals(counts, seed) for which, counts in self._counts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Settings, seed, versions, labels, run times and all scores, as plain values."""
@@ -132,16 +158,25 @@ class Evaluation:
             result[which] = {
                 "pooled": pooled.to_json(),
                 "demonstrations": [scores.to_json() for scores in single],
+                "intervals": self.intervals(which).to_json(),
             }
         return result
 
-    def tracks_to_json(self) -> list[dict[str, Any]]:
-        """The segments of human, raw and filtered of each demonstration, as plain values."""
+    def tracks_to_json(self, *, stages: bool = False) -> list[dict[str, Any]]:
+        """The segments of each demonstration, as plain values.
+
+        Parameters
+        ----------
+        stages : bool
+            Whether those after each filter are there, besides human, raw and filtered, and where
+            the demonstration starts and ends.
+        """
         return [
             {"demonstration": item.id}
+            | ({"start": item.start, "end": item.end} if stages else {})
             | {
                 which: [[s.start, s.end, s.action] for s in item.segments(which)]
-                for which in ("human", "raw", "filtered")
+                for which in ("human", "raw", *(item.stages if stages else ()), "filtered")
             }
             for item in self.tested
         ]

@@ -24,8 +24,9 @@ from forcelab.recognition.settings import CLASSIFIERS, PRESETS
 from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "assign", "sync", "evaluate", "train", "predict",
-    "export", "plan", "actions", "figures", "measure", "realism", "doctor",
+    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "sync", "evaluate",
+    "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
+    "realism", "doctor",
 ]  # fmt: skip
 
 
@@ -297,9 +298,9 @@ def test_every_command_of_the_parser_can_be_run():
     given = {
         "gui": [],
         "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
-        "import": ["p", "f"], "list": ["p"], "assign": ["p"], "sync": ["p", "d"],
+        "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"], "agree": ["p"], "sync": ["p", "d"],
         "evaluate": ["p"], "train": ["p", "--out", "o"],
-        "predict": ["r", "f"], "export": ["p", "--out", "o"],
+        "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"], "export": ["p", "--out", "o"],
         "plan": ["p", "d"], "actions": [], "figures": ["d"], "measure": ["contact"],
         "realism": ["p"], "doctor": [],
     }  # fmt: skip

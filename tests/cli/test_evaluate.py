@@ -25,7 +25,7 @@ def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     assert content["labels"] == ["still", "grab", "hold", "release"]
     assert set(content["seconds"]) == {"features", "fit", "predict", "filter"}
     for which in ("raw", "filtered"):
-        assert set(content[which]) == {"pooled", "demonstrations"}
+        assert set(content[which]) == {"pooled", "demonstrations", "intervals"}
         single = content[which]["demonstrations"]
         assert [scores["name"] for scores in single] == [f"foam-0{i}" for i in (1, 2, 3, 4)]
         for scores in [content[which]["pooled"], *single]:
@@ -37,6 +37,11 @@ def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     # The raw prediction labels everything; the filters leave some of it out.
     assert content["raw"]["pooled"]["coverage"] == 1
     assert content["filtered"]["pooled"]["coverage"] < 1
+    # Below the pooled scores stand the intervals that the file holds.
+    low, high = content["raw"]["intervals"]["accuracy"]
+    assert low <= content["raw"]["pooled"]["accuracy"] <= high
+    line = next(line for line in said.out.splitlines() if line.startswith("95 % interval "))
+    assert line.split()[3] == f"{100 * low:.1f}–{100 * high:.1f}"
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, project):

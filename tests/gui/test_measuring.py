@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from forcelab.gui.measuring import films, recordings
+from forcelab.gui.measuring import films, recordings, training
 from forcelab.gui.measuring.films import FILMS, number_of
 from forcelab.gui.measuring.opening import measuring_opening
 from forcelab.gui.measuring.panning import measuring_panning, zooms
@@ -74,3 +74,17 @@ def test_frames_carry_their_number_through_the_codec(film, tmp_path):
     capture.release()
     assert film.times(12)[0] == 0
     assert (np.diff(film.times(12)) > 0).all()
+
+
+def test_training_is_measured_and_leaves_nothing_behind(app, monkeypatch):
+    monkeypatch.setattr(training, "SOON", 0.5)
+    few = training.Amount(samples=6000, seconds=0.3, cancels=1, trainings=1, size=SIZE)
+    measured = finish(training.tabulate(amount=few))
+    late, alone, mlp, svm = measured.rows
+    assert measured.ratio(late)
+    assert alone.samples
+    assert (len(mlp.samples), len(svm.samples)) == (1, 1)
+    assert [level.unit for level in measured.levels] == ["MB", "", ""]
+    assert [level.value for level in measured.levels[1:]] == [0, 0]
+    assert len(measured.level_cells()) == 4
+    assert measured.to_json()["levels"][0]["most"] == 50

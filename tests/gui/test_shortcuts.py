@@ -246,14 +246,14 @@ def test_an_unknown_command_cannot_be_bound(app, keys):
 
 
 def test_another_key_counts_at_once_and_in_the_next_run(window, keys):
-    keys.set_keys("play", ["F5", "ctrl+space"])
+    keys.set_keys("play", ["F8", "ctrl+space"])
     assert window.did_on(window.canvas, Qt.Key_Space) == []
-    assert window.did_on(window.canvas, Qt.Key_F5, (Qt.Key_Space, Qt.ControlModifier)) == [
+    assert window.did_on(window.canvas, Qt.Key_F8, (Qt.Key_Space, Qt.ControlModifier)) == [
         "play",
         "play",
     ]
-    assert window.actions_made["play"].toolTip() == "Play or pause (F5, Ctrl+Space)"
-    assert Keys()["play"] == ("F5", "Ctrl+Space")
+    assert window.actions_made["play"].toolTip() == "Play or pause (F8, Ctrl+Space)"
+    assert Keys()["play"] == ("F8", "Ctrl+Space")
     assert keys.changed_by_coder("play")
     keys.reset("play")
     assert not keys.changed_by_coder("play")
@@ -268,7 +268,7 @@ def test_a_command_can_do_without_a_key(window, keys):
 
 
 def test_all_keys_can_be_put_back(keys):
-    keys.set_keys("play", ["F5"])
+    keys.set_keys("play", ["F8"])
     keys.set_keys("quit", [])
     told = []
     keys.changed.connect(lambda: told.append(1))
@@ -299,11 +299,11 @@ def test_a_key_that_cannot_be_had_is_refused_in_one_sentence(keys, wanted, sente
 
 
 def test_a_default_that_was_given_away_is_not_taken_back_silently(keys):
-    keys.set_keys("play", ["F5"])
+    keys.set_keys("play", ["F8"])
     keys.set_keys("delete", ["Space"])
     with pytest.raises(InputError, match="already means 'Delete the segment'"):
         keys.reset("play")
-    assert keys["play"] == ("F5",)
+    assert keys["play"] == ("F8",)
 
 
 def test_settings_that_collide_are_not_used(caplog):
@@ -320,7 +320,7 @@ def test_a_widget_that_is_gone_does_not_hear_of_new_keys(app, keys):
     widget = QWidget()
     bind(widget, {"play": print}, keys)
     shiboken6.delete(widget)
-    keys.set_keys("play", ["F5"])
+    keys.set_keys("play", ["F8"])
 
 
 def test_one_object_holds_the_keys_of_the_program(app):

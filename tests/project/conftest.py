@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
+import sqlite3
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ import pytest
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
 
 Make = Callable[..., Demonstration]
 
@@ -49,3 +53,31 @@ def path(tmp_path: Path) -> Path:
 def project(path: Path) -> Iterator[Project]:
     with Project.create(path) as project:
         yield project
+
+
+@pytest.fixture
+def older(project: Project, path: Path, tmp_path: Path) -> Callable[[int], Path]:
+    """Close the project and give it as an older version of the program would have left it."""
+
+    def build(version: int) -> Path:
+        project.close()
+        old = tmp_path / f"version {version}.forcelab"
+        shutil.copytree(path, old)
+        (old / "project.sqlite").unlink()
+        with closing(sqlite3.connect(old / "project.sqlite", isolation_level=None)) as store:
+            store.execute("PRAGMA journal_mode = WAL")
+            store.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+            migrate(store, "old", MIGRATIONS[:version])
+            store.execute("ATTACH ? AS new", [str(path / "project.sqlite")])
+            tables = store.execute("SELECT name FROM main.sqlite_schema WHERE type = 'table'")
+            names = [name for (name,) in tables if not name.startswith("sqlite_")]
+            # Tables that refer to others come after them.
+            for table in names:
+                rows = store.execute(f"SELECT name FROM pragma_table_info('{table}', 'main')")
+                columns = ", ".join(f'"{name}"' for (name,) in rows)
+                store.execute(
+                    f"INSERT INTO main.{table} ({columns}) SELECT {columns} FROM new.{table}"
+                )
+        return old
+
+    return build

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import shutil
 import sqlite3
 import subprocess
 import sys
@@ -12,7 +11,7 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import AssignmentEvent, Project
-from forcelab.project.schema import MIGRATIONS, migrate
+from forcelab.project.schema import MIGRATIONS
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
@@ -153,21 +152,10 @@ with Project.open(sys.argv[1]) as project:
 
 
 @pytest.fixture
-def version_1(project, make, path, tmp_path):
+def version_1(project, make, older):
     """A project as the first version of the program left it."""
     id_ = project.add(make(1), [Track("anna", HOLD)]).id
-    project.close()
-    old = tmp_path / "old.forcelab"
-    shutil.copytree(path, old)
-    (old / "project.sqlite").unlink()
-    with closing(sqlite3.connect(old / "project.sqlite", isolation_level=None)) as store:
-        store.execute("PRAGMA journal_mode = WAL")
-        store.execute(f"PRAGMA application_id = {0x464C6162}")
-        migrate(store, "old", MIGRATIONS[:1])
-        store.execute("ATTACH ? AS new", [str(path / "project.sqlite")])
-        for table in ("demonstration", "author", "track", "segment", "edit", "vocabulary"):
-            store.execute(f"INSERT INTO {table} SELECT * FROM new.{table}")
-    return old, id_
+    return older(1), id_
 
 
 def test_a_project_of_version_1_is_brought_up_to_date(version_1):

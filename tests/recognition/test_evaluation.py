@@ -307,7 +307,7 @@ def test_the_json_has_the_promised_keys_and_plain_values(six, evaluation):
     scores = {"name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"}
     scores |= {"boundary_ms", "confusion"}
     for which in ("raw", "filtered"):
-        assert set(result[which]) == {"pooled", "demonstrations"}
+        assert set(result[which]) == {"pooled", "demonstrations", "intervals"}
         singles = result[which]["demonstrations"]
         assert [single["name"] for single in singles] == [i.demonstration.name for i in six]
         for one in (result[which]["pooled"], *singles):

@@ -11,6 +11,7 @@
     demonstrations/ID/tracks.json            every author's segments as they are now
     edits.json                               every edit ever made, the first one first
     assignments.json                         who was to label what and when it was done
+    verdicts.json                            what people said where labels and predictions differ
     recognisers.json recognisers/ID.skops    recognisers, and how they were made
     runs.json                                runs, the first one first, and how to repeat them
 

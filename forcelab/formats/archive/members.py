@@ -35,7 +35,7 @@ __all__ = [
 MANIFEST = "forcelab.json"
 
 #: The version of the archive that is written, and the newest that is read.
-VERSION = 2
+VERSION = 3
 
 #: Bytes that an archive may always unpack to.
 LARGEST = 64 << 20
@@ -47,7 +47,7 @@ LARGEST_RATIO = 200
 _ID = "[0-9a-f]{32}"
 _VIDEO = r"video-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
 _MEMBER = re.compile(
-    r"(forcelab|vocabularies|edits|assignments|recognisers|runs)\.json"
+    r"(forcelab|vocabularies|edits|assignments|verdicts|recognisers|runs)\.json"
     rf"|demonstrations/{_ID}/(demonstration\.json|tracks\.json|truth\.json|times\.npy|signals\.npy|{_VIDEO})"
     rf"|recognisers/{_ID}\.skops"
 )

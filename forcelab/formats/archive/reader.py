@@ -13,12 +13,14 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.formats.archive.members import MANIFEST, Members, open_members
 from forcelab.formats.archive.values import (
+    VERDICTS,
     edit_of,
     event_of,
     field,
     made_of,
     number,
     segments_of,
+    verdict_of,
 )
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.labels import Track
@@ -28,8 +30,8 @@ from forcelab.vocabulary import Vocabulary
 __all__ = ["read", "read_archive", "sniff"]
 
 _STAYED = (
-    "The edits, vocabularies, models' predictions, assignments, recognisers and runs stayed in the "
-    "archive; importing it by itself into a new project brings everything."
+    "The edits, vocabularies, models' predictions, assignments, verdicts, recognisers and runs "
+    "stayed in the archive; importing it by itself into a new project brings everything."
 )
 
 
@@ -95,6 +97,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             where = members.where("runs.json")
             kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
             project.add_run(kind, result=result, **_made(run, where, numbers))
+        _read_verdicts(members, project)
         if members.unread:
             raise InputError(f"The archive '{path}' holds '{min(members.unread)}' for no use.")
     return Project.open(project_path)
@@ -195,6 +198,22 @@ def _read_assignments(members: Members, project: Project) -> None:
     project.replay_assignments(events)
 
 
+def _read_verdicts(members: Members, project: Project) -> None:
+    """Give every verdict again, on the runs as they are numbered in the new project."""
+    name = "verdicts.json"
+    if name not in members and members.version < VERDICTS:
+        return
+    where = members.where(name)
+    verdicts = [verdict_of(item, where) for item in _list(members, name)]
+    if missing := {verdict.demonstration for verdict in verdicts} - set(members.ids()):
+        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    runs = dict(enumerate((run.id for run in project.runs()), 1))
+    if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
+        raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
+    numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)
+    project.add_verdicts(numbered)
+
+
 def _read_recognisers(members: Members, project: Project, numbers: dict[int, int]) -> None:
     """Add every recogniser to the new project."""
     where = members.where("recognisers.json")
@@ -208,7 +227,7 @@ def _read_recognisers(members: Members, project: Project, numbers: dict[int, int
 def _edits(members: Members) -> list[Edit]:
     """Every edit, each of a demonstration that is there."""
     where = members.where("edits.json")
-    edits = [edit_of(item, where) for item in _list(members, "edits.json")]
+    edits = [edit_of(item, where, members.version) for item in _list(members, "edits.json")]
     if missing := {edit.demonstration for edit in edits} - set(members.ids()):
         raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
     return edits

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import datetime
 from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
-from forcelab.project import AssignmentEvent, Edit, LabelsUsed, StoredRecogniser, StoredRun
-from forcelab.project.records import ASSIGNMENT_KINDS, EDIT_KINDS, segments_to_json
+from forcelab.project import (
+    AssignmentEvent,
+    Edit,
+    LabelsUsed,
+    StoredRecogniser,
+    StoredRun,
+    StoredVerdict,
+    Verdict,
+)
+from forcelab.project.records import (
+    ASSIGNMENT_KINDS,
+    EDIT_KINDS,
+    VERDICT_KINDS,
+    segments_to_json,
+)
 
 __all__ = [
+    "VERDICTS",
     "edit_of",
     "edit_to_json",
     "event_of",
@@ -21,7 +36,12 @@ __all__ = [
     "made_to_json",
     "number",
     "segments_of",
+    "verdict_of",
+    "verdict_to_json",
 ]
+
+#: The versions of the archive from which on edits tell who proposed them, and it holds verdicts.
+PROPOSALS = VERDICTS = 3
 
 
 def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
@@ -43,14 +63,19 @@ def number(value: object, where: str) -> float:
         raise InputError(f"A number is too large in {where}.") from error
 
 
-def edit_of(item: object, where: str) -> Edit:
-    """An edit of a JSON object."""
+def edit_of(item: object, where: str, version: int) -> Edit:
+    """An edit of a JSON object, as that version of the archive has it."""
     kind = field(item, "kind", str, where)
     if kind not in EDIT_KINDS:
         raise InputError(f"'{kind}' is no kind of edit in {where}.")
     reverts = field(item, "reverts", (int, type(None)), where)
     if (reverts is None) != (kind not in ("undo", "redo")):
         raise InputError(f"'reverts' is missing or wrong in {where}.")
+    proposed_by = None
+    if version >= PROPOSALS:
+        proposed_by = field(item, "proposed_by", (str, type(None)), where)
+        if proposed_by is not None and (kind != "paint" or not proposed_by.strip()):
+            raise InputError(f"'proposed_by' is missing or wrong in {where}.")
     return Edit(
         id=field(item, "id", int, where),
         demonstration=field(item, "demonstration", str, where),
@@ -62,6 +87,7 @@ def edit_of(item: object, where: str) -> Edit:
         removed=segments_of(field(item, "removed", list, where), where),
         inserted=segments_of(field(item, "inserted", list, where), where),
         reverts=reverts,
+        proposed_by=proposed_by,
     )
 
 
@@ -78,6 +104,7 @@ def edit_to_json(edit: Edit) -> dict[str, Any]:
         "removed": segments_to_json(edit.removed),
         "inserted": segments_to_json(edit.inserted),
         "reverts": edit.reverts,
+        "proposed_by": edit.proposed_by,
     }
 
 
@@ -101,6 +128,43 @@ def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
         "author": event.author,
         "kind": event.kind,
         "time": event.time.isoformat(),
+    }
+
+
+def verdict_of(item: object, where: str) -> Verdict:
+    """A verdict of a JSON object; the run is the one with that place in the list of runs."""
+    text = (str, type(None))
+    kind = field(item, "verdict", str, where)
+    if kind not in VERDICT_KINDS:
+        raise InputError(f"'{kind}' is no verdict in {where}.")
+    return Verdict(
+        demonstration=field(item, "demonstration", str, where),
+        author=field(item, "author", str, where),
+        coder=field(item, "coder", str, where),
+        start=number(field(item, "start", (int, float), where), where),
+        end=number(field(item, "end", (int, float), where), where),
+        human=field(item, "human", text, where),
+        predicted=field(item, "predicted", text, where),
+        verdict=kind,
+        run=field(item, "run", (int, type(None)), where),
+        time=_time(item, "time", where),
+    )
+
+
+def verdict_to_json(verdict: StoredVerdict, runs: Mapping[int, int]) -> dict[str, Any]:
+    """A verdict as a JSON object; `runs` gives the place of each run in the list of runs."""
+    assert verdict.time is not None
+    return {
+        "demonstration": verdict.demonstration,
+        "author": verdict.author,
+        "coder": verdict.coder,
+        "start": verdict.start,
+        "end": verdict.end,
+        "human": verdict.human,
+        "predicted": verdict.predicted,
+        "verdict": verdict.verdict,
+        "run": None if verdict.run is None else runs[verdict.run],
+        "time": verdict.time.isoformat(),
     }
 
 

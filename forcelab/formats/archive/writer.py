@@ -8,7 +8,12 @@ from pathlib import Path
 from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
 from forcelab.formats.archive.members import MANIFEST, VERSION, Writer
-from forcelab.formats.archive.values import edit_to_json, event_to_json, made_to_json
+from forcelab.formats.archive.values import (
+    edit_to_json,
+    event_to_json,
+    made_to_json,
+    verdict_to_json,
+)
 from forcelab.project import DemonstrationInfo, Edit, Project
 from forcelab.project.records import segments_to_json
 
@@ -37,13 +42,17 @@ def write_archive(project: Project, path: str | Path) -> None:
         out.json("edits.json", [edit_to_json(edit) for edit in edits])
         events = project.assignment_events()
         out.json("assignments.json", [event_to_json(event) for event in events])
+        stored = project.runs()
+        places = {run.id: place for place, run in enumerate(stored, 1)}
+        verdicts = project.verdict_events()
+        out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
         recognisers = project.recognisers()
         named = [{"id": r.id, "name": r.name, **made_to_json(r)} for r in recognisers]
         out.json("recognisers.json", named)
         for recogniser in recognisers:
             path_ = project.recogniser_path(recogniser.id)
             out.file(f"recognisers/{recogniser.id}.skops", path_)
-        runs = [{"kind": r.kind, **made_to_json(r), "result": r.result} for r in project.runs()]
+        runs = [{"kind": r.kind, **made_to_json(r), "result": r.result} for r in stored]
         out.json("runs.json", runs)
 
 

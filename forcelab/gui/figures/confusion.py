@@ -4,38 +4,56 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRectF, QSizeF
+from PySide6.QtCore import QPointF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QLinearGradient, QPainter
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.cell_texts import counts_alone, shares_first
 from forcelab.gui.figures.shades import STOPS, shade
 
-__all__ = ["ConfusionMatrix"]
+__all__ = ["ConfusionMatrix", "Words"]
 
 MARGIN = 24.0
 #: The matrix is about this wide where its cells may have the size that takes.
 MATRIX = 640.0
 SMALLEST_CELL, LARGEST_CELL = 20.0, 64.0
-NAME_ROOM = 150.0
+#: For names; in a figure without heading, which has to be small.
+NAME_ROOM, TIGHT_NAME_ROOM = 150.0, 96.0
 #: Between the actions and the last column, which is none.
 APART = 8.0
-#: Left free inside a cell on either side of its text.
-PADDING = 2.0
 SIDE_TITLE = 22.0
 BAR_WIDTH, BAR_HEIGHT = 12.0, 160.0
-#: The name of the last column.
-LAST_NAME = "unlabelled"
-KEY = "Colour and per cent: share of the human label's samples (row)."
+#: Without a heading, what is left free around the figure, and its smallest cell.
+TIGHT, TIGHT_CELL = 10.0, 16.0
+#: What colours and per cents are shares of.
+KEYS = {
+    "row": "Colour and per cent: share of the human label's {0} (row).",
+    "column": "Colour and per cent: share of the prediction's {0} (column).",
+    "counts": "Colour and number: {0}, as a share of the largest cell.",
+}
+#: How units are called in the key.
+UNITS = {"samples": "samples", "s": "time in seconds", "segments": "segments"}
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What is written around a matrix; `last` is the name of its last column."""
+
+    human: str = "human"
+    predicted: str = "predicted"
+    last: str = "unlabelled"
+    total: str = "total"
 
 
 @dataclass(frozen=True, eq=False)
 class ConfusionMatrix(Figure):
-    """Counts of samples by human and predicted action.
+    """Counts of samples, seconds or segments by human and predicted action.
 
     Parameters
     ----------
@@ -43,10 +61,23 @@ class ConfusionMatrix(Figure):
         At the top.
     actions : tuple of str, length k >= 1
         In the order of rows and columns.
-    counts : array_like of int, shape (k, k + 1)
-        Rows are human, columns predicted; the last column counts samples predicted unlabelled.
+    counts : array_like, shape (k, k + 1)
+        Rows are human, columns predicted; the last column counts what is predicted unlabelled.
+        Whole numbers unless the unit is seconds.
     theme : Theme
-        Colours apart from the cells'.
+        Colours apart from the cells'. On a dark ground the cells' shades run from dark to light.
+    unit : {"samples", "s", "segments"}
+        What is counted.
+    share : {"row", "column", "counts"}
+        What colours and per cents are shares of; with ``"counts"`` no per cent is written, and
+        colours are shares of the largest cell.
+    room : float
+        Width in pixels that the cells should take together, as far as their sizes allow.
+    headed : bool
+        Whether title, key and the scale of colours stand around it; without them it is as small
+        as it can be.
+    words : Words
+        What is written around the cells.
 
     Raises
     ------
@@ -56,11 +87,16 @@ class ConfusionMatrix(Figure):
 
     title: str
     actions: tuple[str, ...]
-    counts: NDArray[np.int64]
+    counts: NDArray[np.int64] | NDArray[np.float64]
     theme: Theme = LIGHT
+    unit: Literal["samples", "s", "segments"] = "samples"
+    share: Literal["row", "column", "counts"] = "row"
+    room: float = MATRIX
+    headed: bool = True
+    words: Words = Words()
 
     def __post_init__(self) -> None:
-        counts = np.array(self.counts, dtype=np.int64)
+        counts = np.array(self.counts, dtype=np.float64 if self.unit == "s" else np.int64)
         k = len(self.actions)
         if k == 0 or counts.shape != (k, k + 1):
             raise InputError(
@@ -74,16 +110,30 @@ class ConfusionMatrix(Figure):
 
     @property
     def shares(self) -> NDArray[np.float64]:
-        """Counts over their row's total, shape (k, k + 1); zero in a row without samples."""
-        totals = self.counts.sum(axis=1, keepdims=True)
-        return self.counts / np.maximum(totals, 1)
+        """Counts over their row's or column's total, or the largest; shape (k, k + 1).
+
+        Zero where there is nothing to have a share of.
+        """
+        wholes = self._wholes
+        return np.divide(self.counts, wholes, out=np.zeros(self.counts.shape), where=wholes > 0)
+
+    @cached_property
+    def _wholes(self) -> NDArray[np.float64]:
+        """What each count is a share of, shape (k, k + 1)."""
+        if self.share == "counts":
+            whole = self.counts.max(keepdims=True)
+        else:
+            whole = self.counts.sum(axis=1 if self.share == "row" else 0, keepdims=True)
+        return np.broadcast_to(whole.astype(np.float64), self.counts.shape)
 
     @property
     def size(self) -> QSizeF:
         """Width and height in pixels."""
-        matrix = self._matrix
-        wide = max(self._bar_left + BAR_WIDTH + 48, MARGIN + text.width(KEY, text.font(10)))
-        return QSizeF(wide + MARGIN, matrix.bottom() + MARGIN)
+        margin, wide = self._margin, self._totals_right
+        if self.headed:
+            bar = self._bar_left + BAR_WIDTH + 48
+            wide = max(bar, margin + text.width(self._key, text.font(10)))
+        return QSizeF(wide + margin, self._matrix.bottom() + margin)
 
     def box(self, row: int, column: int) -> QRectF:
         """Where a cell lies, in pixels."""
@@ -92,33 +142,63 @@ class ConfusionMatrix(Figure):
         left = matrix.left() + column * cell + apart
         return QRectF(left, matrix.top() + row * cell, cell, cell).adjusted(0.5, 0.5, -0.5, -0.5)
 
+    def cell_at(self, point: QPointF) -> tuple[int, int] | None:
+        """Row and column of the cell at a point in pixels; None beside all of them."""
+        matrix, cell, k = self._matrix, self._cell, len(self.actions)
+        x = point.x() - matrix.left()
+        if x >= k * cell:
+            x -= APART
+            if x < k * cell:
+                return None
+        row, column = int((point.y() - matrix.top()) // cell), int(x // cell)
+        return (row, column) if 0 <= row < k and 0 <= column <= k else None
+
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
         ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
-        heading, small = text.font(14, bold=True), text.font(10)
-        title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
-        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
-        text.put(painter, MARGIN, MARGIN + 26, KEY, face=small, ink=muted)
-        matrix = self._matrix
-        middle = matrix.center()
-        text.put(painter, middle.x(), MARGIN + 54, "predicted", face=small, ink=muted, align=0.5)
-        text.put_upwards(painter, MARGIN + 6, middle.y(), "human", face=small, ink=muted, align=0.5)
+        heading, small, words = text.font(14, bold=True), text.font(10), self.words
+        if self.headed:
+            title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
+            text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+            text.put(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
+        middle, margin = self._matrix.center(), self._margin
+        x, y = middle.x(), self._predicted_at
+        text.put(painter, x, y, words.predicted, face=small, ink=muted, align=0.5)
+        x, y = margin + 6, middle.y()
+        text.put_upwards(painter, x, y, words.human, face=small, ink=muted, align=0.5)
         self._paint_names(painter)
         self._paint_cells(painter)
-        self._paint_bar(painter)
+        if self.headed:
+            self._paint_bar(painter)
+
+    @property
+    def _margin(self) -> float:
+        """What is left free around everything, in pixels."""
+        return MARGIN if self.headed else TIGHT
+
+    @property
+    def _predicted_at(self) -> float:
+        """Middle of the word above the columns' names, in pixels."""
+        return MARGIN + 54 if self.headed else TIGHT + 6
+
+    @property
+    def _key(self) -> str:
+        """What colours and per cents say."""
+        return KEYS[self.share].format(UNITS[self.unit])
 
     @cached_property
     def _cell(self) -> float:
         """Side of a cell in pixels."""
-        side = MATRIX // (len(self.actions) + 1)
-        return min(max(side, SMALLEST_CELL), LARGEST_CELL)
+        side = self.room // (len(self.actions) + 1)
+        return min(max(side, SMALLEST_CELL if self.headed else TIGHT_CELL), LARGEST_CELL)
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
+        room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
         return tuple(
-            text.elided(name, text.font(), NAME_ROOM, middle=True)
-            for name in (*self.actions, LAST_NAME)
+            text.elided(name, text.font(), room, middle=True)
+            for name in (*self.actions, self.words.last)
         )
 
     @cached_property
@@ -131,20 +211,29 @@ class ConfusionMatrix(Figure):
         """From the first cell to the last, in pixels."""
         k = len(self.actions)
         names = text.widest(self._names[:-1], text.font())
-        left = MARGIN + SIDE_TITLE + names + 10
+        left = self._margin + SIDE_TITLE + names + 10
         above = text.widest(self._names, text.font()) if self._upwards else 11.0
-        top = MARGIN + 54 + 12 + above + 8
+        top = self._predicted_at + 12 + above + 8
         return QRectF(left, top, (k + 1) * self._cell + APART, k * self._cell)
 
     @cached_property
     def _totals(self) -> tuple[str, ...]:
         """The rows' totals as text."""
-        return tuple(f"{total:,}" for total in self.counts.sum(axis=1))
+        return tuple(self._counted(total) for total in self.counts.sum(axis=1).tolist())
+
+    def _counted(self, count: float) -> str:
+        """A count as text: seconds to a tenth, whole numbers whole."""
+        return f"{count:,.1f}" if self.unit == "s" else f"{count:,}"
+
+    def _shade(self, share: float) -> QColor:
+        """The colour of a share, from the ground's lightness away from it."""
+        dark = QColor(self.theme.background).lightnessF() < 0.5
+        return shade(1.0 - share if dark else share)
 
     @property
     def _totals_right(self) -> float:
         """Right edge of the totals, in pixels."""
-        column = text.widest((*self._totals, "total"), text.font(10))
+        column = text.widest((*self._totals, self.words.total), text.font(10))
         return self._matrix.right() + 12 + column
 
     @property
@@ -168,7 +257,7 @@ class ConfusionMatrix(Figure):
             painter,
             self._totals_right,
             matrix.top() - 13,
-            "total",
+            self.words.total,
             face=small,
             ink=muted,
             align=1.0,
@@ -188,34 +277,26 @@ class ConfusionMatrix(Figure):
 
     def _paint_cells(self, painter: QPainter) -> None:
         """Draw the cells: colour, per cent and count, as much of it as has room."""
-        large, medium, small = text.font(11), text.font(9), text.font(8)
-        room = self._cell - 2 * PADDING
-        counts = [f"{count:,}" for count in self.counts.flat]
-        decimals = text.width("100.0 %", large) <= room
-        with_counts = decimals and text.widest(counts, medium) <= room
-        face = large if decimals else medium if text.width("100", medium) <= room else small
-        for row, shares in enumerate(self.shares):
-            for column, share in enumerate(shares):
-                box, colour = self.box(row, column), shade(float(share))
-                painter.fillRect(box, colour)
-                count = int(self.counts[row, column])
-                ink = text.ink_on(colour) if count else QColor(self.theme.frame)
-                label = f"{100 * share:.1f} %" if decimals else f"{100 * share:.0f}"
-                if not self.counts[row].any():
-                    label = "–"  # a share of nothing
-                centre = box.center()
-                up = 8.0 if with_counts else 0.0
-                text.put(painter, centre.x(), centre.y() - up, label, face=face, ink=ink, align=0.5)
-                if with_counts:
-                    text.put(
-                        painter,
-                        centre.x(),
-                        centre.y() + 9,
-                        f"{count:,}",
-                        face=medium,
-                        ink=ink,
-                        align=0.5,
-                    )
+        counts = [self._counted(count) for count in self.counts.ravel().tolist()]
+        shares = self.shares
+        if self.share == "counts":
+            texts = counts_alone(counts, self._cell)
+        else:
+            known = np.where(self._wholes > 0, shares, np.nan)
+            texts = shares_first(counts, known, self._cell)
+        up = 0.0 if texts.below is None else 8.0
+        for number, label in enumerate(texts.labels):
+            row, column = divmod(number, len(self.actions) + 1)
+            box, colour = self.box(row, column), self._shade(float(shares[row, column]))
+            painter.fillRect(box, colour)
+            if not self.headed and texts.below is None and not self.counts[row, column]:
+                continue  # many small zeros on screen only stand in the way
+            ink = text.ink_on(colour) if self.counts[row, column] else QColor(self.theme.frame)
+            x, y = box.center().x(), box.center().y()
+            text.put(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
+            if texts.below is not None:
+                below = texts.below[number]
+                text.put(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
         """Draw the scale of colours."""
@@ -225,9 +306,12 @@ class ConfusionMatrix(Figure):
         gradient = QLinearGradient(box.bottomLeft(), box.topLeft())
         for i in range(len(STOPS)):
             share = i / (len(STOPS) - 1)
-            gradient.setColorAt(share, shade(share))
+            gradient.setColorAt(share, self._shade(share))
         painter.fillRect(box, gradient)
+        largest = float(self.counts.max())
         for share in (0.0, 0.5, 1.0):
             y = box.bottom() - share * box.height()
             label, face = f"{100 * share:.0f} %", text.font(10)
+            if self.share == "counts":
+                label = f"{share * largest:,.3g}"
             text.put(painter, box.right() + 6, y, label, face=face, ink=QColor(self.theme.text))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 
 from PySide6.QtCore import QLineF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
@@ -12,6 +13,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.canvas import Theme
+from forcelab.gui.figures.fading import Veil, blended, paint_veils, veil_at
 from forcelab.labels import Segment
 
 __all__ = ["Look", "paint_look", "paint_texture", "paint_track", "plate"]
@@ -59,6 +61,7 @@ def paint_track(
     looks: Mapping[str, Look],
     theme: Theme,
     inscribe: Inscription | None = None,
+    veils: tuple[Veil, ...] = (),
 ) -> None:
     """Draw one author's segments.
 
@@ -79,6 +82,8 @@ def paint_track(
     inscribe : callable, optional
         Writes into each bar of a pixel or more, given painter, bar, action and look; by default
         the action's number.
+    veils : tuple of Veil, optional
+        Where the bars are lighter, as of :func:`forcelab.gui.figures.fading.veils`.
     """
     inscribe = inscribe or _number
     painter.fillRect(box, QColor(theme.unlabelled))
@@ -86,24 +91,25 @@ def paint_track(
     narrow: dict[str, list[QRectF]] = {}
     cuts = []
     touched = (-math.inf, 0.0)  # where the segment before ends, and how wide it is
+    first, last, top, height = box.left(), box.right(), box.top(), box.height()
     for segment in segments:
-        left = max(axis.at(segment.start), box.left())
-        right = min(axis.at(segment.end), box.right())
+        left, right = max(axis.at(segment.start), first), min(axis.at(segment.end), last)
         if right <= left:
             continue
         if right - left < NARROWEST:
-            spot = min(max((left + right - NARROWEST) / 2, box.left()), box.right() - NARROWEST)
-            bar = QRectF(spot, box.top(), NARROWEST, box.height())
+            spot = min(max((left + right - NARROWEST) / 2, first), last - NARROWEST)
+            bar = QRectF(spot, top, NARROWEST, height)
             narrow.setdefault(segment.action, []).append(bar)
         else:
-            bar = QRectF(left, box.top(), right - left, box.height())
+            bar = QRectF(left, top, right - left, height)
             wide.setdefault(segment.action, []).append(bar)
         if left - touched[0] < 0.01 and min(touched[1], right - left) >= SEPARATED:
-            cuts.append(QLineF(left, box.top(), left, box.bottom()))
+            cuts.append(QLineF(left, top, left, top + height))
         touched = (right, right - left)
     for action, bars in wide.items():
         _fill(painter, bars, looks[action].colour)
         _hatch(painter, bars, looks[action])
+    paint_veils(painter, box, veils, QColor(theme.unlabelled))
     painter.setPen(_line(QColor(theme.text), 0.8))
     painter.drawLines(cuts)
     # The rarest last: where narrow segments crowd, it is the one that must not be lost.
@@ -111,10 +117,18 @@ def paint_track(
         _fill(painter, bars, looks[action].colour)
     for action, bars in wide.items():
         for bar in bars:
-            inscribe(painter, bar, action, looks[action])
+            inscribe(painter, bar, action, _veiled(looks[action], bar, veils, theme))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.setPen(_line(QColor(theme.frame), 0.6))
     painter.drawRect(box)
+
+
+def _veiled(look: Look, bar: QRectF, veils: tuple[Veil, ...], theme: Theme) -> Look:
+    """How an action looks in the middle of a bar: what is written there is to be read."""
+    share = veil_at(veils, bar.center().x()) if veils and bar.width() >= NUMBER else 0.0
+    if not share:
+        return look
+    return replace(look, colour=blended(look.colour, QColor(theme.unlabelled), share))
 
 
 def plate(painter: QPainter, bar: QRectF, width: float, look: Look) -> None:
@@ -186,13 +200,24 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
 
 def _number(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
     """Draw an action's number in the middle of a bar that is wide enough for it."""
-    face = text.font(NUMBER)
     label = str(look.number)
-    needed = text.width(label, face) + 2 * PADDING
+    needed = _room(label)
     if bar.width() < needed:
         return
-    centre = bar.center()
+    face, centre = text.font(NUMBER), bar.center()
     plate(painter, bar, needed - PADDING, look)
     text.put(
-        painter, centre.x(), centre.y(), label, face=face, ink=text.ink_on(look.colour), align=0.5
+        painter, centre.x(), centre.y(), label, face=face, ink=_ink(look.colour.rgb()), align=0.5
     )
+
+
+@cache
+def _room(label: str) -> float:
+    """Width of the narrowest bar that a number is written in, in pixels."""
+    return text.width(label, text.font(NUMBER)) + 2 * PADDING
+
+
+@lru_cache(maxsize=1024)
+def _ink(ground: int) -> QColor:
+    """What is read on a colour, given as of :meth:`QColor.rgb`."""
+    return text.ink_on(QColor.fromRgb(ground))

@@ -69,6 +69,10 @@ class ForcePanel(TimePanel):
         Other channels are shown, or in another way.
     """
 
+    #: The values at the cursor stand beside it, and in the gutter.
+    beside_cursor = 120.0
+    gutter_follows = True
+
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
         super().__init__(document, "", parent)
         self.title = self.tr("Forces")

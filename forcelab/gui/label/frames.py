@@ -100,6 +100,11 @@ class Frames(QObject):
         """
         return None if self._decoder is None else self._decoder.want(number, direction)
 
+    @property
+    def prepared(self) -> bool:
+        """Whether every frame that is slow to reach has a sketch, as far as there is room."""
+        return self._decoder is not None and self._decoder.prepared
+
     def close(self) -> None:
         """Let go of the video; no thread is left."""
         self.leave()
@@ -239,6 +244,11 @@ class _Decoder:
             return
         if frame is not None:
             self._tell("frame_ready", number, _image(frame))
+
+    @property
+    def prepared(self) -> bool:
+        """Whether all sketches are made that will be."""
+        return self._sketches is not None and self._sketching is None
 
     def _sketch(self) -> bool:
         """Make one sketch; False if there is none to make, or not yet."""

@@ -64,6 +64,9 @@ class Ruler(TimePanel):
     parent : QWidget, optional
     """
 
+    #: The tag with the cursor's time, which at the ends stands beside it.
+    beside_cursor = 150.0
+
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(document, "", parent)
         #: Where the numbers are.

@@ -7,7 +7,7 @@ a stroke on a track of 10,000 segments costs one comparison of two tuples.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, ClassVar
 
@@ -21,8 +21,10 @@ from PySide6.QtCore import (
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.proposed import origin_words
 from forcelab.labels import Segment, Segments
 from forcelab.painting import splice
+from forcelab.project import Origin
 
 translate = QCoreApplication.translate
 
@@ -57,6 +59,8 @@ class SegmentModel(QAbstractTableModel):
     ----------
     rows : tuple of Segment
         What is shown, from the first row to the last.
+    origins : mapping of Segment to Origin
+        Those of the track's segments that a model proposed.
     """
 
     #: Alignment of the columns' contents.
@@ -66,6 +70,7 @@ class SegmentModel(QAbstractTableModel):
         super().__init__(parent)
         self.document = document
         self.rows: Segments = ()
+        self.origins: Mapping[Segment, Origin] = {}
         self._source: Segments = ()
         self._filter = ""
         self._column, self._descending = START, False
@@ -75,7 +80,7 @@ class SegmentModel(QAbstractTableModel):
 
     def refresh(self) -> None:
         """Show the track as it is now, telling views about the rows that differ only."""
-        self._source = self.document.segments
+        self._source, self.origins = self.document.segments, self.document.origins()
         self._renew()
         self.follow(self.document.cursor)
 
@@ -102,7 +107,7 @@ class SegmentModel(QAbstractTableModel):
     def clear(self) -> None:
         """Show nothing."""
         self.beginResetModel()
-        self.rows, self._source, self._current = (), (), None
+        self.rows, self._source, self._current, self.origins = (), (), None, {}
         self.endResetModel()
 
     def set_filter(self, text: str) -> None:
@@ -207,9 +212,16 @@ class SegmentModel(QAbstractTableModel):
             return segment.action if column == ACTION else as_typed(_time(segment, column))
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return _alignment(column)
-        if role == Qt.ItemDataRole.ToolTipRole and column == ACTION:
-            return segment.action
+        if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleDescriptionRole):
+            tip = role == Qt.ItemDataRole.ToolTipRole
+            return self._more(segment, with_action=tip and column == ACTION)
         return self.under_cursor(segment) if role == CURRENT else None
+
+    def _more(self, segment: Segment, with_action: bool) -> str | None:
+        """Who proposed a segment, below the action where that may be cut off in its cell."""
+        action = segment.action if with_action else ""
+        proposed = origin_words(self.origins.get(segment))
+        return "\n".join(filter(None, (action, proposed))) or None
 
     def under_cursor(self, segment: Segment) -> bool:
         """Whether a segment lies under the cursor."""

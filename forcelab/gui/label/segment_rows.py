@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.label.proposed import MARK, paint_proposed
 from forcelab.gui.label.segment_model import (
     ACTION,
     DURATION,
@@ -187,6 +188,10 @@ class _Delegate(QStyledItemDelegate):
             swatch = QRectF(box.left() + 1, round(box.center().y()) - 6, 12, 12)
             paint_swatch(painter, swatch, self._look(text))
             box.adjust(18, 0, 0, 0)
+            if (origin := self._model.origins.get(segment)) is not None:
+                faint = theme.muted if ink == theme.text else ink
+                paint_proposed(painter, box, faint, origin.changed)
+                box.adjust(0, 0, -MARK, 0)
             end, side = Qt.TextElideMode.ElideRight, LEFT
             text = option.fontMetrics.elidedText(text, end, int(box.width()))
         painter.setPen(QColor(ink))

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label.proposed import origin_words
 from forcelab.gui.label.track_hits import hit
 from forcelab.gui.label.track_painting import (
     outline,
@@ -119,7 +120,12 @@ class TrackRows(TimePanel):
             return ""
         time = self.time_at(position.x())
         index = hit(row.segments, time, self.seconds_per_pixel).index
-        return "" if index is None else f"{row.author}: {_said(row.segments[index])}"
+        if index is None:
+            return ""
+        segment = row.segments[index]
+        words = f"{row.author}: {_said(segment)}"
+        proposed = origin_words(self.document.origins().get(segment)) if row.own else ""
+        return f"{words}\n{proposed}" if proposed else words
 
     # Drawing
 
@@ -170,6 +176,10 @@ class TrackRows(TimePanel):
             # Beside the line, which is drawn over everything.
             x = self.x_at(document.hint.time) + text.width(word, text.font(10)) / 2 + 8
             put_plate(painter, QPointF(x, own.box.bottom() - 10), word, colours(), plot)
+
+    def _marks_moved(self, *_: object) -> None:
+        """Draw all rows anew: what stands beside a mark is as wide as it is worded."""
+        self.update()
 
     def _paint_row(self, painter: QPainter, row: Row, segments: Segments) -> None:
         """Draw some segments in a row."""

@@ -87,6 +87,11 @@ class VideoPanel(PictureView):
         return known and (right or self._missing[0] == self._wanted)
 
     @property
+    def prepared(self) -> bool:
+        """Whether a jump shows its frame at once: in small, until the frame itself is decoded."""
+        return self._frames is not None and self._frames.prepared
+
+    @property
     def caption(self) -> str:
         """What is said below the picture."""
         times, reference = self._times, self._reference

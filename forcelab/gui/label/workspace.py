@@ -67,7 +67,10 @@ class LabelWorkspace(QMainWindow):
         self.overview = Overview(document, self.force)
         self.transport = Transport(document, self.player)
         self.strokes = KeyStrokes(
-            document, self.window(), lambda: 1 / self.tracks.seconds_per_pixel, shown=self.isVisible
+            document,
+            self.window(),
+            lambda: 1 / self.tracks.seconds_per_pixel,
+            shown=self._stack_shown,
         )
         self.tracks.play_requested.connect(self.player.play_stretch)
         self.toggles: dict[str, QAction] = {}
@@ -101,6 +104,20 @@ class LabelWorkspace(QMainWindow):
         """Stop what works in the background, before the window closes."""
         self.player.stop()
         self.video.close_video()
+
+    # Lending
+
+    def lend(self) -> tuple[QWidget, QWidget]:
+        """Give timeline and video to another workspace, until they are taken back."""
+        return self._stack, self.video
+
+    def take_back(self) -> None:
+        """Have timeline and video again."""
+        if self.centralWidget() is None:
+            self.setCentralWidget(self._stack)
+            self._docks["video"].setWidget(self.video)
+            self.video.show()
+            self._show_docks()
 
     # Layout
 
@@ -213,6 +230,10 @@ class LabelWorkspace(QMainWindow):
         whole = QWidget()
         whole.setLayout(column)
         return whole
+
+    def _stack_shown(self) -> bool:
+        """Whether the tracks can be painted on, here or where they were lent to."""
+        return self._stack.isVisible()
 
     def _nothing(self) -> QWidget:
         """What is said while no demonstration is open."""

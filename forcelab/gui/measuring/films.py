@@ -57,6 +57,11 @@ class Film:
             return "PyAV, which makes these H.264 videos, is missing; get it by: pip install av"
         return ""
 
+    @property
+    def sketched(self) -> bool:
+        """Whether its key frames are so far apart that small pictures of all frames are made."""
+        return self.codec == "h264"
+
     def times(self, count: int) -> NDArray[np.float64]:
         """Times of the frames in seconds, shape (count,), from 0."""
         if self.even:

@@ -16,7 +16,7 @@ from PySide6.QtGui import QImage
 from forcelab.demonstration import VideoReference
 from forcelab.gui.measuring import recordings
 from forcelab.gui.measuring.films import Film, number_of
-from forcelab.gui.measuring.stage import Painted, settle, shown
+from forcelab.gui.measuring.stage import Painted, settle, shown, until
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.measure.latency import Bound, Latency, refused
@@ -27,6 +27,8 @@ __all__ = ["measuring_video"]
 
 STEP, SEEK = Bound("p95", 0.010), Bound("p95", 0.200)
 FORWARD, BACKWARD, JUMP = "video: step forward", "video: step back", "video: seek"
+#: From a jump to the picture of the right frame, be it the small one that is made in idle time.
+PREPARED = "video: seek, to its picture in small"
 #: What the times are compared with, and what other programs do.
 PLAIN = "cv2 by frame count: "
 
@@ -50,7 +52,7 @@ def measuring_video(
     """
     if film.refusal:
         return refused([FORWARD, BACKWARD, JUMP], film.name, film.refusal)
-    yield Progress(0, 5, f"{film.name}: making the video")
+    yield Progress(0, 6, f"{film.name}: making the video")
     path = folder / f"{film.codec} {film.even}.mp4"
     film.make(path, frames)
     stamps = film.times(frames)
@@ -66,15 +68,21 @@ def measuring_video(
         for i, (name, bound, numbers) in enumerate(
             [
                 (JUMP, SEEK, jumps),
+                (PREPARED, SEEK, jumps),
                 (FORWARD, STEP, _steps(frames, times, 1)),
                 (BACKWARD, None, _steps(frames, times, -1)),
             ]
         ):
-            yield Progress(1 + i, 5, f"{film.name}: {name}")
-            act = watch.jump if name == JUMP else watch.step
-            taken, wrong = watch.measured(numbers, act)
-            rows.append(Latency(name, film.name, taken, bound, wrong, alternative=PLAIN + name))
-    yield Progress(4, 5, f"{film.name}: {PLAIN}")
+            yield Progress(1 + i, 6, f"{film.name}: {name}")
+            act = watch.step if name in (FORWARD, BACKWARD) else watch.jump
+            if name == PREPARED:
+                if not film.sketched:
+                    continue
+                until(lambda: window.label.video.prepared)
+            taken, wrong = watch.measured(numbers, act, sharp=name != PREPARED)
+            plain = PLAIN + (JUMP if name == PREPARED else name)
+            rows.append(Latency(name, film.name, taken, bound, wrong, alternative=plain))
+    yield Progress(5, 6, f"{film.name}: {PLAIN}")
     for name, numbers in (
         (JUMP, jumps),
         (FORWARD, _steps(frames, times, 1)),
@@ -112,7 +120,7 @@ class _Watch:
         self.window.document.step(1 if number > self.window.label.video.shown_index else -1)
 
     def measured(
-        self, numbers: Iterable[int], act: Callable[[int], None]
+        self, numbers: Iterable[int], act: Callable[[int], None], *, sharp: bool = True
     ) -> tuple[tuple[float, ...], int]:
         """Show frames one after the other.
 
@@ -122,6 +130,8 @@ class _Watch:
             The first one is where it begins, and is not counted.
         act : callable
             Goes to a frame.
+        sharp : bool
+            Whether to wait for the frame itself, or for any picture of it.
 
         Returns
         -------
@@ -138,10 +148,16 @@ class _Watch:
         for number in others:
             if number == video.shown_index:
                 continue
-            taken.append(self.painted.seconds(partial(act, number), lambda: video.settled))
+            there = (lambda: video.settled) if sharp else partial(self._pictured, number)
+            taken.append(self.painted.seconds(partial(act, number), there))
             image = video.image
             wrong += image is None or number_of(_pixels(image)) != number
+            settle(self.window, 0.0)
         return tuple(taken), wrong
+
+    def _pictured(self, number: int) -> bool:
+        """Whether a picture of this frame is shown."""
+        return self.window.label.video.shown_index == number
 
 
 def _plainly(path: Path, numbers: Iterable[int]) -> tuple[tuple[float, ...], int]:

@@ -25,7 +25,7 @@ from forcelab.formats.archive.members import LARGEST, VERSION
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
 from forcelab.painting import erase, paint
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Origin, Project, Verdict
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(1 / 3, 0.7, "höld"))
@@ -65,6 +65,8 @@ def everything(project: Project) -> dict[str, object]:
         "files": [project.recogniser_path(r.id).read_bytes() for r in project.recognisers()],
         "runs": project.runs(),
         "assignments": project.assignment_events(),
+        "verdicts": project.verdict_events(),
+        "origins": [project.origins(i.id, author) for i in infos for author in i.authors],
     }
 
 
@@ -83,6 +85,7 @@ def project(tmp_path):
         project.edit(other, "bert", (), GRAB, "grab painted")
         project.undo(other, "bert")
         project.redo(other, "bert")
+        project.edit(other, "cleo", (), HOLD, "accepted", proposed_by="model mlp 1")
         project.set_vocabulary("LEGO", project.vocabulary("LEGO").rebound("grab", "q"))
         project.assign(other, "anna")
         project.assign(id_, "cäcilie", blind=False)
@@ -98,6 +101,9 @@ def project(tmp_path):
         }
         project.add_recogniser("mlp 1", b"opaque", **made)
         project.add_run("evaluate", **made, result={"accuracy": 0.72, "edit": float("nan")})
+        verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
+        project.add_verdict(verdict)
+        project.add_verdict(replace(verdict, verdict="withdrawn", run=None, predicted="höld"))
         yield project
 
 
@@ -147,7 +153,8 @@ def refused(path: Path, tmp_path: Path) -> str:
 
 def test_an_archive_brings_everything_back(project, whole, tmp_path):
     expected = everything(project)
-    assert len(expected["edits"]) == 3  # type: ignore[arg-type]
+    assert len(expected["edits"]) == 4  # type: ignore[arg-type]
+    assert expected["origins"][-1] == {s: Origin("model mlp 1") for s in HOLD}  # type: ignore[index]
     with read_archive(whole, tmp_path / "copy.forcelab") as copy:
         told = everything(copy)
         runs, copies = expected.pop("runs"), told.pop("runs")
@@ -167,7 +174,9 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
 @given(
     st.lists(
         st.tuples(
-            st.sampled_from(["paint", "erase", "undo", "redo", "predict", "import"]),
+            st.sampled_from(
+                ["paint", "erase", "accept", "undo", "redo", "predict", "import", "judge"]
+            ),
             st.integers(0, 2),
             st.sampled_from(["anna", "bert"]),
             st.floats(0, 10),
@@ -194,15 +203,23 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
                     project.undo(id_, author)
                 elif verb == "redo":
                     project.redo(id_, author)
+                elif verb == "judge":
+                    said = Verdict(
+                        id_, "Bo", author, start, start + length, name, None, "ambiguous"
+                    )
+                    project.add_verdict(said)
                 else:
                     paints = verb != "erase"
                     action = (name,) if paints else ()
                     after = (paint if paints else erase)(track, start, start + length, *action)
                     kind = "predict" if verb == "predict" else "paint"
-                    project.edit(id_, who, track, after, verb, kind=kind)
+                    by = "model x" if verb == "accept" else None
+                    project.edit(id_, who, track, after, verb, kind=kind, proposed_by=by)
+            told = everything(project)
             write_archive(project, root / "one.zip")
         with read_archive(root / "one.zip", root / "two") as copy:
             write_archive(copy, root / "two.zip")
+            assert everything(copy)["origins"] == told["origins"]
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
@@ -229,7 +246,7 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     one, two = sorted(recordings, key=lambda r: r.demonstration.name)
     assert [track.author for track in one.tracks] == ["anna"]
     assert one.tracks[0].segments == HOLD
-    assert two.tracks == (Track("bert", GRAB),)
+    assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
     (remark,) = one.remarks + two.remarks
     assert "models' predictions" in remark
     assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
@@ -262,10 +279,49 @@ def test_assignments_stay_assigned_and_done(project, whole, tmp_path):
 
 def test_an_archive_of_version_1_knows_no_assignments(whole, tmp_path):
     manifest = {"format": "forcelab archive", "version": 1}
-    old = packed(whole, **{"forcelab.json": manifest, "assignments.json": None})
+    members = {"forcelab.json": manifest, "assignments.json": None, "verdicts.json": None}
+    old = packed(whole, **members)
     with read_archive(old, tmp_path / "copy.forcelab") as copy:
         assert len(copy.demonstrations()) == 2
         assert copy.assignments() == ()
+
+
+def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
+    verdicts = loaded(whole, "verdicts.json")
+    for field, wrong, said in (
+        ("verdict", "maybe", "'maybe' is no verdict in 'verdicts.json'"),
+        ("demonstration", "0" * 32, "is told but missing in 'verdicts.json'"),
+        ("run", 2, "The run 2 is told but missing in 'verdicts.json'"),
+        ("run", 0, "The run 0 is told but missing"),
+        ("run", True, "'run' is missing or wrong"),
+        ("time", "2026-01-01", "has no time zone in 'verdicts.json'"),
+        ("author", " ", "needs an author"),
+        ("coder", None, "'coder' is missing or wrong"),
+        ("end", 0.1, "must last some time"),
+        ("start", float("nan"), "must last some time"),
+        ("start", 10**400, "too large"),
+        ("human", 3, "'human' is missing or wrong"),
+        ("predicted", "", "use None for unlabelled"),
+    ):
+        changed = [{**verdicts[0], field: wrong}]  # type: ignore[index]
+        assert said in refused(packed(whole, **{"verdicts.json": changed}), tmp_path)
+    assert "lacks 'verdicts.json'" in refused(packed(whole, **{"verdicts.json": None}), tmp_path)
+
+
+def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, tmp_path):
+    edits = loaded(whole, "edits.json")
+    for edit in edits:  # type: ignore[attr-defined]
+        del edit["proposed_by"]
+    assert "'proposed_by' is missing" in refused(packed(whole, **{"edits.json": edits}), tmp_path)
+    manifest = {"format": "forcelab archive", "version": 2}
+    members = {"forcelab.json": manifest, "edits.json": edits, "verdicts.json": None}
+    old = packed(whole, **members)
+    with read_archive(old, tmp_path / "copy.forcelab") as copy:
+        id_ = copy.load("n2").id
+        assert copy.track(id_, "cleo").segments == HOLD
+        assert copy.origins(id_, "cleo") == {}
+        assert copy.verdict_events() == ()
+        assert len(copy.assignments()) == 2
 
 
 def test_runs_name_the_same_edits_where_these_get_other_numbers(project, whole, tmp_path):
@@ -430,6 +486,9 @@ WRONG_EDITS = [
     ("reverts", 1),
     ("what", 3),
     ("inserted", [[0.0, 0.2, "other"]]),
+    ("proposed_by", 3),
+    ("proposed_by", " "),
+    ("proposed_by", "model x"),  # of an import
 ]
 
 

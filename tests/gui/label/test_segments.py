@@ -329,3 +329,72 @@ def test_numbers_are_drawn_anew_when_rows_that_are_filtered_away_come(
     app.processEvents()
     assert drawn
     assert column(table, NUMBER) == ["5"]
+
+
+MODEL = "model paper 12"
+
+
+def tips(table, row, role=Qt.ItemDataRole.ToolTipRole):
+    return [table.model.index(row, column).data(role) for column in (NUMBER, ACTION, START)]
+
+
+def test_a_row_tells_who_proposed_its_segment_and_whether_it_was_changed(table, document):
+    proposed = (Segment(6.0, 7.0, "grab"), Segment(8.0, 9.0, "hold"))
+    document.erase(5.5, 10)
+    assert document._edit(lambda track: track.accept(proposed, MODEL))
+    row = table.model.row_of(proposed[0])
+    words = f"proposed by {MODEL}"
+    assert tips(table, row) == [words, f"grab\n{words}", words]
+    assert tips(table, 0) == [None, text(table, 0, ACTION), None]
+    described = Qt.ItemDataRole.AccessibleDescriptionRole
+    assert tips(table, row, described) == [words] * 3
+    assert tips(table, 0, described) == [None] * 3
+    document.move_edge(document.index_of(proposed[0]), "end", 7.5)
+    assert tips(table, row)[0] == f"{words}, changed since"
+    assert tips(table, row + 1)[0] == words
+    document.relabel(document.index_of(proposed[1]), "grab")
+    assert tips(table, row + 1)[0] is None
+    document.undo()
+    document.undo()
+    assert [tips(table, row + i)[0] for i in (0, 1)] == [words, words]
+
+
+def test_proposed_segments_are_marked_full_and_changed_ones_hollow(table, document):
+    def marked():
+        """Pixels that differ from those of a segment which was painted by hand."""
+        pictures = []
+        for verb in (
+            lambda: document._edit(lambda t: t.accept((Segment(6, 7, "grab"),), MODEL)),
+            lambda: document.move_edge(document.index_of(Segment(6, 7, "grab")), "end", 7.5),
+            lambda: document.erase(5.5, 10) and document.paint(6, 7.5, "grab"),
+        ):
+            assert verb()
+            document.seek(0)
+            row = next(i for i, s in enumerate(table.model.rows) if s.start == 6)
+            box = table.table.visualRect(table.model.index(row, ACTION))
+            pictures.append(table.table.viewport().grab(box).toImage())
+        human = pictures.pop()
+        return [
+            sum(
+                picture.pixel(x, y) != human.pixel(x, y)
+                for x in range(human.width())
+                for y in range(human.height())
+            )
+            for picture in pictures
+        ]
+
+    document.erase(5.5, 10)
+    full, hollow = marked()
+    assert full > hollow > 0
+
+
+def test_rows_are_told_who_proposed_them_without_asking_the_store(table, document, monkeypatch):
+    document._edit(lambda track: track.accept((Segment(6, 7, "grab"),), MODEL))
+    asked = []
+    database = document.project._db
+    every = database.all
+    monkeypatch.setattr(database, "all", lambda sql, *v: asked.append(sql) or every(sql, *v))
+    table.grab()
+    for row in range(table.model.rowCount()):
+        tips(table, row)
+    assert asked == []

@@ -407,3 +407,13 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     assert panel.accessibleDescription() == "hold 2.000-3.000 s (1.000 s)"
     document.select(None)
     assert panel.accessibleDescription() == ""
+
+
+def test_the_pointer_tells_who_proposed_a_segment(document, panel):
+    document._edit(lambda t: t.accept((Segment(4.0, 5.0, "hold"),), "model paper 12"))
+    at = QPointF(Hand(panel, 20).at(4.5))
+    assert panel.words_at(at) == ("Ann: hold 4.000-5.000 s (1.000 s)\nproposed by model paper 12")
+    document.move_edge(document.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
+    assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
+    document.relabel(document.index_of(Segment(4.2, 5.0, "hold")), "release")
+    assert "proposed" not in panel.words_at(at)

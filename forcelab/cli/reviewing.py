@@ -1,0 +1,136 @@
+"""``forcelab review``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+from forcelab.cli.output import counted, json_text, percent, printable, table
+from forcelab.errors import InputError
+from forcelab.project import Project
+from forcelab.review.differences import Difference
+from forcelab.review.judging import Judged, report
+from forcelab.review.outcome import Outcome, latest, load
+from forcelab.review.queue import Queue, queue
+
+#: What each section is called in the table.
+KINDS = {
+    "suspected": "suspected coding error",
+    "actions": "wrong action",
+    "missed": "missed",
+    "boundaries": "boundary",
+    "invented": "unlabelled, yet predicted",
+}
+#: What is listed unless something else is asked for.
+USUAL = ("suspected", "actions", "missed")
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Print the queue of a run and the verdicts on it."""
+    if arguments.limit is not None and arguments.limit < 1:
+        raise InputError(f"--limit is 1 or more, not {arguments.limit}.")
+    with Project.open(arguments.project) as project:
+        outcome = _outcome(project, arguments.run, arguments.task)
+        found = queue(project, outcome, invented=True)
+    kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
+    sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
+    if arguments.json:
+        print(json_text(_plain(outcome, found, sections)))
+        return
+    print(_told(outcome, found, sections))
+
+
+def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
+    """The run that is meant."""
+    if number is not None:
+        return load(project, number)
+    outcome = latest(project, None if task is None else [task])
+    if outcome is None:
+        of_task = "" if task is None else f" of the task '{task}'"
+        raise InputError(
+            f"'{project.path}' has no evaluation{of_task} yet; 'forcelab evaluate' makes one."
+        )
+    return outcome
+
+
+def _told(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:
+    """The queue and the verdicts as tables."""
+    names = {one.id: one.name for one in outcome.tested}
+    rows = [["what", "demonstration", "s", "", "human", "model", "confidence", "suspicion"]]
+    rows += [
+        [
+            KINDS[kind],
+            names[d.demonstration],
+            f"{d.start:.3f}",
+            f"{d.end:.3f}",
+            d.human or "-",
+            d.predicted or "-",
+            percent(d.confidence),
+            percent(d.suspicion or None),
+        ]
+        for kind, section in sections.items()
+        for d in section
+    ]
+    counts = ", ".join(f"{len(getattr(found, kind))} {kind}" for kind in KINDS)
+    parts = [
+        f"Run {outcome.number}, {printable(outcome.title)}: labels of {printable(outcome.author)} "
+        f"as they are now, in {counted(len(outcome.tested), 'demonstration')}.",
+        table(rows, right=[2, 3, 6, 7]) if len(rows) > 1 else "Nothing of this kind differs.",
+        f"In all: {counts}; {len(found.judged)} judged. Rates in percent.",
+    ]
+    if found.judged:
+        parts.append(_verdicts(report(found.judged)))
+    return "\n\n".join(parts)
+
+
+def _verdicts(judged: Sequence[Judged]) -> str:
+    """Who was right, by pair of actions."""
+    rows = [["human", "model", "human right", "model right", "ambiguous"]]
+    rows += [
+        [
+            pair.human or "-",
+            pair.predicted or "-",
+            str(pair.human_right),
+            str(pair.model_right),
+            str(pair.ambiguous),
+        ]
+        for pair in judged
+    ]
+    return table(rows, right=[2, 3, 4])
+
+
+def _plain(
+    outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
+) -> dict[str, object]:
+    """The same as plain values."""
+    return {
+        "run": outcome.number,
+        "title": outcome.title,
+        "author": outcome.author,
+        "queue": {
+            kind: [
+                {
+                    "demonstration": d.demonstration,
+                    "start": d.start,
+                    "end": d.end,
+                    "human": d.human,
+                    "predicted": d.predicted,
+                    "confidence": d.confidence,
+                    "suspicion": d.suspicion,
+                }
+                for d in section
+            ]
+            for kind, section in sections.items()
+        },
+        "counts": {kind: len(getattr(found, kind)) for kind in KINDS},
+        "verdicts": [
+            {
+                "human": pair.human,
+                "predicted": pair.predicted,
+                "human_right": pair.human_right,
+                "model_right": pair.model_right,
+                "ambiguous": pair.ambiguous,
+            }
+            for pair in report(found.judged)
+        ],
+    }

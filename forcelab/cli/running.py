@@ -1,0 +1,132 @@
+"""``forcelab runs``."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from forcelab.cli.output import counted, json_text, percent, printable, table
+from forcelab.project import Project, RunSummary
+from forcelab.recognition.intervals import METHOD, look_up
+from forcelab.recognition.resampling import METRICS
+from forcelab.review.comparing import STAGES, Comparison, compare
+from forcelab.review.outcome import load, tasks_of
+
+__all__ = ["run"]
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """List the runs of a project, or compare two."""
+    with Project.open(arguments.project) as project:
+        if arguments.compare is not None:
+            one, other = (load(project, number) for number in arguments.compare)
+            comparison = compare(one, other)
+            print(json_text(_plain(comparison)) if arguments.json else _told(comparison))
+            return
+        runs = project.run_summaries()
+    if arguments.json:
+        print(json_text([_summary(run) for run in runs]))
+        return
+    if not runs:
+        print("No runs; 'forcelab evaluate' and the window's Train make them.")
+        return
+    header = ["run", "time (UTC)", "kind", "what", "classifier", "tested", "accuracy", "F1@50"]
+    print(table([header, *(_row(run) for run in runs)], right=[0, 5, 6, 7]))
+    print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
+
+
+def _row(run: RunSummary) -> list[str]:
+    """A run's line."""
+    digest = run.digest
+    tasks, test_task = tasks_of(run.settings)
+    named = " + ".join(tasks) + (f" → {test_task}" if test_task is not None else "")
+    return [
+        str(run.id),
+        f"{run.time:%Y-%m-%d %H:%M}",
+        run.kind,
+        str(digest.get("title", named)),
+        str(run.settings.get("classifier", "")),
+        str(digest.get("tested", "")),
+        percent(digest.get("accuracy")),
+        percent(digest.get("f1")),
+    ]
+
+
+def _summary(run: RunSummary) -> dict[str, Any]:
+    """A run as plain values, without what it found."""
+    return {
+        "run": run.id,
+        "kind": run.kind,
+        "time": str(run.time),
+        "settings": run.settings,
+        "seed": run.seed,
+        "labels": [[used.demonstration, used.author, used.edit] for used in run.labels],
+        "versions": run.versions,
+        **run.digest,
+    }
+
+
+def _told(comparison: Comparison) -> str:
+    """Two runs side by side as text."""
+    one, other = comparison.one, comparison.other
+    parts = [
+        f"Run {one.number} ({printable(one.title)}) and {other.number} ({printable(other.title)})"
+    ]
+    if comparison.settings:
+        header = ["asked for", f"run {one.number}", f"run {other.number}"]
+        parts.append(table([header, *map(list, comparison.settings)]))
+    if not comparison.shared:
+        parts.append("They tested no demonstration in common, so there are no scores to compare.")
+        return "\n\n".join(parts)
+    for stage in STAGES:
+        header = [stage, f"run {one.number}", f"run {other.number}", "difference", "95 % interval"]
+        rows = [_line(comparison, stage, metric) for metric in METRICS if "events" not in metric]
+        parts.append(table([header, *rows], right=range(1, 5)))
+    rows = [["demonstration, filtered accuracy", *header[1:4]]]
+    for id_ in comparison.shared:
+        first, second = (look_up(scores, "accuracy") for scores in comparison.each["filtered"][id_])
+        rows.append([comparison.names[id_], percent(first), percent(second), _less(first, second)])
+    parts.append(table(rows, right=range(1, 4)))
+    if comparison.relabelled:
+        names = ", ".join(printable(comparison.names[id_]) for id_ in comparison.relabelled)
+        parts.append(f"The human labels differ between the runs: {names}.")
+    parts.append(
+        comparison.intervals["filtered"].reason or f"95 % interval of the difference: {METHOD}."
+    )
+    parts.append("Rates in percent, boundaries in ms.")
+    return "\n\n".join(parts)
+
+
+def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
+    """A metric's line."""
+    first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
+    ends = comparison.intervals[stage][metric]
+    scale = 1.0 if metric.startswith("boundary_ms") else 100.0
+    between = "" if ends is None else f"{scale * ends[0]:+.1f} to {scale * ends[1]:+.1f}"
+    return [
+        metric,
+        *("-" if value is None else f"{scale * value:.1f}" for value in (first, second)),
+        _less(first, second, scale),
+        between,
+    ]
+
+
+def _less(one: float | None, other: float | None, scale: float = 100.0) -> str:
+    """What the other has more."""
+    return "-" if one is None or other is None else f"{scale * (other - one):+.1f}"
+
+
+def _plain(comparison: Comparison) -> dict[str, Any]:
+    """Two runs side by side as plain values."""
+    return {
+        "runs": [comparison.one.number, comparison.other.number],
+        "settings": [list(row) for row in comparison.settings],
+        "shared": list(comparison.shared),
+        "relabelled": list(comparison.relabelled),
+        "pooled": {stage: list(comparison.pooled[stage]) for stage in STAGES},
+        "demonstrations": {
+            stage: {id_: list(both) for id_, both in comparison.each[stage].items()}
+            for stage in STAGES
+        },
+        "intervals": {stage: comparison.intervals[stage].to_json() for stage in STAGES},
+    }

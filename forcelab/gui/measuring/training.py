@@ -1,0 +1,287 @@
+"""What training costs the coder who goes on labelling: ``forcelab measure training``.
+
+The window's own job trains on two demonstrations of 200,000 samples, leaving out one and then the
+other, so that each fit has 200,000 samples of 96 features (4 channels, 12 scales, log magnitude
+and phase). Meanwhile the window pans the open demonstration.
+"""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Generator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.labels import Segment, Track
+from forcelab.measure.latency import Bound, Latencies, Latency, Level, load
+
+if TYPE_CHECKING:
+    from forcelab.gui.jobs import Job
+    from forcelab.gui.window import Window
+    from forcelab.recognition.settings import Settings
+    from forcelab.review.outcome import Outcome
+
+__all__ = ["FULL", "QUICK", "Amount", "tabulate"]
+
+TASK, KEY = "measured", "measured training"
+#: Of the window, in pixels.
+SIZE = (1280, 800)
+#: With 4 recognition channels these are 12 scales, so 96 features.
+WIDEST = 4096.0
+LATE, IDLE = Bound("p99", 0.016), Bound("worst", 0.200)
+#: Megabytes by which the window may differ after all trainings.
+MEMORY = 50.0
+#: Seconds visible while panning, their share by which a frame moves on, and from one to the next.
+VISIBLE, MOVED, PACE = 10.0, 0.01, 1 / 60
+#: Seconds after its start in which a training is cancelled.
+SOON = 6.0
+
+
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """How much is measured.
+
+    Parameters
+    ----------
+    samples : int
+        Of each of the two demonstrations.
+    seconds : float
+        How long the window pans.
+    cancels : int
+        Of each classifier.
+    trainings : int
+        After which memory, threads and processes are looked at.
+    size : tuple of int
+        Of the window, in pixels.
+    """
+
+    samples: int = 200_000
+    seconds: float = 30.0
+    cancels: int = 20
+    trainings: int = 10
+    size: tuple[int, int] = SIZE
+
+
+FULL = Amount()
+QUICK = Amount(seconds=10.0, cancels=4, trainings=3)
+
+
+def tabulate(
+    *, quick: bool = False, amount: Amount | None = None
+) -> Generator[Progress, None, Latencies]:
+    """Measure everything: some minutes.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Latencies
+    """
+    from forcelab.gui.measuring.stage import shown, stage
+
+    wanted = amount or (QUICK if quick else FULL)
+    before = load()
+    with stage() as folder:
+        yield Progress(0, 4, "making the recordings")
+        path = _made(folder, wanted.samples)
+        with shown(path, wanted.size) as window:
+            bench = _Bench(window, path, wanted)
+            rows = list((yield from bench.panning()))
+            rows += yield from bench.cancelling()
+            levels = yield from bench.remaining()
+    width, height = wanted.size
+    return Latencies(
+        f"The window, {width} x {height} pixels, while it trains on 2 x {wanted.samples:,} samples "
+        f"of 96 features; times in ms",
+        tuple(rows),
+        (before, load()),
+        (
+            "Memory: against the window before its first training. Processes: besides the one that "
+            "starts trainings and the one that tidies up after it, which stay with the window.",
+        ),
+        levels,
+    )
+
+
+def _made(folder: Path, samples: int) -> Path:
+    """A project of two demonstrations, labelled from end to end."""
+    from forcelab.gui.measuring import recordings
+    from forcelab.gui.measuring.stage import AUTHOR
+    from forcelab.project import Project
+
+    actions = recordings.ACTIONS
+    with Project.create(folder / "training.forcelab") as project:
+        for number in range(2):
+            made = recordings.recording(samples, f"{number + 1:02d}", seed=number)
+            demonstration = Demonstration(made.name, TASK, made.times, made.signals, made.channels)
+            edges = np.linspace(made.start, made.end, 101).tolist()
+            track = tuple(
+                Segment(start, end, actions[i % len(actions)])
+                for i, (start, end) in enumerate(pairwise(edges))
+            )
+            project.add(demonstration, [Track(AUTHOR, track)])
+        return project.path
+
+
+class _Bench:
+    """The window, and the trainings in it.
+
+    Parameters
+    ----------
+    window : Window
+    path : Path
+        Of its project.
+    wanted : Amount
+    """
+
+    def __init__(self, window: Window, path: Path, wanted: Amount) -> None:
+        self._window = window
+        self._path = path
+        self._wanted = wanted
+        self._result: Any = None
+        self._on = f"2 x {wanted.samples:,} samples"
+        self._memory = self._all_there()[0]  # before there was any training
+
+    def panning(self) -> Generator[Progress, None, tuple[Latency, ...]]:
+        """How late the event loop is while panning, alone and while a training is at work."""
+        name, alone = "event loop's lateness, panning", "the same without training"
+        yield Progress(1, 4, alone)
+        quiet = self._pan()
+        yield Progress(1, 4, name)
+        job, trail = self._train("mlp")
+        self._until(lambda: any(step.phase == "fold" for step in trail))
+        late = self._pan()
+        if not job.running:
+            raise InputError("The training was over before the panning; measure on more samples.")
+        self._cancel(job)
+        return (
+            Latency(name, self._on, late, LATE, alternative=alone),
+            Latency(alone, self._on, quiet),
+        )
+
+    def cancelling(self) -> Generator[Progress, None, tuple[Latency, ...]]:
+        """How long it takes from Cancel until nothing works any more, at random moments."""
+        from forcelab.gui.measuring.stage import rest
+
+        random, rows = np.random.default_rng(6), []
+        for classifier in ("mlp", "svm"):
+            taken = []
+            for number in range(self._wanted.cancels):
+                yield Progress(2, 4, f"cancel {classifier}, {number + 1} of {self._wanted.cancels}")
+                job, _ = self._train(classifier)
+                rest(float(random.uniform(0.0, SOON)))
+                taken.append(self._cancel(job))
+            rows.append(Latency(f"cancel to idle, {classifier}", self._on, tuple(taken), IDLE))
+        return tuple(rows)
+
+    def remaining(self) -> Generator[Progress, None, tuple[Level, ...]]:
+        """What trainings leave behind, all they show included."""
+        number = self._wanted.trainings
+        yield Progress(3, 4, "training once")
+        before = (self._memory, *self._all_there()[1:])
+        for i in range(number):
+            yield Progress(3, 4, f"training {i + 1} of {number}")
+            self._train_and_show()
+        after = self._all_there()
+        where = f"{number} trainings, {self._on}"
+        names = (("memory more", "MB", MEMORY), ("threads more", "", 0), ("processes more", "", 0))
+        return tuple(
+            Level(name, where, there - then, unit, most)
+            for (name, unit, most), then, there in zip(names, before, after, strict=True)
+        )
+
+    def _train(self, classifier: str) -> tuple[Job, list[Any]]:
+        """Begin a training just as the window does."""
+        from forcelab.gui.review.training_jobs import BACKGROUND
+        from forcelab.recognition.project_runs import Choice
+
+        trail: list[Any] = []
+        job = self._window.jobs.run(
+            BACKGROUND.train(
+                self._path, lambda: (_settings(classifier), Choice((TASK,))), TASK, trail
+            ),
+            lambda _: None,
+            lambda _: None,
+            lambda _: None,
+            key=KEY,
+        )
+        return job, trail
+
+    def _train_and_show(self) -> None:
+        """Train to the end, and review what came of it."""
+        job, _ = self._train("naive-bayes")
+        self._until(lambda: not job.running)
+        if job.error is not None:
+            raise job.error
+        self._window.document.set_outcome(cast("Outcome", job.result))
+
+    def _cancel(self, job: Job) -> float:
+        """Cancel a training; gives the seconds until it is gone."""
+        begin = time.perf_counter()
+        self._window.jobs.cancel(KEY)
+        self._until(lambda: not job.running)
+        return time.perf_counter() - begin
+
+    def _pan(self) -> tuple[float, ...]:
+        """Seconds that the event loop is late while the window pans to and fro."""
+        from forcelab.gui.measuring.stage import Lateness, rest
+
+        document = self._window.document
+        low, high = document.bounds
+        start, step = low, MOVED * VISIBLE
+        document.set_span(start, start + VISIBLE)
+        rest(1.0)  # the window never settles while it trains
+        end = time.perf_counter() + self._wanted.seconds
+        with Lateness() as lateness:
+            while time.perf_counter() < end:
+                begin = time.perf_counter()
+                if not low <= start + step <= high - VISIBLE:
+                    step = -step
+                start += step
+                document.set_span(start, start + VISIBLE)
+                rest(max(0.001, PACE - (time.perf_counter() - begin)))
+        return tuple(lateness.samples)
+
+    def _until(self, holds: Any) -> None:
+        """Run the event loop until something holds, and look every millisecond."""
+        from PySide6.QtCore import QTimer
+
+        from forcelab.gui.measuring.stage import until
+
+        tick = QTimer()
+        tick.start(1)
+        until(holds)
+        tick.stop()
+
+    def _all_there(self) -> tuple[float, int, int]:
+        """Megabytes, threads and processes of the window, once all is quiet."""
+        import psutil
+
+        from forcelab.gui.measuring.stage import rest, settle
+
+        settle(self._window)
+        rest(1.0)
+        gc.collect()
+        process = psutil.Process()
+        return (
+            process.memory_info().rss / 1e6,
+            process.num_threads(),
+            len(process.children(recursive=True)),
+        )
+
+
+def _settings(classifier: str) -> Settings:
+    """What is trained, with 96 features."""
+    from forcelab.recognition.settings import preset
+
+    return preset("paper").replace(classifier=classifier, max_scale=WIDEST)

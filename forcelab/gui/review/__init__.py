@@ -1,0 +1,1 @@
+"""The Review workspace: timeline pairs, and what leads from them to every mistake."""

@@ -1,0 +1,348 @@
+"""The bar above the review: what is trained, how, since when, and how far it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QPalette, QResizeEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QProgressBar,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.icons import icon
+from forcelab.gui.review.bar_dialogs import ask_choice, ask_settings
+from forcelab.gui.review.bar_texts import progress_text, run_text, standing_text
+from forcelab.gui.review.elided import Elided
+from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.task_choice import choice_name
+from forcelab.gui.shortcuts import keys
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["TrainBar"]
+
+
+#: Pixels left and right of the row.
+EDGE = 6
+
+
+class TrainBar(QWidget):
+    """One row; what has no room in it is found in the menu at its end.
+
+    Parameters
+    ----------
+    document : Document
+    learning : Learning
+    parent : QWidget, optional
+    """
+
+    compare_asked = Signal()
+
+    def __init__(
+        self, document: Document, learning: Learning, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.document, self.learning = document, learning
+        self.setAccessibleName(self.tr("Training"))
+        self._make()
+        self._row = QHBoxLayout()
+        self._row.setSpacing(6)
+        self._parts: tuple[QWidget, ...] = (
+            self.task,
+            self.train,
+            self.automatic,
+            self.settings,
+            self.standing,
+            self.progress,
+            self.told,
+            self.cancel,
+            self.runs,
+            self.compare,
+        )
+        for widget in (*self._parts, self.more):
+            self._row.addWidget(widget)
+        self._row.setStretchFactor(self.standing, 1)
+        self._row.setStretchFactor(self.told, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(EDGE, 4, EDGE, 4)
+        column.setSpacing(3)
+        # What has no room is hidden; it must not keep the window wide.
+        column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetNoConstraint)
+        column.addLayout(self._row)
+        column.addWidget(self.trouble_row)
+        learning.changed.connect(self.refresh)
+        learning.runs_changed.connect(self._list_runs)
+        document.listing_changed.connect(self.refresh)
+        document.project_changed.connect(self.refresh)
+        document.outcome_changed.connect(self._outcome_changed)
+        keys().changed.connect(self._name_keys)
+        themes().changed.connect(self._colour)
+        self._name_keys()
+        self._colour()
+        self._list_runs()
+        self.refresh()
+
+    # What it is made of
+
+    def _make(self) -> None:
+        """All that stands in the row."""
+        self.task = self._box(self.tr("Task to train on"), self._task_chosen)
+        self.train = QPushButton(self.tr("Train"))
+        self.train.clicked.connect(self.learning.train)
+        self.automatic = QCheckBox(self.tr("by itself"))
+        self.automatic.setToolTip(self.tr("Train five seconds after the last edit"))
+        self.automatic.setAccessibleName(self.tr("Train by itself after edits"))
+        self.automatic.toggled.connect(self.learning.set_automatic)
+        self.settings = QPushButton()
+        self.settings.setToolTip(self.tr("How a recogniser is trained"))
+        self.settings.clicked.connect(self.open_settings)
+        self.standing = Elided()
+        self.standing.setAccessibleName(self.tr("How the recogniser stands"))
+        self.progress = QProgressBar()
+        self.progress.setTextVisible(False)
+        self.progress.setFixedWidth(110)
+        self.progress.setMaximumHeight(8)
+        self.progress.setAccessibleName(self.tr("Progress of the training"))
+        self.told = Elided()
+        self.told.setAccessibleName(self.tr("What the training does"))
+        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel.setAccessibleName(self.tr("Cancel the training"))
+        self.cancel.clicked.connect(self.learning.cancel)
+        self.runs = self._box(self.tr("Which run is reviewed"), self._run_chosen)
+        self.runs.setMinimumContentsLength(24)
+        self.compare = QPushButton(self.tr("Compare…"))
+        self.compare.setAccessibleName(self.tr("Compare two runs"))
+        self.compare.clicked.connect(self.compare_asked)
+        self.more = QToolButton()
+        self.more.setIcon(icon("more"))
+        self.more.setToolTip(self.tr("More"))
+        self.more.setAccessibleName(self.tr("More about training"))
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self._menu = QMenu(self)
+        self._menu.aboutToShow.connect(self._fill_menu)
+        self.more.setMenu(self._menu)
+        for button in (self.train, self.settings, self.cancel, self.compare):
+            button.setAutoDefault(False)
+        self._make_trouble()
+
+    def _make_trouble(self) -> None:
+        """The row in which a refusal stands."""
+        self.trouble = QLabel()
+        self.trouble.setWordWrap(True)
+        self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.dismiss = QToolButton()
+        self.dismiss.setIcon(icon("cross"))
+        self.dismiss.setToolTip(self.tr("Dismiss"))
+        self.dismiss.setAccessibleName(self.tr("Dismiss this message"))
+        self.dismiss.clicked.connect(self.learning.dismiss)
+        self.trouble_row = QWidget()
+        row = QHBoxLayout(self.trouble_row)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.trouble, 1)
+        row.addWidget(self.dismiss, 0, Qt.AlignmentFlag.AlignTop)
+
+    def _box(self, name: str, chosen: Callable[[int], object]) -> QComboBox:
+        """A list to choose from, which may become narrow."""
+        box = QComboBox()
+        box.setAccessibleName(name)
+        box.setToolTip(name)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        box.setMinimumContentsLength(12)
+        box.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        box.activated.connect(chosen)
+        return box
+
+    # Showing
+
+    def sizeHint(self) -> QSize:
+        """Wide, as high as its rows."""
+        return QSize(900, super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        """What has no room goes into the menu."""
+        return QSize(360, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show what has room."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """A larger font takes more room."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange and hasattr(self, "trouble_row"):
+            self._fit()
+
+    def refresh(self) -> None:
+        """Show how it stands."""
+        learning = self.learning
+        self._list_tasks()
+        self.automatic.blockSignals(True)
+        self.automatic.setChecked(learning.automatic)
+        self.automatic.blockSignals(False)
+        self.train.setEnabled(bool(learning.task) and not learning.training)
+        self._show_preset()
+        self.standing.set_text(*standing_text(learning.edits))
+        self._show_progress()
+        self.trouble.setText(learning.trouble)
+        self.trouble_row.setVisible(bool(learning.trouble))
+        self._fit()
+
+    def _show_preset(self) -> None:
+        """Print what it is trained with on the button that changes it."""
+        name = self.tr("Settings…")
+        if self.learning.task:
+            preset, changed = self.learning.called
+            name = (self.tr("{0}, changed…") if changed else self.tr("{0}…")).format(preset)
+        self.settings.setText(name)
+        self.settings.setAccessibleName(self.tr("Settings: {0}").format(name))
+        self.settings.setEnabled(bool(self.learning.task))
+
+    def _show_progress(self) -> None:
+        """Show how far the training is."""
+        step, training = self.learning.step, self.learning.training
+        self.progress.setRange(0, 0 if step is None else max(step.total, 1))
+        if step is not None:
+            self.progress.setValue(min(step.done, step.total))
+        if not training:
+            self.told.set_text("")
+        elif step is None:
+            self.told.set_text(self.tr("starting"))
+        else:
+            self.told.set_text(progress_text(step), progress_text(step, short=True))
+
+    def _fit(self) -> None:
+        """Hide what has no room, the least needed first; how it stands is always seen."""
+        training = self.learning.training
+        texts = [self.standing, self.told] if training else [self.standing]
+        needed: list[QWidget] = [self.task]
+        needed += [self.progress, self.cancel] if training else [self.train]
+        optional: list[QWidget] = [self.runs]
+        if not training:
+            optional = [self.settings, self.runs, self.automatic, self.compare]
+        gap = self._row.spacing()
+        room = self.width() - 2 * EDGE - sum(_wide(widget) + gap for widget in needed)
+        room -= sum(text.short_width + gap for text in texts)
+        whole = sum(_wide(widget) + gap for widget in optional)
+        if whole > room:
+            room -= _wide(self.more) + gap
+        shown = set[QWidget]()
+        for widget in optional:
+            wide = _wide(widget) + gap
+            if wide <= room:
+                shown.add(widget)
+                room -= wide
+            else:
+                break  # what matters less does not overtake
+        for widget in self._parts:
+            widget.setVisible(widget in needed or widget in texts or widget in shown)
+        self.more.setVisible(len(shown) < len(optional))
+
+    def _fill_menu(self) -> None:
+        """Offer what is not in the row."""
+        self._menu.clear()
+        if self.automatic.isHidden():
+            action = self._menu.addAction(self.tr("Train by itself after edits"))
+            action.setCheckable(True)
+            action.setChecked(self.learning.automatic)
+            action.toggled.connect(self.learning.set_automatic)
+        if self.settings.isHidden():
+            self._menu.addAction(self.tr("Settings…"), self.open_settings)
+        if self.runs.isHidden() and self.learning.runs:
+            runs = self._menu.addMenu(self.tr("Review another run"))
+            for kept in self.learning.runs:
+                shown = runs.addAction(run_text(kept))
+                shown.triggered.connect(
+                    lambda _checked=False, number=kept.number: self.learning.show_run(number)
+                )
+        if self.compare.isHidden():
+            self._menu.addAction(self.tr("Compare two runs…"), self.compare_asked.emit)
+
+    def _name_keys(self) -> None:
+        """Say the key where one looks for it."""
+        key = keys().shown("train")
+        text = self.tr("Train on the labels as they are now")
+        self.train.setToolTip(f"{text} ({key})" if key else text)
+        self.train.setAccessibleName(text)
+
+    def _colour(self) -> None:
+        """The theme's colours."""
+        self.trouble.setStyleSheet(f"color: {colours().trouble}")
+        for label in (self.standing, self.told):
+            label.setForegroundRole(QPalette.ColorRole.WindowText)
+
+    # Choosing
+
+    def _list_tasks(self) -> None:
+        """The tasks of the project; below them, the page on which several are chosen."""
+        learning = self.learning
+        tasks = learning.tasks
+        if [self.task.itemData(i) for i in range(self.task.count() - 1)] != list(tasks):
+            self.task.clear()
+            for task in tasks:
+                self.task.addItem(task or self.tr("no task"), task)
+            self.task.addItem(self.tr("Tasks and tests…"), None)
+        self.task.setEnabled(bool(tasks))
+        self.task.setCurrentIndex(max(self.task.findData(learning.task), 0) if tasks else -1)
+        if tasks and learning.task in tasks:
+            at = self.task.findData(learning.task)
+            for index, task in enumerate(tasks):
+                self.task.setItemText(index, task or self.tr("no task"))
+            self.task.setItemText(at, choice_name(*learning.chosen) or self.tr("no task"))
+
+    def _task_chosen(self, index: int) -> None:
+        """Turn to a task, or choose several."""
+        task = self.task.itemData(index)
+        if task is None:
+            self.open_choice()
+        else:
+            self.learning.set_task(str(task))
+        self.refresh()
+
+    def open_choice(self) -> None:
+        """Let the coder choose what is trained on and what is tested."""
+        ask_choice(self.learning, self.window())
+
+    def open_settings(self) -> None:
+        """Let the coder choose how recognisers are trained."""
+        ask_settings(self.learning, self.window())
+
+    def _list_runs(self) -> None:
+        """The runs that are kept, the latest first."""
+        self.runs.clear()
+        for kept in self.learning.runs:
+            self.runs.addItem(run_text(kept), kept.number)
+        self.runs.setEnabled(bool(self.learning.runs))
+        self.runs.setPlaceholderText(self.tr("no run yet"))
+        texts = map(run_text, self.learning.runs)
+        widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
+        self.runs.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
+        self.compare.setEnabled(len(self.learning.runs) > 1)
+        self._outcome_changed()
+
+    def _outcome_changed(self) -> None:
+        """Show which run is reviewed."""
+        outcome = self.document.outcome
+        self.runs.setCurrentIndex(-1 if outcome is None else self.runs.findData(outcome.number))
+
+    def _run_chosen(self, index: int) -> None:
+        """Review another run."""
+        number = self.runs.itemData(index)
+        if number is not None:
+            self.learning.show_run(int(number))
+
+
+def _wide(widget: QWidget) -> int:
+    """The pixels that a widget needs in the row."""
+    return max(widget.minimumWidth(), widget.sizeHint().width())

@@ -1,0 +1,70 @@
+"""What the training bar says: runs, progress, and how up to date the recogniser is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.gui.review.training_jobs import Kept
+
+if TYPE_CHECKING:
+    from forcelab.review.steps import Step
+
+__all__ = ["progress_text", "run_text", "standing_text"]
+
+translate = QCoreApplication.translate
+
+
+def standing_text(edits: int | None) -> tuple[str, str]:
+    """How up to date what is reviewed is, at length and in short.
+
+    Parameters
+    ----------
+    edits : int or None
+        Since it was trained; None where nothing is.
+    """
+    if edits is None:
+        return translate("forcelab", "not trained yet"), ""
+    if not edits:
+        return translate("forcelab", "up to date"), ""
+    if edits == 1:
+        return (
+            translate("forcelab", "1 edit since this recogniser was trained"),
+            translate("forcelab", "1 edit since"),
+        )
+    return (
+        translate("forcelab", "{0} edits since this recogniser was trained").format(edits),
+        translate("forcelab", "{0} edits since").format(edits),
+    )
+
+
+def run_text(kept: Kept) -> str:
+    """A run in a list: what, how good, and when."""
+    when = kept.time.astimezone().strftime("%d %b %H:%M")
+    score = "" if kept.f1 is None else f" · F1 {100 * kept.f1:.0f} %"
+    return f"{kept.title}{score} · {when}"
+
+
+def progress_text(step: Step, *, short: bool = False) -> str:
+    """How far a training is, in words such as ``"fold 3 of 10 · epoch 41 · 12 s left"``."""
+    phases = {
+        "features": translate("forcelab", "features"),
+        "fold": translate("forcelab", "fold {0} of {1}").format(step.fold, step.folds),
+        "final fit": translate("forcelab", "final fit"),
+        "proposals": translate("forcelab", "proposals"),
+        "storing": translate("forcelab", "storing"),
+    }
+    parts = [phases[step.phase]]
+    if step.epoch is not None and not short:
+        parts.append(translate("forcelab", "epoch {0}").format(step.epoch))
+    if step.seconds_left is not None:
+        parts.append(translate("forcelab", "{0} left").format(_span(step.seconds_left)))
+    return " · ".join(parts)
+
+
+def _span(seconds: float) -> str:
+    """Seconds, or minutes where there are many."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min"

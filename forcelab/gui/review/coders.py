@@ -1,0 +1,287 @@
+"""Several coders in the Review workspace: how far they agree, and one track made from two."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QLabel,
+    QScrollArea,
+    QStackedLayout,
+    QTabWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.coders_alone import AloneView
+from forcelab.gui.review.coders_matrix import CoderMatrix, word
+from forcelab.gui.review.coders_pair import PairDetails, sentence
+from forcelab.gui.review.consensus_bar import ConsensusBar
+from forcelab.jobs import Progress
+from forcelab.labels import is_model
+
+if TYPE_CHECKING:
+    from forcelab.review.agreement import Agreement
+    from forcelab.review.pair import PairAgreement
+
+__all__ = ["CodersView"]
+
+#: Coders are compared again when nothing was painted for so many ms.
+PAUSE = 400
+
+
+class CodersView(QWidget):
+    """Who coded what, how far they agree and where not, and the consensus of two.
+
+    Compared in a job, and only while this can be seen. Demonstrations that whoever looks is to
+    label blind are left out, and it is said how many.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.found: Agreement | None = None
+        self._jobs = jobs
+        self._listed: object = None  # what was known of the demonstrations when they were compared
+        self._stale = True
+        self.task = QComboBox()
+        self.task.setAccessibleName(self.tr("Task"))
+        self.task.activated.connect(lambda _: self._again())
+        self.note, self.summary, self.counts = sentence(muted=True), sentence(), sentence()
+        self.matrix, self.pair = CoderMatrix(), PairDetails(document)
+        self.matrix.chosen.connect(self._show_pair)
+        self.alone, self.consensus = AloneView(document), ConsensusBar(document)
+        self.empty = QLabel()
+        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.empty.setWordWrap(True)
+        self.empty.setMargin(16)
+        self.pages = QTabWidget()
+        self.pages.setDocumentMode(True)
+        self.pages.setAccessibleName(self.tr("Coders"))
+        self.pages.addTab(self._agreement_page(), self.tr("Agreement"))
+        self.pages.addTab(_scrolled(self.consensus), self.tr("Consensus"))
+        self.pages.addTab(self.alone, self.tr("Each coder"))
+        room = QWidget()
+        self._stack = QStackedLayout(room)
+        self._stack.addWidget(self.pages)
+        self._stack.addWidget(self.empty)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addWidget(self.task)
+        column.addWidget(self.note)
+        column.addWidget(room, 1)
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(PAUSE)
+        self._soon.timeout.connect(self.refresh)
+        document.project_changed.connect(self._project_changed)
+        document.author_changed.connect(self._again)
+        document.listing_changed.connect(self._listing_changed)
+        document.tracks_changed.connect(self._tracks_changed)
+        self._show()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Compare them: any demonstration may have been edited meanwhile."""
+        super().showEvent(event)
+        self._stale = True
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Stop comparing."""
+        super().hideEvent(event)
+        self._soon.stop()
+        self._jobs.cancel("coders")
+
+    def refresh(self) -> None:
+        """Compare the coders again, if anything has changed and this can be seen."""
+        self._soon.stop()
+        project = self.document.project
+        if not self.isVisible() or not self._stale:
+            return
+        self._stale = False
+        if project is None:
+            self._done(None)
+            return
+        self._list_tasks()
+        self._listed = self._listing()
+        task = self.task.currentData() or None
+        self._jobs.run(
+            _compared(project.path, task, self.document.author, self.consensus.name),
+            self._done,
+            self._failed,
+            key="coders",
+        )
+
+    # Inside
+
+    def _agreement_page(self) -> QWidget:
+        """Summary, matrix and the chosen pair, as high as they need."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.setContentsMargins(6, 6, 6, 6)
+        for widget in (self.summary, self.matrix, self.counts, self.pair):
+            column.addWidget(widget)
+        column.setStretchFactor(self.pair, 1)
+        return _scrolled(page)
+
+    def _project_changed(self) -> None:
+        """Forget the other project."""
+        self.found = None
+        self._jobs.cancel("coders")
+        self.task.clear()
+        self._show()
+        self._again()
+
+    def _again(self) -> None:
+        """Compare again, a moment after the last edit."""
+        self._stale = True
+        if self.isVisible():
+            self._soon.start()
+
+    def _tracks_changed(self) -> None:
+        """Compare again if the open demonstration's labels are not those that were compared."""
+        document = self.document
+        shown = {document.author: document.segments, **document.others}
+        coded = () if self.found is None else self.found.coded
+        known = next((one.tracks for one in coded if one.id == document.id), {})
+        if any(
+            segments != known.get(author, ())
+            for author, segments in shown.items()
+            if not is_model(author) and author != self.consensus.name
+        ):
+            self._again()
+
+    def _listing_changed(self) -> None:
+        """Compare again if demonstrations, their labels or assignments are others now."""
+        if self.isVisible() and self._listing() != self._listed:
+            self._again()
+
+    def _listing(self) -> object:
+        """What is known of the demonstrations, but for how far the consensus is."""
+        project, made = self.document.project, self.consensus.name
+        assigned = () if project is None else project.assignments(self.document.author)
+        return assigned, [
+            (info.id, info.name, info.task, {a: s for a, s in info.labelled.items() if a != made})
+            for info in self.document.infos
+        ]
+
+    def _list_tasks(self) -> None:
+        """Offer the tasks of the project, and all of them."""
+        tasks = tuple(dict.fromkeys(info.task for info in self.document.infos))
+        listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
+        if self.task.count() and listed == tasks:
+            return
+        kept = self.task.currentData()
+        self.task.clear()
+        self.task.addItem(self.tr("All tasks"), "")
+        for task in tasks:
+            self.task.addItem(task, task)
+        self.task.setCurrentIndex(max(self.task.findData(kept), 0))
+        self.task.setVisible(len(tasks) > 1)
+
+    def _done(self, found: Agreement | None) -> None:
+        """Show what was found."""
+        self.found = found
+        self._show()
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way; what was found before stays."""
+        self._stale = True
+        self.document.say(str(error), True)
+
+    def _show(self) -> None:
+        """Fill the pages, or say what is missing."""
+        found = self.found
+        hidden = 0 if found is None else found.hidden
+        text = self.tr("{0} demonstrations are left out until you have labelled them blind.")
+        one = self.tr("1 demonstration is left out until you have labelled it blind.")
+        self.note.setText(one if hidden == 1 else text.format(hidden))
+        self.note.setVisible(hidden > 0)
+        if found is None or not found.pairs:
+            self.empty.setText(self._missing())
+            self._stack.setCurrentIndex(1)
+            return
+        self._stack.setCurrentIndex(0)
+        names = {one.id: one.name for one in found.coded}
+        self.summary.setText(self._summed_up(found))
+        self.counts.setText(_counted(found))
+        self.matrix.setVisible(True)
+        self.matrix.show_agreement(found)
+        self.alone.show_agreement(found, names)
+        self.consensus.show_coded(found.coded, names)
+
+    def _missing(self) -> str:
+        """Why there is nothing to compare, and what to do about it."""
+        if self.document.project is None:
+            return self.tr("Open a project to compare its coders.")
+        if self.found is None:
+            return self.tr("Comparing the coders…")
+        return self.tr(
+            "No demonstration here is labelled by two coders yet, so there is nothing to compare. "
+            "Assign some to a second coder, blind: right-click them in the list of demonstrations, "
+            "or use “forcelab assign PROJECT DEMO --author NAME”."
+        )
+
+    def _summed_up(self, found: Agreement) -> str:
+        """How far all coders agree, in a sentence."""
+        if found.fleiss is None or found.fleiss_coders < 3:
+            return self.tr("The darker a cell, the better the two agree; a click tells more.")
+        text = self.tr(
+            "Fleiss' kappa of all {0} coders: {1:.2f}, “{2}” by Landis and Koch. It is as kappa of "
+            "two, for any number of coders. The darker a cell, the better the two agree."
+        )
+        return text.format(len(found.authors), found.fleiss, word(found.fleiss))
+
+    def _show_pair(self, pair: PairAgreement | None) -> None:
+        """Show the pair that was chosen in the matrix."""
+        self.pair.setVisible(pair is not None)
+        if pair is not None and self.found is not None:
+            self.pair.show_pair(pair, {one.id: one.name for one in self.found.coded})
+
+
+def _compared(
+    path: Path, task: str | None, viewer: str, made: str
+) -> Generator[Progress, None, Agreement]:
+    """Compare the coders of a project, read by a connection of the job's own."""
+    from forcelab.project import Project
+    from forcelab.review.agreement import agreement
+    from forcelab.review.coded import coded_demonstrations
+
+    yield Progress(0, 1, "")
+    with Project.open(path) as project:
+        there = task if task in project.tasks() else None
+        coded, hidden = coded_demonstrations(project, there, viewer=viewer, without=(made,))
+    return (yield from agreement(coded, hidden=hidden))
+
+
+def _counted(found: Agreement) -> str:
+    """Who coded what, a line for each coder."""
+    return "\n".join(
+        f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
+        for author, tasks in sorted(found.counts.items())
+    )
+
+
+def _scrolled(widget: QWidget) -> QScrollArea:
+    """A widget that scrolls up and down where it is higher than its room."""
+    area = QScrollArea()
+    area.setWidget(widget)
+    area.setWidgetResizable(True)
+    area.setFrameShape(QScrollArea.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+    return area

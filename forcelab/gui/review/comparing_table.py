@@ -1,0 +1,82 @@
+"""Rows of a comparison: metric, both runs, their difference, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.gui.review.metric_words import Metric
+from forcelab.gui.review.rows import Column, Row
+from forcelab.gui.theme import colours
+from forcelab.review.comparing import Comparison
+
+translate = QCoreApplication.translate
+
+__all__ = ["by_demonstration", "by_metric", "columns_of", "settings_text"]
+
+
+def columns_of(comparison: Comparison, first: str, *, sure: bool) -> tuple[Column, ...]:
+    """The columns' names; `first` is what the rows are, `sure` whether there are intervals."""
+    run = translate("forcelab", "run {0}")
+    columns = (
+        Column(first, number=False),
+        Column(run.format(comparison.one.number)),
+        Column(run.format(comparison.other.number)),
+        Column(translate("forcelab", "difference")),
+    )
+    tip = translate("forcelab", "Of the difference, paired over the demonstrations both tested.")
+    return (*columns, Column(translate("forcelab", "95 % interval"), tip)) if sure else columns
+
+
+def by_metric(comparison: Comparison, stage: str, metrics: Collection[Metric]) -> tuple[Row, ...]:
+    """A row for each metric, pooled over what both tested."""
+    one, other = comparison.pooled[stage]
+    found = comparison.intervals[stage]
+    rows = []
+    for metric in metrics:
+        span = metric.span(found[metric.path], signed=True)
+        row = _row(metric, metric.title, metric.value(one), metric.value(other))
+        rows.append(Row((*row.cells, span), tip=metric.tip, colours=row.colours))
+    return tuple(rows)
+
+
+def by_demonstration(
+    comparison: Comparison, stage: str, metric: Metric, seen: Collection[str]
+) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+    """A row for each demonstration that both tested and the coder may see; and their ids."""
+    ids = tuple(id_ for id_ in comparison.shared if id_ in seen)
+    rows = []
+    for id_ in ids:
+        one, other = comparison.each[stage][id_]
+        rows.append(_row(metric, comparison.names[id_], metric.value(one), metric.value(other)))
+    return tuple(rows), ids
+
+
+def settings_text(comparison: Comparison) -> str:
+    """What was asked for differently, in a line or two."""
+    if not comparison.settings:
+        text = translate("forcelab", "Both runs have the same settings.")
+    else:
+        listed = "; ".join(f"{name}: {a} → {b}" for name, a, b in comparison.settings)
+        text = translate("forcelab", "Different settings: {0}.").format(listed)
+    if number := len(comparison.relabelled):
+        changed = translate(
+            "forcelab", "Labels of {0} of {1} demonstrations were changed between the runs."
+        )
+        text = f"{text} {changed.format(number, len(comparison.shared))}"
+    return text
+
+
+def _row(metric: Metric, name: str, one: float | None, other: float | None) -> Row:
+    """Both numbers and their difference: better ones marked, in colour and in words."""
+    difference = None if one is None or other is None else other - one
+    shown = metric.text(difference, signed=True)
+    colour = None
+    if difference is not None and metric.better and shown.strip("+\u22120.,"):
+        better = (difference > 0) == (metric.better > 0)
+        colour = colours().accent if better else colours().trouble
+        words = translate("forcelab", "better") if better else translate("forcelab", "worse")
+        shown = f"{words}  {shown}"
+    cells = (name, metric.text(one), metric.text(other), shown)
+    return Row(cells, colours=(None, None, None, colour))

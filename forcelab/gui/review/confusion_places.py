@@ -1,0 +1,124 @@
+"""The list of a cell's places: going through it shows one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
+from forcelab.review.places import Place
+
+__all__ = ["PlacesList"]
+
+
+class PlacesList(QWidget):
+    """Places, the longest and most confident first; choosing one shows it in the window.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    places : tuple of Place
+        What is listed.
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.places: tuple[Place, ...] = ()
+        self.model = TextModel(self)
+        self.table = TextRows(self.model)
+        self.table.setAccessibleName(self.tr("Places of the cell"))
+        self.hint = QLabel()
+        self.hint.setWordWrap(True)
+        self.hint.setMargin(8)
+        self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.hint.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.hint)
+        column.addWidget(self.table, 1)
+        self._filling = False
+        self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
+        self.table.clicked.connect(self._row_clicked)
+        self.clear()
+
+    def minimumSizeHint(self) -> QSize:
+        """The header and two rows."""
+        return QSize(160, 90)
+
+    def clear(self) -> None:
+        """List nothing, and say what would be listed."""
+        self.show_places((), {}, 0)
+        self.hint.setText(self.tr("Click on a cell to list its places."))
+        self.hint.show()
+
+    def show_places(self, places: tuple[Place, ...], names: Mapping[str, str], number: int) -> None:
+        """List places.
+
+        Parameters
+        ----------
+        places : tuple of Place
+            In their order.
+        names : mapping of str to str
+            The demonstrations' names by id.
+        number : int
+            How many there are in all.
+        """
+        columns = (
+            Column(self.tr("Demonstration"), number=False),
+            Column(self.tr("Start (s)")),
+            Column(self.tr("Duration (s)")),
+            Column(
+                self.tr("Confidence (%)"),
+                self.tr("Mean probability that the model gives to what it predicts"),
+            ),
+        )
+        rows = [
+            Row(
+                (
+                    names.get(place.demonstration, place.demonstration),
+                    f"{place.start:.3f}",
+                    f"{place.duration:.3f}",
+                    "–" if place.confidence is None else f"{100 * place.confidence:.0f}",
+                )
+            )
+            for place in places
+        ]
+        self._filling = True
+        self.places = places
+        self.model.show(columns, rows)
+        self._filling = False
+        self.table.fit_columns(stretched=0)
+        self.table.setVisible(bool(places))
+        self.hint.setVisible(len(places) < number or not number)
+        if number:
+            self.hint.setText(
+                self.tr("The {0} longest of {1} places are listed.").format(
+                    f"{len(places):,}", f"{number:,}"
+                )
+            )
+        else:
+            self.hint.setText(self.tr("This cell is empty."))
+
+    def _row_chosen(self, index: QModelIndex) -> None:
+        """Show the place of the row."""
+        if index.isValid() and not self._filling:
+            self.document.examine(self.places[index.row()])
+
+    def _row_clicked(self, index: QModelIndex) -> None:
+        """Show the place once more, if the window has gone elsewhere since."""
+        if self.document.examined is not self.places[index.row()]:
+            self._row_chosen(index)
+            return
+        place = self.places[index.row()]
+        if self.document.id != place.demonstration or self.document.cursor != place.start:
+            self._row_chosen(index)

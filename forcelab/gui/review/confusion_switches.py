@@ -1,0 +1,94 @@
+"""What of the confusion matrix is shown: which prediction, counted how, as a share of what."""
+
+from __future__ import annotations
+
+from typing import cast
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QWidget
+
+from forcelab.review.cells import Share, Unit
+
+__all__ = ["Switches", "choice"]
+
+
+class Switches(QWidget):
+    """Three lists to choose from, and what can be done with the matrix.
+
+    Parameters
+    ----------
+    parent : QWidget, optional
+    """
+
+    #: Another prediction is asked for, which is to be counted.
+    stage_changed = Signal()
+    #: The same is to be shown otherwise.
+    changed = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.stage_box = choice(
+            self.tr("Prediction"),
+            {self.tr("Final"): "filtered", self.tr("Raw"): "raw"},
+            self.tr("Predictions after the filters, or as the classifier gave them"),
+        )
+        self.unit_box = choice(
+            self.tr("What is counted"),
+            {self.tr("Time"): "time", self.tr("Segments"): "segments"},
+            self.tr(
+                "Seconds, or the coder's segments: each counts for what covers most of it in the "
+                "prediction"
+            ),
+        )
+        self.share_box = choice(
+            self.tr("Share"),
+            {
+                self.tr("By row"): "row",
+                self.tr("By column"): "column",
+                self.tr("Counts"): "counts",
+            },
+            self.tr(
+                "Per cent of what the coder labelled (row), of what was predicted (column), or "
+                "the counts alone"
+            ),
+        )
+        self.copy = QPushButton(self.tr("Copy"))
+        self.copy.setToolTip(self.tr("Copy the matrix as text for a spreadsheet"))
+        self.save = QPushButton(self.tr("Save…"))
+        self.save.setToolTip(self.tr("Save the matrix as SVG, PDF or PNG"))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(6, 6, 6, 2)
+        row.setSpacing(4)
+        for widget in (self.stage_box, self.unit_box, self.share_box):
+            row.addWidget(widget)
+        row.addStretch(1)
+        row.addWidget(self.copy)
+        row.addWidget(self.save)
+        self.stage_box.currentIndexChanged.connect(lambda _: self.stage_changed.emit())
+        for box in (self.unit_box, self.share_box):
+            box.currentIndexChanged.connect(lambda _: self.changed.emit())
+
+    @property
+    def stage(self) -> str:
+        """Of the predictions: ``"filtered"`` or ``"raw"``."""
+        return str(self.stage_box.currentData())
+
+    @property
+    def unit(self) -> Unit:
+        """What is counted."""
+        return cast(Unit, self.unit_box.currentData())
+
+    @property
+    def share(self) -> Share:
+        """What is shown of it."""
+        return cast(Share, self.share_box.currentData())
+
+
+def choice(name: str, items: dict[str, str], tip: str) -> QComboBox:
+    """A list to choose from; each item knows what it stands for."""
+    box = QComboBox()
+    box.setAccessibleName(name)
+    box.setToolTip(tip)
+    for text, value in items.items():
+        box.addItem(text, value)
+    return box

@@ -1,0 +1,109 @@
+"""Which two coders, which demonstration, and whose track the consensus becomes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QSizePolicy, QWidget
+
+from forcelab.gui import settings
+
+if TYPE_CHECKING:
+    from forcelab.review.coded import Coded
+
+__all__ = ["ConsensusChoice"]
+
+
+class ConsensusChoice(QWidget):
+    """Two coders, a demonstration that both labelled, and a name that is remembered.
+
+    Parameters
+    ----------
+    beside : QWidget
+        Stands beside the name: what begins the consensus.
+    parent : QWidget, optional
+
+    Signals
+    -------
+    changed()
+        Anything else was chosen.
+    """
+
+    changed = Signal()
+
+    def __init__(self, beside: QWidget, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._coded: tuple[Coded, ...] = ()
+        self.first, self.second, self.demonstration = QComboBox(), QComboBox(), QComboBox()
+        self.first.setAccessibleName(self.tr("First coder"))
+        self.second.setAccessibleName(self.tr("Second coder"))
+        self.demonstration.setAccessibleName(self.tr("Demonstration"))
+        for box in (self.first, self.second, self.demonstration):
+            box.setMinimumContentsLength(6)
+            box.setSizeAdjustPolicy(
+                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+            )
+            box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.first.activated.connect(lambda _: self._offer_demonstrations())
+        self.second.activated.connect(lambda _: self._offer_demonstrations())
+        self.demonstration.activated.connect(lambda _: self.changed.emit())
+        self.author = QLineEdit(settings.text("review/consensus", "consensus"))
+        self.author.setAccessibleName(self.tr("Whose track the consensus becomes"))
+        self.author.editingFinished.connect(self._named)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setSpacing(4)
+        grid.addWidget(QLabel(self.tr("Coders")), 0, 0)
+        grid.addWidget(self.first, 0, 1)
+        grid.addWidget(self.second, 0, 2)
+        grid.addWidget(QLabel(self.tr("Demonstration")), 1, 0)
+        grid.addWidget(self.demonstration, 1, 1, 1, 2)
+        grid.addWidget(QLabel(self.tr("Consensus by")), 2, 0)
+        grid.addWidget(self.author, 2, 1)
+        grid.addWidget(beside, 2, 2)
+
+    @property
+    def coders(self) -> tuple[str, str]:
+        """The two coders."""
+        return self.first.currentText(), self.second.currentText()
+
+    @property
+    def id(self) -> str:
+        """The demonstration's; ``""`` where the two have none in common."""
+        return self.demonstration.currentData() or ""
+
+    @property
+    def name(self) -> str:
+        """Who the consensus is by."""
+        return self.author.text().strip() or "consensus"
+
+    def offer(self, coded: Sequence[Coded], at_first: str) -> None:
+        """Offer demonstrations; the first time the one that is open, if it is among them."""
+        self._coded = tuple(coded)
+        authors = sorted({a for one in self._coded for a in one.tracks if a != self.name})
+        for box, fallback in ((self.first, 0), (self.second, 1)):
+            kept = box.currentText()
+            box.clear()
+            box.addItems(authors)
+            index = box.findText(kept) if kept else -1
+            box.setCurrentIndex(index if index >= 0 else min(fallback, len(authors) - 1))
+        self._offer_demonstrations(self.id or at_first)
+
+    def _offer_demonstrations(self, kept: str = "") -> None:
+        """List the demonstrations that both chosen coders labelled."""
+        kept = kept or self.id
+        a, b = self.coders
+        self.demonstration.clear()
+        for one in self._coded:
+            if a != b and a in one.tracks and b in one.tracks:
+                self.demonstration.addItem(f"{one.task}: {one.name}", one.id)
+        self.demonstration.setCurrentIndex(max(self.demonstration.findData(kept), 0))
+        self.changed.emit()
+
+    def _named(self) -> None:
+        """Make the consensus under another name, and remember it."""
+        if self.name != settings.text("review/consensus", "consensus"):
+            settings.put("review/consensus", self.name)
+            self.offer(self._coded, "")

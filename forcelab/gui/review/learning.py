@@ -1,0 +1,372 @@
+"""The trainer of the window: what is trained on, how, since when, and what came of it last."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import remembered
+from forcelab.gui.review.edit_count import EditCount
+from forcelab.gui.review.training_jobs import BACKGROUND, Given, Kept, Work
+
+if TYPE_CHECKING:
+    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.settings import Settings
+    from forcelab.review.outcome import Outcome
+    from forcelab.review.steps import Step
+
+__all__ = ["Learning"]
+
+#: Training by itself begins when nothing was edited for so many ms.
+QUIET = 5000
+#: The keys of its jobs.
+TRAINING, LOADING, LISTING = "training", "outcome", "runs"
+
+
+class Learning(QObject):
+    """Trains on a snapshot of the labels in the background, while the coder goes on.
+
+    The outcome that is reviewed stays until a new one is there. What is trained on and how is
+    remembered for each task of each project.
+
+    Parameters
+    ----------
+    document : Document
+        Gets the outcome, by :meth:`~forcelab.gui.document.Document.set_outcome`.
+    jobs : Jobs
+    parent : QObject, optional
+    work : Work, optional
+        What is done in the background.
+
+    Attributes
+    ----------
+    task : str
+        Whose settings and choice count; ``""`` where there is none.
+    training : bool
+        Whether a training is under way.
+    step : Step or None
+        How far it is.
+    trail : list of Step
+        All steps of the training that is under way or was the last one.
+    trouble : str
+        Why the last training did not come about; empty where it did.
+    automatic : bool
+        Whether edits are followed by a training.
+    runs : tuple of Kept
+        What the project keeps that can be reviewed, the latest first.
+    """
+
+    changed = Signal()
+    losses_changed = Signal()
+    runs_changed = Signal()
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        parent: QObject | None = None,
+        *,
+        work: Work = BACKGROUND,
+    ) -> None:
+        super().__init__(parent)
+        self.document, self.jobs = document, jobs
+        self._work = work
+        self._counter = EditCount(document, work.edits, self)
+        self._counter.counted.connect(self.changed)
+        self._counter.edited.connect(self._edited)
+        self._quiet = QTimer(self)
+        self._quiet.setSingleShot(True)
+        self._quiet.setInterval(QUIET)
+        self._quiet.timeout.connect(self._train_by_itself)
+        self._path: Path | None = None
+        self._forget()
+        document.project_changed.connect(self._project_changed)
+        document.demonstration_changed.connect(self._demonstration_changed)
+        self._project_changed()
+
+    def _forget(self) -> None:
+        """Begin with nothing."""
+        self.task = ""
+        self.training = False
+        self.step: Step | None = None
+        self.trail: list[Step] = []
+        self.trouble = ""
+        self.automatic = False
+        self.runs: tuple[Kept, ...] = ()
+        self._settings: Settings | None = None
+        self._choice: Choice | None = None
+
+    # What is asked for
+
+    @property
+    def edits(self) -> int | None:
+        """How many edits were made since what is reviewed was trained; None where nothing is."""
+        return self._counter.edits
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """The tasks of the project."""
+        return tuple(dict.fromkeys(info.task for info in self.document.infos))
+
+    @property
+    def settings(self) -> Settings:
+        """How a recogniser is trained."""
+        if self._settings is None:
+            self._settings = remembered.recall_settings(self._path or Path(), self.task)
+        return self._settings
+
+    @property
+    def choice(self) -> Choice:
+        """What a recogniser is trained on; without an author, the coder's own labels come first."""
+        if self._choice is None:
+            self._choice = remembered.recall_choice(self._path or Path(), self.task)
+        return self._choice
+
+    @property
+    def called(self) -> tuple[str, bool]:
+        """The preset that the settings began with, and whether they were changed."""
+        return remembered.recall_called(self._path or Path(), self.task)
+
+    @property
+    def classifier(self) -> str:
+        """The classifier that is trained."""
+        if self._settings is not None:
+            return self._settings.classifier
+        values = remembered.recall_values(self._path or Path(), self.task) or {}
+        return str(values.get("classifier", "mlp"))
+
+    @property
+    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
+        """The tasks trained on, the one tested on, and whether actions stay apart."""
+        if self._choice is not None:
+            return self._choice.tasks, self._choice.test_task, self._choice.apart
+        tasks, test, _, apart = remembered.recall_parts(self._path or Path(), self.task)
+        return tasks, test, apart
+
+    def set_settings(self, settings: Settings) -> None:
+        """Train like this from now on."""
+        self._settings = settings
+        self._keep(settings)
+
+    def set_choice(self, choice: Choice) -> None:
+        """Train on this from now on."""
+        self._choice = choice
+        self._keep(choice)
+
+    def set_automatic(self, automatic: bool) -> None:
+        """Train by itself some seconds after edits, or only when told to."""
+        if automatic == self.automatic:
+            return
+        self.automatic = automatic
+        self._keep(automatic)
+        if automatic and self.edits:
+            self._quiet.start()
+        elif not automatic:
+            self._quiet.stop()
+
+    def set_task(self, task: str) -> None:
+        """Turn to another task: its settings, its choice, and its latest outcome."""
+        if task == self.task or self._path is None:
+            return
+        self.task = task
+        self._settings = self._choice = None
+        self.trouble = ""
+        self.changed.emit()
+        self._show_latest()
+
+    def _keep(self, given: Settings | Choice | bool) -> None:
+        """Remember what was asked for."""
+        if self._path is not None:
+            remembered.remember(self._path, self.task, given)
+        self.trouble = ""
+        self.changed.emit()
+
+    # Training
+
+    def train(self) -> bool:
+        """Begin a training; gives whether it began. Never are there two at once."""
+        if self.training:
+            return False
+        self._quiet.stop()
+        if self._path is None or not self.task:
+            self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
+            return False
+        self.training, self.step, self.trail, self.trouble = True, None, [], ""
+        name = " + ".join(self.chosen[0])
+        self.jobs.run(
+            self._work.train(self._path, self._given(), name, self.trail),
+            self._trained,
+            self._failed,
+            self._progressed,
+            key=TRAINING,
+        )
+        self.changed.emit()
+        self.losses_changed.emit()
+        return True
+
+    def cancel(self) -> None:
+        """Give the training up; what is reviewed stays."""
+        self._quiet.stop()
+        if not self.training:
+            return
+        self.jobs.cancel(TRAINING)
+        self.training, self.step = False, None
+        self.changed.emit()
+
+    def show_run(self, number: int) -> None:
+        """Review what another run of the project found."""
+        if self._path is not None:
+            work = self._work.load(self._path, number)
+            self.jobs.run(work, self._take, self._failed_to_load, key=LOADING)
+
+    def dismiss(self) -> None:
+        """Take note of the trouble."""
+        if self.trouble:
+            self.trouble = ""
+            self.changed.emit()
+
+    def _given(self) -> Given:
+        """What gives settings and choice; to build them loads much, so that is left to the job."""
+        assert self._path is not None
+        task, settings, choice = self.task, self._settings, self._choice
+        values = remembered.recall_values(self._path, task)
+        parts = remembered.recall_parts(self._path, task)
+        if choice is not None:
+            parts = choice.tasks, choice.test_task, choice.author, choice.apart
+        tasks, test, author, apart = parts
+        if author is None and self._has_labels({*tasks, test}):
+            author = self.document.author  # his own come first, where there are some
+
+        def given() -> tuple[Settings, Choice]:
+            from forcelab.recognition.project_runs import Choice
+
+            made = remembered.settings_of(values, task) if settings is None else settings
+            return made, Choice(tasks, test, author, apart)
+
+        return given
+
+    def _has_labels(self, tasks: set[str | None]) -> bool:
+        """Whether the coder of the window has labelled anything of some tasks."""
+        document = self.document
+        demonstration = document.demonstration
+        if demonstration is not None and demonstration.task in tasks and document.segments:
+            return True
+        return any(i.task in tasks and document.author in i.labelled for i in document.infos)
+
+    def _progressed(self, step: object) -> None:
+        """Take note of how far the training is."""
+        if self.trail and step is not None and self.step is not self.trail[-1]:
+            self.step = self.trail[-1]
+            self.changed.emit()
+            self.losses_changed.emit()
+
+    def _trained(self, outcome: Outcome) -> None:
+        """Put the new outcome in place of the old one."""
+        self.training, self.step = False, None
+        if self.task in (*outcome.tasks, outcome.test_task):
+            self.jobs.cancel(LOADING)
+            self.document.set_outcome(outcome)
+        else:  # the coder has turned to another task meanwhile
+            self.document.say(
+                self.tr("The training of '{0}' is done; its run is in the list.").format(
+                    outcome.title
+                )
+            )
+        self.changed.emit()
+        self.losses_changed.emit()
+        self._list_runs()
+        if self.automatic and self.edits:
+            self._quiet.start()  # what was painted meanwhile
+
+    def _failed(self, error: Exception) -> None:
+        """Say why it did not come about."""
+        self.training, self.step = False, None
+        known = isinstance(error, ForcelabError)
+        self._refuse(str(error) if known else self.tr("The training failed; the log says more."))
+
+    def _refuse(self, sentence: str) -> None:
+        """Say what is missing; also where the bar that shows it is not in front."""
+        self.trouble = sentence
+        self.document.say(sentence, True)
+        self.changed.emit()
+
+    def _train_by_itself(self) -> None:
+        """Train after a pause, if there is something new."""
+        if self.automatic and not self.training and (self.edits or self.document.outcome is None):
+            self.train()
+
+    # What happens to the document
+
+    def _project_changed(self) -> None:
+        """Turn to another project, or to none."""
+        for key in (TRAINING, LOADING, LISTING):
+            self.jobs.cancel(key)
+        self._quiet.stop()
+        self._counter.forget()
+        self._forget()
+        project = self.document.project
+        self._path = None if project is None else project.path
+        if self._path is not None:
+            self.task = next(iter(self.tasks), "")
+            self.automatic = remembered.recall_automatic(self._path)
+            self._list_runs()
+        self.changed.emit()
+        self.losses_changed.emit()
+        self.runs_changed.emit()
+
+    def _demonstration_changed(self) -> None:
+        """Follow to the task of the open demonstration, unless it is in what is reviewed."""
+        demonstration, outcome = self.document.demonstration, self.document.outcome
+        if demonstration is None:
+            return
+        if outcome is not None and (
+            demonstration.task in (*outcome.tasks, outcome.test_task)
+            or outcome.find(demonstration.id) is not None
+        ):
+            return
+        self.set_task(demonstration.task)
+
+    def _edited(self) -> None:
+        """Train by itself when it has been quiet for a while."""
+        if self.automatic:
+            self._quiet.start()
+
+    # What is kept
+
+    def _list_runs(self) -> None:
+        """Read in the background which runs there are."""
+        if self._path is not None:
+            self.jobs.run(
+                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING
+            )
+
+    def _listed(self, runs: tuple[Kept, ...]) -> None:
+        """Offer the runs; where nothing is reviewed yet, the latest one is."""
+        self.runs = runs
+        self.runs_changed.emit()
+        if self.document.outcome is None:
+            self._show_latest()
+
+    def _show_latest(self) -> None:
+        """Review the latest run of the task, or nothing where there is none."""
+        run = next((run for run in self.runs if self.task in run.tasks), None)
+        shown = self.document.outcome
+        if run is not None and (shown is None or shown.number != run.number):
+            self.show_run(run.number)
+        elif run is None and shown is not None:
+            self.document.set_outcome(None)
+
+    def _take(self, outcome: Outcome) -> None:
+        """Review what was read."""
+        self.document.set_outcome(outcome)
+        self.changed.emit()
+
+    def _failed_to_load(self, error: Exception) -> None:
+        """Say what of the project could not be read."""
+        if isinstance(error, ForcelabError):
+            self._refuse(str(error))

@@ -1,0 +1,191 @@
+"""The metrics of an evaluation in words: names, units, and a sentence that explains each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.recognition.intervals import look_up
+
+translate = QCoreApplication.translate
+
+__all__ = ["Metric", "events", "rates"]
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """A number of the scores.
+
+    Parameters
+    ----------
+    path : str
+        Where it stands in the scores' JSON, such as ``"f1.50"``.
+    name, tip : str
+        For people.
+    unit : {"%", "ms", "s", "", "#"}
+        ``""`` is a plain number from -1 to 1, ``"#"`` a number of things.
+    better : int
+        1 if more is better, -1 if less is, 0 if neither.
+    """
+
+    path: str
+    name: str
+    tip: str
+    unit: str
+    better: int = 1
+
+    @property
+    def title(self) -> str:
+        """The name with its unit."""
+        return self.name if self.unit in ("", "#") else f"{self.name} ({self.unit})"
+
+    def value(self, scores: Mapping[str, Any]) -> float | None:
+        """The number in scores as of ``forcelab evaluate --json``, in its own unit."""
+        found = look_up(scores, self.path)
+        return None if found is None else float(found)
+
+    def text(self, value: float | None, *, signed: bool = False) -> str:
+        """The number as it is shown, with as many decimals in every row; a dash for none."""
+        if value is None:
+            return "–"
+        decimals = {"%": 1, "ms": 0, "s": 2, "": 3, "#": 0}[self.unit]
+        shown = round(100.0 * value if self.unit == "%" else value, decimals) + 0.0  # no -0
+        sign = "+" if signed and shown > 0 else ""
+        return f"{sign}{shown:,.{decimals}f}".replace("-", "\u2212")
+
+    def span(self, ends: tuple[float, float] | None, *, signed: bool = False) -> str:
+        """An interval as it is shown."""
+        if ends is None:
+            return "–"
+        low, high = (self.text(end, signed=signed) for end in ends)
+        return translate("forcelab", "{0} to {1}").format(low, high)
+
+
+def rates() -> tuple[Metric, ...]:
+    """How well predictions agree with the human, from samples to boundaries."""
+    overlap = translate(
+        "forcelab",
+        "Share of segments that are found: F1 of segments that overlap one of the same action by "
+        "{0} % of their union.",
+    )
+    return (
+        Metric(
+            "accuracy",
+            translate("forcelab", "Accuracy"),
+            translate("forcelab", "Share of the human-labelled samples that are predicted right."),
+            "%",
+        ),
+        Metric(
+            "balanced_accuracy",
+            translate("forcelab", "Balanced"),
+            translate(
+                "forcelab", "Mean over the actions of the share of their samples predicted right."
+            ),
+            "%",
+        ),
+        Metric(
+            "coverage",
+            translate("forcelab", "Coverage"),
+            translate(
+                "forcelab", "Share of the human-labelled samples that are predicted as any action."
+            ),
+            "%",
+            0,
+        ),
+        Metric(
+            "kappa",
+            translate("forcelab", "Kappa"),
+            translate(
+                "forcelab", "Cohen's kappa over samples: agreement beyond chance, 1 if it is full."
+            ),
+            "",
+        ),
+        Metric(
+            "edit",
+            translate("forcelab", "Edit"),
+            translate(
+                "forcelab",
+                "How alike the two sequences of actions are, whatever the segments' durations.",
+            ),
+            "%",
+        ),
+        *(
+            Metric(f"f1.{percent}", f"F1@{percent}", overlap.format(percent), "%")
+            for percent in (10, 25, 50)
+        ),
+        Metric(
+            "boundary_ms.median",
+            translate("forcelab", "Boundary median"),
+            translate(
+                "forcelab", "Half of the edges of matched segments are no further off than this."
+            ),
+            "ms",
+            -1,
+        ),
+        Metric(
+            "boundary_ms.p90",
+            translate("forcelab", "Boundary 90 %"),
+            translate(
+                "forcelab",
+                "Nine in ten edges of matched segments are no further off than this.",
+            ),
+            "ms",
+            -1,
+        ),
+    )
+
+
+def events() -> tuple[Metric, ...]:
+    """In which way predictions are wrong, after Ward et al.: numbers and seconds."""
+    words = {
+        "human": (
+            translate("forcelab", "Human"),
+            translate("forcelab", "Segments that the human labelled."),
+            0,
+        ),
+        "predicted": (
+            translate("forcelab", "Predicted"),
+            translate("forcelab", "Segments that were predicted where the human labelled."),
+            0,
+        ),
+        "insertion": (
+            translate("forcelab", "Insertions"),
+            translate(
+                "forcelab", "Predicted segments where there is no human one of their action."
+            ),
+            -1,
+        ),
+        "deletion": (
+            translate("forcelab", "Deletions"),
+            translate("forcelab", "Human segments that no predicted one of their action meets."),
+            -1,
+        ),
+        "fragmentation": (
+            translate("forcelab", "Fragmented"),
+            translate("forcelab", "Human segments that several predicted ones fall into."),
+            -1,
+        ),
+        "merge": (
+            translate("forcelab", "Merged"),
+            translate("forcelab", "Predicted segments that join several human ones."),
+            -1,
+        ),
+        "overfill": (
+            translate("forcelab", "Overfill"),
+            translate("forcelab", "Predicted segments that reach over an edge of a human one."),
+            -1,
+        ),
+        "underfill": (
+            translate("forcelab", "Underfill"),
+            translate("forcelab", "Predicted segments that stay short of an edge of a human one."),
+            -1,
+        ),
+    }
+    return tuple(
+        Metric(f"events.{part}.{what}", name, tip, unit, better)
+        for part, (name, tip, better) in words.items()
+        for what, unit in (("count", "#"), ("seconds", "s"))
+    )

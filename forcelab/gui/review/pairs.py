@@ -1,0 +1,328 @@
+"""Timeline pairs: what the human labelled above what is predicted, for all demonstrations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QResizeEvent, QShowEvent
+from PySide6.QtWidgets import QFileDialog, QLabel, QStackedWidget, QVBoxLayout, QWidget
+
+from forcelab.errors import InputError
+from forcelab.gui.document import Document
+from forcelab.gui.figures.legend import looks_in_order
+from forcelab.gui.figures.timelines import TimelinePairs
+from forcelab.gui.figures.tracks import Look
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.pairs_area import PairsArea
+from forcelab.gui.review.pairs_export import figure_of, saving
+from forcelab.gui.review.pairs_hits import Hit, place_of
+from forcelab.gui.review.pairs_reading import CurrentTracks, blind_to, other_coders
+from forcelab.gui.review.pairs_rows import (
+    Entry,
+    arranged,
+    entries_of,
+    entry_of,
+)
+from forcelab.gui.review.pairs_tools import AxisStrip, LegendStrip, PairsTools
+from forcelab.gui.shortcuts import keys
+from forcelab.gui.theme import colours
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["PairsView"]
+
+#: What an exported file is called unless somebody says otherwise.
+SUGGESTED = "pairs.svg"
+
+
+class PairsView(QWidget):
+    """The timeline pairs of the outcome that is reviewed.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+        Reads the tracks of all demonstrations.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._jobs = jobs
+        self._stale = True
+        self._entries: tuple[Entry, ...] = ()
+        self._current = CurrentTracks(document, jobs, self)
+        self._hidden: frozenset[str] = frozenset()
+        self._vocabulary = Vocabulary()
+        self._looks: Mapping[str, Look] = {}
+        self.setAccessibleName(self.tr("Timeline pairs"))
+        self.tools = PairsTools()
+        self.legend = LegendStrip()
+        self.area = PairsArea(document)
+        self.strip = AxisStrip()
+        self.note = QLabel()
+        self.note.setWordWrap(True)
+        self.note.setContentsMargins(12, 2, 12, 2)
+        self._empty = QLabel()
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setTextFormat(Qt.TextFormat.PlainText)
+        self._empty.setWordWrap(True)
+        self._empty.setMargin(24)
+        self._lay_out()
+        self._connect()
+
+    # Verbs
+
+    def figure(self) -> TimelinePairs:
+        """What is shown, as a figure: the same pairs in the same order.
+
+        Raises
+        ------
+        InputError
+            If no pair is shown.
+        """
+        outcome = self.document.outcome
+        if outcome is None or not self.area.entries:
+            raise InputError(self.tr("No timeline pair is shown that could be saved."))
+        stretched = self.tools.stretched.isChecked()
+        return figure_of(
+            outcome.title, self.area.entries, self._vocabulary, tuple(self._looks), stretched
+        )
+
+    def save(self, path: Path) -> None:
+        """Save what is shown as .svg, .pdf or .png.
+
+        Raises
+        ------
+        InputError
+            If no pair is shown, or the file cannot be written.
+        """
+        self.figure().save(path)
+
+    def export(self) -> None:
+        """Ask where to save the pairs, and save them in the background."""
+        chosen, _ = QFileDialog.getSaveFileName(
+            self,
+            self.tr("Export timeline pairs"),
+            SUGGESTED,
+            self.tr("Pictures (*.svg *.pdf *.png)"),
+        )
+        if chosen:
+            self.export_to(Path(chosen))
+
+    def export_to(self, path: Path) -> None:
+        """Save the pairs in the background, and say when that is done."""
+        path = path if path.suffix else path.with_suffix(".svg")
+        try:
+            figure = self.figure()
+        except InputError as error:
+            self.document.say(str(error), True)
+            return
+        self._jobs.run(
+            saving(figure, path),
+            lambda _: self.document.say(self.tr("Saved {0}.").format(path.name)),
+            lambda error: self.document.say(str(error), True),
+            key="pairs export",
+        )
+
+    # Inside
+
+    def _lay_out(self) -> None:
+        """Tools and legend above, the rows, the time axis below."""
+        self._rows = QWidget()
+        rows = QVBoxLayout(self._rows)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(0)
+        for widget in (self.legend, self.area, self.strip):
+            rows.addWidget(widget)
+        rows.setStretchFactor(self.area, 1)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self._rows)
+        self._stack.addWidget(self._empty)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.tools)
+        column.addWidget(self.note)
+        column.addWidget(self._stack, 1)
+
+    def _connect(self) -> None:
+        """Listen to the document, and to what is pressed."""
+        document = self.document
+        document.outcome_changed.connect(self._start_anew)
+        document.tracks_changed.connect(self._read_open)
+        document.vocabulary_changed.connect(self._recolour)
+        document.listing_changed.connect(self._check_blind)
+        document.author_changed.connect(self._check_blind)
+        keys().changed.connect(self._say_what_is_missing)
+        self._current.changed.connect(self._build)
+        self.tools.changed.connect(self._choose)
+        self.tools.exporting.connect(self.export)
+        self.area.chosen.connect(self._go_to)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Show what has changed while nobody saw it."""
+        super().showEvent(event)
+        if self._stale:
+            self._build()
+        self._read_all()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The axis goes along with the rows."""
+        super().resizeEvent(event)
+        self._show_axis()
+
+    def _start_anew(self) -> None:
+        """Another outcome is reviewed."""
+        self._current.forget()
+        self._build()
+        self._read_all()
+
+    def _choose(self) -> None:
+        """Other rows, or another order of them."""
+        self._build()
+        if self._current.lacks(self.tools.wanted.coders):
+            self._read_all()
+
+    def _build(self) -> None:
+        """Make the rows of the outcome and of what is chosen."""
+        self._stale = not self.isVisible()
+        outcome, project = self.document.outcome, self.document.project
+        if self._stale:
+            return
+        self._hidden = blind_to(self.document)
+        if outcome is None or project is None:
+            self._entries = ()
+        else:
+            coders = other_coders(self.document, self._hidden)
+            if coders != self.tools.coders:
+                self.tools.offer(coders)
+            self._entries = entries_of(
+                outcome, self._current.tracks, self.tools.wanted, self._hidden
+            )
+            self._take_vocabulary()
+        self._show()
+
+    def _show(self) -> None:
+        """Show the rows in order."""
+        self._looks = _Looks(looks_in_order(self._actions(), self._vocabulary))
+        looks, tools = self._looks, self.tools
+        rows = arranged(self._entries, tools.chosen_order, tools.search.text())
+        self.legend.show_looks(looks)
+        self._say_what_is_missing(len(rows))
+        self.area.show_entries(rows, looks, tools.stretched.isChecked())
+        self._show_axis()
+
+    def _show_axis(self) -> None:
+        """Show the common axis, as wide as the rows."""
+        common = bool(self.area.entries) and not self.area.stretched
+        self.strip.show_axis(self.area.arrangement.axis() if common else None)
+
+    def _actions(self) -> tuple[str, ...]:
+        """All actions in the order of occurrence: those of the outcome first.
+
+        What a recogniser sees on the way to its prediction is among those, and need not be looked
+        through.
+        """
+        outcome = self.document.outcome
+        known = () if outcome is None else outcome.actions
+        tracks = [track for entry in self._entries for track in entry.whole_tracks]
+        return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
+
+    def _take_vocabulary(self) -> bool:
+        """Take the colours of the outcome's first task; gives whether they are other ones."""
+        outcome, project = self.document.outcome, self.document.project
+        if outcome is None or project is None:
+            return False
+        before = self._vocabulary
+        stored = project.vocabulary(outcome.tasks[0]) if outcome.tasks else Vocabulary()
+        self._vocabulary = stored.with_actions(*self._actions())
+        return self._vocabulary != before
+
+    def _say_what_is_missing(self, shown: int | None = None) -> None:
+        """Say why there is nothing to see, or not all."""
+        outcome = self.document.outcome
+        shown = len(self.area.entries) if shown is None else shown
+        words = ""
+        if outcome is None:
+            bound = keys().shown("train")
+            name = f" ({bound})" if bound else ""
+            words = self.tr(
+                "Train a recogniser{key} and human and predicted timelines stand here in pairs."
+            ).format(key=name)
+        elif not self._entries and self._hidden:
+            words = self.tr("All demonstrations of this run are hidden while you code them blind.")
+        elif not self._entries:
+            words = self.tr("This run tested no demonstration; label a second one and train again.")
+        elif not shown:
+            words = self.tr("No demonstration fits the filter.")
+        self._empty.setText(words)
+        self._stack.setCurrentIndex(1 if words else 0)
+        self.tools.setHidden(not self._entries)
+        count = 0
+        if outcome is not None and self._entries:
+            both = (*outcome.tested, *outcome.proposals)
+            count = sum(reviewed.id in self._hidden for reviewed in both)
+        hidden = self.tr("Demonstrations left out while you code them blind: {count}.")
+        self.note.setText(hidden.format(count=count))
+        self.note.setHidden(not count)
+
+    # Going there
+
+    def _go_to(self, entry: Entry, found: Hit) -> None:
+        """Open what was chosen."""
+        document = self.document
+        if found.what is not None:
+            document.examine(place_of(entry, found.what))
+        elif document.open_demonstration(entry.id) and found.time is not None:
+            document.seek(found.time)
+
+    # What the project holds now
+
+    def _read_all(self) -> None:
+        """Read the tracks as they are now, in the background."""
+        if self.isVisible():
+            self._current.read_all(self.tools.wanted.coders, self._hidden)
+
+    def _read_open(self) -> None:
+        """Read the open demonstration's tracks, and nothing else."""
+        outcome, id_ = self.document.outcome, self.document.id
+        old = next((entry for entry in self._entries if entry.id == id_), None)
+        if outcome is None or old is None or not self.isVisible():
+            return
+        wanted = self.tools.wanted
+        if old.human is None or not self._current.read_open(wanted.coders):
+            return
+        found = self._current.tracks[id_]
+        new = entry_of(outcome, old.reviewed, found, wanted, old.evaluated)
+        self._entries = tuple(new if entry is old else entry for entry in self._entries)
+        known = set(self._vocabulary.names)
+        if any(s.action not in known for track in new.whole_tracks for s in track):
+            self._take_vocabulary()
+            self._show()
+        self.area.replace_entry(new)
+
+    def _recolour(self) -> None:
+        """The actions may have other colours."""
+        if self.isVisible() and self._entries and self._take_vocabulary():
+            self._show()
+
+    def _check_blind(self) -> None:
+        """Somebody may code another demonstration blind, or not any more."""
+        if (
+            self.isVisible()
+            and self.document.outcome is not None
+            and blind_to(self.document) != self._hidden
+        ):
+            self._build()
+            self._read_all()
+
+
+class _Looks(dict[str, Look]):
+    """Looks of actions; grey where an action is not known."""
+
+    def __missing__(self, action: str) -> Look:
+        """A look that is nobody's."""
+        return Look(0, QColor(colours().muted))

@@ -1,0 +1,300 @@
+"""Unlabelled demonstrations, the most uncertain first, and taking predictions over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtGui import QPalette, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDoubleSpinBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QPushButton,
+    QStackedLayout,
+    QTableView,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.proposals_model import NAME, UNCERTAINTY, BarDelegate, ProposalModel
+from forcelab.gui.shortcuts import keys
+from forcelab.gui.theme import themes
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from forcelab.review.outcome import Outcome
+    from forcelab.review.proposing import Proposal
+
+__all__ = ["ProposalsView"]
+
+#: A stretch that is too short to hold anything but what lies at its start, in seconds.
+MOMENT = 1e-6
+KEY = "proposals"
+
+
+class ProposalsView(QWidget):
+    """What should be labelled next, and the predictions of what is open.
+
+    A row leads to the most uncertain stretch of its demonstration. Nothing is computed while the
+    view is hidden, and nothing is shown of what is coded blind.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document, self.jobs = document, jobs
+        self.setAccessibleName(self.tr("Proposals"))
+        self.model = ProposalModel(self)
+        self._shown: Outcome | None = None
+        self._found: tuple[Proposal, ...] = ()
+        self.table = self._table()
+        self._empty = QLabel()
+        self._empty.setWordWrap(True)
+        self._empty.setMargin(12)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._pages = QStackedLayout()
+        self._pages.addWidget(self.table)
+        self._pages.addWidget(self._empty)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addLayout(self._pages, 1)
+        column.addLayout(self._accepting())
+        document.outcome_changed.connect(self._refresh)
+        document.author_changed.connect(self._refresh)
+        document.listing_changed.connect(self._listing_changed)
+        document.tracks_changed.connect(self._follow)
+        document.outcome_changed.connect(self._follow)
+        document.cursor_moved.connect(self._follow_cursor)
+        document.span_changed.connect(self._follow_span)
+        document.demonstration_changed.connect(self._follow)
+        keys().changed.connect(self._name_buttons)
+        themes().changed.connect(self.table.viewport().update)
+        self._name_buttons()
+        self._say_empty()
+
+    def sizeHint(self) -> QSize:
+        """Room for some rows."""
+        return QSize(420, 260)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._refresh()
+        self._follow()
+
+    # What it is made of
+
+    def _table(self) -> QTableView:
+        """The rows."""
+        table = QTableView()
+        table.setModel(self.model)
+        table.setAccessibleName(self.tr("Unlabelled demonstrations, the most uncertain first"))
+        self._bars = BarDelegate(table)
+        table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        table.setTabKeyNavigation(False)
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(round(1.7 * self.fontMetrics().height()))
+        header = table.horizontalHeader()
+        header.setHighlightSections(False)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
+        table.clicked.connect(self._go)
+        table.activated.connect(self._go)
+        return table
+
+    def _accepting(self) -> QHBoxLayout:
+        """The buttons that take predictions over."""
+        self.here = QPushButton()
+        self.here.clicked.connect(self.accept_here)
+        self.in_view = QPushButton()
+        self.in_view.clicked.connect(self.accept_in_view)
+        self.above = QPushButton(self.tr("Accept a&bove"))
+        self.above.setAccessibleName(self.tr("Accept all segments above this probability"))
+        self.above.clicked.connect(self.accept_above)
+        self.at_least = QDoubleSpinBox()
+        self.at_least.setRange(0.0, 1.0)
+        self.at_least.setDecimals(2)
+        self.at_least.setSingleStep(0.05)
+        self.at_least.setValue(settings.number("review/accept_above", 0.9, lowest=0, highest=1))
+        self.at_least.setAccessibleName(self.tr("Least mean probability"))
+        self.at_least.valueChanged.connect(lambda _: self._follow())
+        self.at_least.editingFinished.connect(
+            lambda: settings.put("review/accept_above", self.at_least.value())
+        )
+        row = QHBoxLayout()
+        row.setSpacing(4)
+        for widget in (self.here, self.in_view, self.above, self.at_least):
+            row.addWidget(widget)
+        row.addStretch(1)
+        for button in (self.here, self.in_view, self.above):
+            button.setAutoDefault(False)
+            button.setMinimumWidth(0)
+        return row
+
+    def _name_buttons(self) -> None:
+        """Print the keys on the buttons."""
+        for button, text, command in (
+            (self.here, self.tr("Accept &here"), "accept"),
+            (self.in_view, self.tr("Accept all in &view"), "accept_all"),
+        ):
+            key = keys().shown(command)
+            button.setText(f"{text} ({key})" if key else text)
+            button.setAccessibleName(text.replace("&", ""))
+
+    # Accepting
+
+    def accept_here(self) -> bool:
+        """Take over what is predicted at the cursor."""
+        return self._told(self.document.accept_here)
+
+    def accept_in_view(self) -> bool:
+        """Take over everything predicted that is in view, where the coder labelled nothing."""
+        return self._told(self.document.accept_in_view)
+
+    def accept_above(self) -> bool:
+        """Take over what is that probable anywhere, where the coder labelled nothing."""
+        document, at_least = self.document, self.at_least.value()
+        return self._told(lambda: document.accept(*document.bounds, at_least, replace=False))
+
+    def _told(self, accept: Callable[[], bool]) -> bool:
+        """Take over, and say how many and how to take it back."""
+        before = set(self.document.segments)
+        done = accept()
+        if done:
+            count = len(set(self.document.segments) - before)
+            text = (
+                self.tr("1 predicted segment was accepted; {key} takes it back.")
+                if count == 1
+                else self.tr("{count} predicted segments were accepted; {key} takes them back.")
+            )
+            key = keys().shown("undo").split(",")[0]
+            self.document.say(text.format(count=count, key=key))
+        return done
+
+    def _count(self, start: float, end: float, at_least: float = 0.0) -> int:
+        """How many predicted segments would be taken over."""
+        from forcelab.review.proposing import acceptable
+
+        reviewed = self.document.reviewed
+        return 0 if reviewed is None else len(acceptable(reviewed, start, end, at_least))
+
+    def _is_there(self, start: float, end: float) -> bool:
+        """Whether anything is predicted there."""
+        return any(s.start < end and start < s.end for s in self.document.prediction)
+
+    def _follow_cursor(self, cursor: float) -> None:
+        """Offer what lies at the cursor."""
+        if self.isVisible():
+            self.here.setEnabled(self._is_there(cursor, cursor + MOMENT))
+
+    def _follow_span(self, start: float, end: float) -> None:
+        """Offer what is in view."""
+        if self.isVisible():
+            self.in_view.setEnabled(self._is_there(start, end))
+
+    def _follow(self, *_: object) -> None:
+        """Offer what can be accepted."""
+        if not self.isVisible():
+            return
+        document = self.document
+        self._follow_cursor(document.cursor)
+        self._follow_span(document.start, document.end)
+        count = self._count(*document.bounds, self.at_least.value())
+        self.above.setEnabled(count > 0)
+        self.above.setToolTip(
+            self.tr("{0} segments of the open demonstration are that probable").format(count)
+        )
+        self.model.set_labelled(self._labelled())
+
+    # What is listed
+
+    def _refresh(self) -> None:
+        """Rank what the outcome proposes, in the background."""
+        if not self.isVisible():
+            return
+        outcome = self.document.outcome
+        if outcome is not self._shown:
+            self._shown, self._found = outcome, ()
+            self.jobs.cancel(KEY)
+            if outcome is not None and outcome.proposals:
+                self.jobs.run(_ranking(outcome), self._ranked, key=KEY)
+        self._list()
+
+    def _ranked(self, found: tuple[Proposal, ...]) -> None:
+        """Show what was found."""
+        self._found = found
+        self._list()
+
+    def _listing_changed(self) -> None:
+        """Who is blind where may have changed."""
+        if self.isVisible():
+            self._list()
+
+    def _list(self) -> None:
+        """Show what may be seen."""
+        project, author = self.document.project, self.document.author
+        seen = tuple(
+            one
+            for one in self._found
+            if project is not None and not project.is_blind(one.id, author)
+        )
+        if seen != self.model.rows:
+            self.model.set_rows(seen, self._labelled())
+        self._say_empty()
+
+    def _labelled(self) -> dict[str, float]:
+        """Which share of each demonstration the coder has labelled."""
+        author = self.document.author
+        return {
+            info.id: info.labelled[author] / info.duration
+            for info in self.document.infos
+            if author in info.labelled and info.duration
+        }
+
+    def _say_empty(self) -> None:
+        """Say why there is nothing to see, where there is nothing."""
+        self._pages.setCurrentIndex(0 if self.model.rows else 1)
+        outcome = self.document.outcome
+        if outcome is None:
+            text = self.tr("Train a recogniser: it proposes labels for what is unlabelled.")
+        elif outcome.proposals:
+            text = self.tr("There is nothing here that may be seen.")
+        else:
+            text = self.tr(
+                "Every demonstration was labelled when this recogniser was trained; there is "
+                "nothing to propose."
+            )
+        self._empty.setText(text)
+
+    def _go(self, index: QModelIndex) -> None:
+        """Go to the most uncertain stretch of a row."""
+        if index.isValid():
+            self.document.examine(self.model.rows[index.row()].place)
+
+
+def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
+    """Rank what an outcome proposes."""
+    from forcelab.review.proposing import proposals
+
+    yield None
+    return proposals(outcome)

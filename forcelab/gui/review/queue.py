@@ -1,0 +1,280 @@
+"""The queue in the window: every place where human and model differ, one key each."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
+from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.queue_buttons import VerdictButtons
+from forcelab.gui.review.queue_list import QueueList
+from forcelab.gui.review.queue_model import Item, QueueModel
+from forcelab.gui.review.queue_reading import QueueReader
+from forcelab.labels import Segment
+from forcelab.project.records import StoredVerdict, VerdictKind
+from forcelab.review.differences import Difference
+from forcelab.review.judging import change_for, judge, report, withdraw
+from forcelab.review.outcome import Outcome
+from forcelab.review.places import Place
+from forcelab.review.queue import Queue
+
+__all__ = ["QueueView"]
+
+
+class QueueView(QWidget):
+    """Differences by section, and three verdicts.
+
+    Parameters
+    ----------
+    document : Document
+        Whose outcome is compared with the tracks as they are now.
+    jobs : Jobs
+        Where that is done.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.reader = QueueReader(document, jobs, self)
+        self._steps = 0  # asked for before the comparison was there
+        self.setAccessibleName(self.tr("Disagreement queue"))
+        self.model = QueueModel(self)
+        self.list = QueueList(self.model, lambda: self.reader.vocabulary)
+        self.list.chosen.connect(self._examine)
+        self.filter = QLineEdit()
+        self.filter.setPlaceholderText(self.tr("Filter by action or demonstration"))
+        self.filter.setAccessibleName(self.tr("Filter by action or demonstration"))
+        self.filter.setClearButtonEnabled(True)
+        self.filter.textChanged.connect(self._show)
+        self.buttons = VerdictButtons()
+        self.buttons.judged.connect(self.judge)
+        self.buttons.withdrawn.connect(self.withdraw)
+        self._summary, self._empty = _muted(), _muted()
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setMargin(16)
+        self._lay_out()
+        self.reader.changed.connect(self._compared)
+        document.examined_changed.connect(self._follow)
+        self._show()
+
+    def _lay_out(self) -> None:
+        """Filter and summary above, the list, and the verdicts below it."""
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self.list)
+        self._pages.addWidget(self._empty)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(4)
+        column.addWidget(self.filter)
+        column.addWidget(self._summary)
+        column.addWidget(self._pages, 1)
+        column.addWidget(self.buttons)
+
+    def sizeHint(self) -> QSize:
+        """Room for some rows."""
+        return QSize(340, 380)
+
+    def minimumSizeHint(self) -> QSize:
+        """Less than the rows need; then one scrolls."""
+        return QSize(190, 150)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self.reader.watched = True
+        if self.reader.stale:
+            self.reader.compare()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Compare no more until it is wanted."""
+        super().hideEvent(event)
+        self.reader.watched = False
+
+    # Verbs of the window
+
+    @property
+    def queue(self) -> Queue:
+        """What was found."""
+        return self.reader.read.queue if self.reader.read is not None else Queue()
+
+    @property
+    def current(self) -> Item | None:
+        """The item that is being looked at."""
+        return self.list.current
+
+    def next(self) -> None:
+        """Go to the next difference; after the last one the first comes again."""
+        self._step(1)
+
+    def previous(self) -> None:
+        """Go to the difference before."""
+        self._step(-1)
+
+    def judge(self, verdict: VerdictKind) -> bool:
+        """Say who is right about the difference that is examined, and go on to the next one.
+
+        If the model is right, the coder's own track gets what it predicts, as one edit that can be
+        undone; the difference is open again then.
+        """
+        item, read = self.current, self.reader.read
+        if item is None or read is None or not isinstance(item.about, Difference):
+            self.document.say(self.tr("Choose a difference to judge first, with N."), True)
+            return False
+        difference, outcome = item.about, read.outcome
+        after = self.list.after()
+        if verdict == "model" and not self._repaint(difference, outcome):
+            return False
+        project = self.document.project
+        assert project is not None
+        try:
+            said = judge(project, outcome, difference, verdict, self.document.author)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            return False
+        self.reader.put_away(self.queue.after(said, difference))
+        if after is not None:
+            self._examine(after)
+        elif not self.list.open_items():
+            self.document.say(self.tr("That was the last one; everything listed is judged."))
+        self.reader.track_changed()
+        return True
+
+    def withdraw(self) -> bool:
+        """Take back what was said of the item that is chosen; it is open again."""
+        item, project = self.current, self.document.project
+        if item is None or project is None or not isinstance(item.about, StoredVerdict):
+            self.document.say(
+                self.tr("Choose a judged place first, at the end of the queue."), True
+            )
+            return False
+        try:
+            withdraw(project, item.about, self.document.author)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            return False
+        told = self.tr("The verdict is withdrawn; labels stay as they are.")
+        self.document.say(told)
+        self.reader.track_changed()
+        self.reader.compare()
+        return True
+
+    # Inside
+
+    def _repaint(self, difference: Difference, outcome: Outcome) -> bool:
+        """Give the coder's track what the model sees; gives whether the verdict may be kept."""
+        document = self.document
+        if document.author != outcome.author:
+            told = self.tr("The verdict is kept; only {0} can change {0}'s labels.")
+            document.say(told.format(outcome.author))
+            return True
+        if document.id != difference.demonstration and not document.examine(difference):
+            return False
+        change = change_for(outcome, difference)
+        if change.action is None:
+            document.erase(change.start, change.end)
+        else:
+            document.adopt(Segment(change.start, change.end, change.action))
+        return not document.refused
+
+    def _step(self, direction: int) -> None:
+        """Go on or back, as soon as it is known where to."""
+        if self.reader.stale:
+            self._steps = direction
+            self.reader.compare()
+            return
+        items = self.list.open_items()
+        if not items:
+            if self.list.unfold_one():
+                self._step(direction)
+                return
+            self.document.say(self._missing() or self.tr("Everything listed is judged."))
+            return
+        place, wrapped = self.list.beside(direction)
+        if self._examine(place) and wrapped:
+            first, last = self.tr("Back at the first."), self.tr("Back at the last.")
+            self.document.say(first if direction > 0 else last)
+
+    def _examine(self, place: Place) -> bool:
+        """Show a place, with everything around it."""
+        return self.document.examine(place)
+
+    def _follow(self) -> None:
+        """Mark the place that is examined, wherever it was chosen; only that one is judged."""
+        self.list.mark(self.document.examined)
+        self._offer()
+
+    def _offer(self) -> None:
+        """Offer the verdicts that can be given."""
+        item = self.current
+        self.buttons.offer(
+            open_=item is not None and not item.judged, judged=bool(item and item.judged)
+        )
+
+    def _compared(self) -> None:
+        """Show what was found, and go where one wanted to go meanwhile."""
+        self._show()
+        if self._steps and not self.reader.stale:
+            direction, self._steps = self._steps, 0
+            self._step(direction)
+
+    def _show(self) -> None:
+        """Show what the filter lets through."""
+        read = self.reader.read
+        names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
+        if self.model.show(self.queue, names, self.filter.text()):
+            self.list.unfold()
+            self.list.mark(self.document.examined, unfold=False)
+        self.list.viewport().update()
+        missing = self._missing()
+        if not missing and not self.model.sections:
+            missing = self.tr("Nothing here fits the filter.")
+        self._empty.setText(missing)
+        self._pages.setCurrentIndex(1 if missing else 0)
+        there = bool(self.queue.open or self.queue.judged)
+        self.filter.setVisible(there)
+        self.buttons.setVisible(there)
+        self._summary.setVisible(there)
+        self._summary.setText(self._summarised())
+        self._offer()
+
+    def _missing(self) -> str:
+        """Why there is nothing to list, if that is so."""
+        outcome, read = self.document.outcome, self.reader.read
+        if outcome is None:
+            return self.tr(
+                "Train a recogniser, and every place where you and it differ is listed here."
+            )
+        if read is None:
+            return self.tr("Comparing…")
+        if self.queue.open or self.queue.judged:
+            return ""
+        if outcome.tested and not read.outcome.tested:
+            return self.tr("You code these demonstrations blind; what differs is shown when done.")
+        return self.tr("Labels and predictions agree everywhere.")
+
+    def _summarised(self) -> str:
+        """How much is open, and who was right so far."""
+        queue = self.queue
+        main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
+        if not queue.judged:
+            return self.tr("{0} to judge, none judged yet.").format(main)
+        said = report(queue.judged)
+        text = self.tr("{0} to judge. Right so far: human {1}, model {2}; ambiguous {3}.")
+        return text.format(
+            main,
+            sum(pair.human_right for pair in said),
+            sum(pair.model_right for pair in said),
+            sum(pair.ambiguous for pair in said),
+        )
+
+
+def _muted() -> QLabel:
+    """A sentence beside the matter."""
+    label = QLabel()
+    label.setWordWrap(True)
+    label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+    return label

@@ -1,0 +1,236 @@
+"""The scores view: all metrics of the run, pooled with intervals and for each demonstration."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.confusion_switches import choice
+from forcelab.gui.review.metric_words import Metric, events, rates
+from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
+from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
+from forcelab.gui.review.seen import seen_of
+from forcelab.recognition.intervals import Intervals
+from forcelab.review.outcome import Outcome, Reviewed
+
+__all__ = ["ScoresView"]
+
+KEY = "scores"
+#: Longer names of demonstrations are cut in the middle; in pixels.
+WIDEST_NAME = 180
+
+
+class ScoresView(QWidget):
+    """A table of scores; a click on a demonstration opens it, one on a column sorts by it.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._jobs = jobs
+        self.intervals: dict[str, Intervals] = {}
+        self.sorting = Sorting()
+        self._outcome: Outcome | None = None
+        self._seen: tuple[Reviewed, ...] = ()
+        self._ids: tuple[str, ...] = ()
+        self.which = choice(
+            self.tr("Scores to show"),
+            {self.tr("Agreement"): "rates", self.tr("Kinds of errors"): "events"},
+            self.tr("How well predictions agree with you, or in which way they are wrong"),
+        )
+        self.copy_button = QPushButton(self.tr("Copy"))
+        self.copy_button.setToolTip(self.tr("Copy the table as text for a spreadsheet"))
+        self.model = TextModel(self)
+        self.table = TextRows(self.model)
+        self.table.setAccessibleName(self.tr("Scores"))
+        self.note = QLabel()
+        self.note.setWordWrap(True)
+        self.note.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty = QLabel()
+        self._empty.setWordWrap(True)
+        self._empty.setMargin(16)
+        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._lay_out()
+        self.which.currentIndexChanged.connect(self._unsort)
+        self.copy_button.clicked.connect(self.copy)
+        self.table.clicked.connect(self._open)
+        document.outcome_changed.connect(self._refresh)
+        document.author_changed.connect(self._refresh)
+        document.listing_changed.connect(self._refresh)
+
+    def sizeHint(self) -> QSize:
+        """Room for some columns and rows."""
+        return QSize(480, 320)
+
+    @property
+    def metrics(self) -> tuple[Metric, ...]:
+        """What is shown."""
+        return rates() if self.which.currentData() == "rates" else events()
+
+    def copy(self) -> None:
+        """Copy the table as lines of cells with tabs between them."""
+        lines = [["", *(column.name for column in self.model.columns)]]
+        lines += [[row.name, *row.cells] for row in self.model.rows]
+        copy_text(as_tsv(lines))
+        self.document.say(self.tr("The scores were copied."))
+
+    def sort_by(self, column: int) -> None:
+        """Sort demonstrations by a column: the highest first, then the lowest, then as run."""
+        now = self.sorting
+        if now.column != column:
+            self.sorting = Sorting(column, descending=True)
+        elif now.descending:
+            self.sorting = Sorting(column)
+        else:
+            self.sorting = Sorting()
+        self._show()
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what happened while it was hidden."""
+        super().showEvent(event)
+        self._refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nothing is computed for nobody."""
+        super().hideEvent(event)
+        self._jobs.cancel(KEY)
+        if not self.intervals:
+            self._outcome = None
+
+    # Inside
+
+    def _lay_out(self) -> None:
+        """The choice above the table, and the note below it."""
+        self._bar = QWidget()
+        bar = QHBoxLayout(self._bar)
+        bar.setContentsMargins(6, 6, 6, 4)
+        bar.addWidget(self.which)
+        bar.addStretch(1)
+        bar.addWidget(self.copy_button)
+        names = self.table.verticalHeader()
+        names.show()
+        names.setSectionsClickable(True)
+        names.setHighlightSections(False)
+        names.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        names.setMaximumWidth(WIDEST_NAME)
+        names.setDefaultSectionSize(round(self.fontMetrics().height() * 2))
+        names.sectionClicked.connect(lambda row: self._open(self.model.index(row, 0)))
+        header = self.table.horizontalHeader()
+        header.setSectionsClickable(True)
+        header.sectionClicked.connect(self.sort_by)
+        header.setSortIndicatorShown(True)
+        # The corner would select everything; nothing is done with that.
+        corner = self.table.findChild(QAbstractButton)
+        if corner is not None:
+            corner.setEnabled(False)
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.table, 1)
+        row = QHBoxLayout()
+        row.setContentsMargins(8, 4, 8, 4)
+        row.addWidget(self.note)
+        column.addLayout(row)
+        self._pages = QStackedLayout()
+        self._pages.addWidget(page)
+        self._pages.addWidget(self._empty)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addWidget(self._bar)
+        whole.addLayout(self._pages, 1)
+
+    def _refresh(self) -> None:
+        """Show the outcome as it is now."""
+        if not self.isVisible():
+            return
+        try:
+            seen = seen_of(self.document)
+        except ForcelabError as error:
+            self._show_empty(str(error))
+            return
+        outcome = self.document.outcome
+        if seen is None or outcome is None or not outcome.tested:
+            self._jobs.cancel(KEY)
+            self._outcome = None
+            self._show_empty(
+                self.tr("Nothing was trained yet. Train, and this shows how well that works.")
+            )
+            return
+        if outcome is not self._outcome:
+            self._outcome, self.intervals = outcome, {}
+            self._jobs.run(computing(outcome), self._take, key=KEY)
+        elif self._seen == () or [d.id for d in self._seen] == [d.id for d in seen.tested]:
+            return
+        self._seen = seen.tested
+        self._show()
+
+    def _take(self, found: dict[str, Intervals]) -> None:
+        """Show the intervals."""
+        self.intervals = found
+        self._show()
+
+    def _unsort(self) -> None:
+        """Other columns: the order of the run."""
+        self.sorting = Sorting()
+        self._show()
+
+    def _show(self) -> None:
+        """Fill the table."""
+        if self._outcome is None or not self.isVisible():
+            return
+        metrics = self.metrics
+        rows, self._ids = rows_of(self._outcome, self._seen, metrics, self.intervals, self.sorting)
+        self.model.show(columns_of(metrics), rows)
+        self.table.fit_columns()
+        header = self.table.horizontalHeader()
+        column, order = self.sorting.column, Qt.SortOrder
+        header.setSortIndicator(
+            -1 if column is None else column,
+            order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
+        )
+        self.note.setText(self._note(rows[1].tip))
+        self._bar.show()
+        self._pages.setCurrentIndex(0)
+
+    def _note(self, how: str) -> str:
+        """How the intervals were made, and what was done to get here."""
+        outcome = self._outcome
+        assert outcome is not None
+        return self.tr("Run {0}, seed {1}. 95 % intervals: {2}").format(
+            outcome.number, outcome.settings.seed, how
+        )
+
+    def _show_empty(self, text: str) -> None:
+        """Show a sentence in place of the table."""
+        self._empty.setText(text)
+        self._bar.hide()
+        self._pages.setCurrentIndex(1)
+
+    def _open(self, index: QModelIndex) -> None:
+        """Open the demonstration of a row."""
+        number = index.row() - FIXED
+        if 0 <= number < len(self._ids):
+            self.document.open_demonstration(self._ids[number])

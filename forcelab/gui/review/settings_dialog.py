@@ -1,0 +1,268 @@
+"""The dialog in which a coder says how recognisers are trained."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.commands import translated
+from forcelab.gui.review.settings_facts import Facts
+from forcelab.gui.review.settings_fields import FIELDS
+from forcelab.gui.review.settings_form import SettingsForm
+from forcelab.gui.theme import colours, themes
+
+if TYPE_CHECKING:
+    from forcelab.recognition.settings import Settings
+
+__all__ = ["SettingsDialog", "changed"]
+
+SUMMARY, FORM = 0, 1
+
+
+def changed(settings: Settings) -> bool:
+    """Whether settings differ from those of the preset that they began with."""
+    from forcelab.recognition.settings import PRESETS
+
+    return settings != PRESETS.get(settings.preset)
+
+
+class SettingsDialog(QDialog):
+    """Presets; one is shown as a summary, until it is changed.
+
+    Parameters
+    ----------
+    settings : Settings
+        What is shown first.
+    facts : Facts
+        What the demonstrations say; for channels, frequencies, spellings and cost.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    chosen : Settings or None
+        What is shown; None while it is refused.
+    """
+
+    def __init__(self, settings: Settings, facts: Facts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.facts = facts
+        self.chosen: Settings | None = settings
+        self.setWindowTitle(self.tr("Settings of the recogniser"))
+        self.form = SettingsForm(facts)
+        self.form.changed.connect(self._form_changed)
+        self.summary = QLabel()
+        self.summary.setWordWrap(True)
+        self.summary.setTextFormat(Qt.TextFormat.PlainText)
+        self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.summary.setAccessibleName(self.tr("What the preset uses"))
+        self.scales, self.cost = QLabel(), QLabel()
+        for label in (self.scales, self.cost):
+            label.setWordWrap(True)
+            label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._summary_page())
+        self._pages.addWidget(self._form_page())
+        column = QVBoxLayout(self)
+        column.addLayout(self._preset_row())
+        column.addWidget(self._pages, 1)
+        column.addWidget(_line())
+        column.addWidget(self.scales)
+        column.addWidget(self.cost)
+        column.addWidget(self._buttons())
+        themes().changed.connect(self._colour)
+        self._colour()
+        self._show_settings(settings)
+
+    def sizeHint(self) -> QSize:
+        """Room for most of the form."""
+        line = self.fontMetrics().height()
+        return QSize(38 * line, 40 * line)
+
+    # What it is made of
+
+    def _preset_row(self) -> QHBoxLayout:
+        """The presets, and the way back to one."""
+        from forcelab.recognition.settings import PRESETS
+
+        self.presets = QComboBox()
+        self.presets.setAccessibleName(self.tr("Preset"))
+        for name in PRESETS:
+            self.presets.addItem(name, name)
+        self.presets.activated.connect(self._preset_chosen)
+        self.changed_label = QLabel(self.tr("changed"))
+        self.change = QPushButton(self.tr("&Change…"))
+        self.change.setAccessibleName(self.tr("Change these settings"))
+        self.change.clicked.connect(self.open_form)
+        self.back = QPushButton(self.tr("&Back to the preset"))
+        self.back.setAccessibleName(self.tr("Back to the preset"))
+        self.back.clicked.connect(self._preset_chosen)
+        for button in (self.change, self.back):
+            button.setAutoDefault(False)
+        named = QLabel(self.tr("&Preset"))
+        named.setBuddy(self.presets)
+        row = QHBoxLayout()
+        for widget in (named, self.presets, self.changed_label):
+            row.addWidget(widget)
+        row.addStretch(1)
+        row.addWidget(self.change)
+        row.addWidget(self.back)
+        return row
+
+    def _summary_page(self) -> QWidget:
+        """What a preset uses, in words."""
+        page = QWidget()
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 6, 0, 6)
+        column.addWidget(self.summary)
+        column.addStretch(1)
+        return _scrolled(page)
+
+    def _form_page(self) -> QWidget:
+        """All fields."""
+        self._area = _scrolled(self.form)
+        return self._area
+
+    def _buttons(self) -> QDialogButtonBox:
+        """Take them or leave them."""
+        buttons = QDialogButtonBox()
+        self.ok = buttons.addButton(self.tr("&Use"), QDialogButtonBox.ButtonRole.AcceptRole)
+        self.ok.setAccessibleName(self.tr("Use these settings"))
+        cancel = buttons.addButton(self.tr("Cancel"), QDialogButtonBox.ButtonRole.RejectRole)
+        cancel.setAccessibleName(self.tr("Cancel"))
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        return buttons
+
+    # What happens
+
+    def open_form(self) -> None:
+        """Let every field be changed."""
+        self._pages.setCurrentIndex(FORM)
+        self.change.hide()
+        self.back.show()
+        self.form.editors[FIELDS[0].name].setFocus()
+
+    def _preset_chosen(self, _at: object = None) -> None:
+        """Go back to a preset as it is."""
+        from forcelab.recognition.settings import preset
+
+        self._show_settings(preset(str(self.presets.currentData())))
+
+    def _show_settings(self, settings: Settings) -> None:
+        """Show settings: a preset as a summary, anything else in the form."""
+        at = self.presets.findData(settings.preset)
+        self.presets.setCurrentIndex(max(at, 0))
+        self.form.set_settings(settings)
+        if changed(settings):
+            self.open_form()
+        else:
+            self._pages.setCurrentIndex(SUMMARY)
+            self.change.show()
+            self.back.hide()
+
+    def _form_changed(self) -> None:
+        """Say what the settings come to."""
+        self.chosen = self.form.settings()
+        self.ok.setEnabled(self.chosen is not None)
+        if self.chosen is None:
+            for label in (self.scales, self.cost):
+                label.setText("–")
+            self._bring_into_view()
+            return
+        self.changed_label.setVisible(changed(self.chosen))
+        self.summary.setText(_summary(self.chosen, self.facts))
+        self.scales.setText(self._scales(self.chosen))
+        self.cost.setText(self._cost(self.chosen))
+
+    def _bring_into_view(self) -> None:
+        """Show the field that is refused, once its sentence has got its room."""
+        label = next((label for label in self.form.troubles.values() if label.text()), None)
+        if label is not None and self.isVisible():
+            QTimer.singleShot(0, label, lambda: self._area.ensureWidgetVisible(label))
+
+    def _scales(self, settings: Settings) -> str:
+        """How many scales there are, and which frequencies they answer to."""
+        from forcelab.signals.cwt import frequencies
+
+        count = len(settings.scales)
+        rate = settings.rate or self.facts.rate
+        if not rate:
+            return self.tr("{0} scales").format(count)
+        hertz = frequencies(settings.scales, rate, settings.mother)
+        return self.tr("{0} scales, {1:.3g} to {2:.3g} Hz at {3:.6g} Hz").format(
+            count, hertz.min(), hertz.max(), rate
+        )
+
+    def _cost(self, settings: Settings) -> str:
+        """How much is trained on."""
+        cost = self.facts.cost(settings)
+        if not cost.samples:
+            return self.tr("{0} features; nothing is labelled yet.").format(cost.features)
+        return self.tr("{0} features, {1} labelled samples to train on").format(
+            cost.features, f"{cost.samples:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+        )
+
+    def _colour(self) -> None:
+        """The theme's colours."""
+        self.changed_label.setStyleSheet(f"color: {colours().warning}")
+
+
+def _summary(settings: Settings, facts: Facts) -> str:
+    """What settings use, a line each; what is not used is left out."""
+    from forcelab.recognition.settings import Settings as _Settings
+
+    assert isinstance(settings, _Settings)
+    values = {field.name: getattr(settings, field.name) for field in FIELDS}
+    lines = []
+    for field in FIELDS:
+        value = values[field.name]
+        if not field.applies(values) or (value is None and field.name != "channels"):
+            continue
+        if field.name == "channels":
+            shown = ", ".join(value or facts.channels) or "–"
+        elif field.kind == "merge":
+            shown = ", ".join(f"{source} → {target}" for source, target in value.items())
+        elif field.kind == "choice":
+            shown = translated(dict(field.options)[value])
+        elif field.kind == "flag":
+            shown = "✓" if value else ""
+        else:
+            shown = f"{value:g} {translated(field.unit) if field.unit else ''}".strip()
+        if shown:
+            lines.append(f"{field.shown}: {shown}")
+    return "\n".join(lines)
+
+
+def _scrolled(page: QWidget) -> QScrollArea:
+    """A page that can be scrolled where the screen is small."""
+    area = QScrollArea()
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setWidget(page)
+    return area
+
+
+def _line() -> QFrame:
+    """A line between what is set and what it comes to."""
+    line = QFrame()
+    line.setFrameShape(QFrame.Shape.HLine)
+    line.setFrameShadow(QFrame.Shadow.Plain)
+    line.setForegroundRole(QPalette.ColorRole.Mid)
+    return line

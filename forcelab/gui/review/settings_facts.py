@@ -1,0 +1,90 @@
+"""What demonstrations say about settings: channels, rate, spellings, and what training costs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from statistics import median_low
+from typing import TYPE_CHECKING
+
+from forcelab.gui.document import Document
+
+if TYPE_CHECKING:
+    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.settings import Settings
+
+__all__ = ["Cost", "Facts", "facts_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What the demonstrations that are trained on have in common.
+
+    Parameters
+    ----------
+    channels : tuple of str
+        Recognition channels that all of them have.
+    rate : float
+        Their median rate in Hz; 0 without a demonstration.
+    labelled : float
+        Seconds that are labelled by whom they are trained on.
+    spellings : frozenset of str
+        All actions as they are spelt.
+    """
+
+    channels: tuple[str, ...] = ()
+    rate: float = 0.0
+    labelled: float = 0.0
+    spellings: frozenset[str] = frozenset()
+
+    def cost(self, settings: Settings) -> Cost:
+        """What training with these settings takes."""
+        channels = self.channels if settings.channels is None else settings.channels
+        rate = settings.rate or self.rate
+        features = len(channels) * len(settings.scales) * (2 if settings.phase else 1)
+        return Cost(features, round(self.labelled * rate / settings.stride), rate)
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """How much is trained on.
+
+    Parameters
+    ----------
+    features : int
+        Numbers that describe a sample.
+    samples : int
+        Labelled samples, by the stride.
+    rate : float
+        Samples a second.
+    """
+
+    features: int
+    samples: int
+    rate: float
+
+
+def facts_of(document: Document, choice: Choice) -> Facts:
+    """The facts of what is chosen, from the list of demonstrations; opens no array."""
+    from forcelab.signals.channels import channel_map
+
+    infos = [info for info in document.infos if info.task in choice.tasks]
+    if not infos or document.project is None:
+        return Facts()
+    maps = [channel_map(info.channels).names for info in infos]
+    common = set.intersection(*map(set, maps))
+    author = choice.author or document.author
+    spelt = frozenset[str]().union(
+        *(document.project.painted_actions(task) for task in choice.tasks)
+    )
+    return Facts(
+        channels=tuple(name for name in maps[0] if name in common),
+        rate=median_low(info.rate for info in infos),
+        labelled=sum(_labelled(info.labelled, author) for info in infos),
+        spellings=spelt,
+    )
+
+
+def _labelled(seconds: Mapping[str, float], author: str) -> float:
+    """Seconds labelled by an author, or by whoever labelled, if he did not."""
+    return seconds.get(author, max(seconds.values(), default=0.0))

@@ -1,0 +1,118 @@
+"""The tab of the Review workspace, which is built when it is first wanted, and its commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from functools import partial
+from typing import TYPE_CHECKING, Literal
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.learning import Learning
+
+if TYPE_CHECKING:
+    from forcelab.gui.label.workspace import LabelWorkspace
+    from forcelab.gui.review.workspace import ReviewWorkspace
+
+__all__ = ["ReviewTab"]
+
+
+class ReviewTab(QWidget):
+    """Room for the Review workspace.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    label : LabelWorkspace
+        Who lends timeline and video.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    learning : Learning
+        Trains, whichever workspace is in front.
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        label: LabelWorkspace,
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.learning = Learning(document, jobs, self)
+        self._jobs = jobs
+        self._label = label
+        self._built: ReviewWorkspace | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+
+    @property
+    def workspace(self) -> ReviewWorkspace:
+        """The workspace; the first one who asks has it built."""
+        if self._built is None:
+            # What it needs is not loaded by those who only label.
+            from forcelab.gui.review.workspace import ReviewWorkspace
+
+            self._built = ReviewWorkspace(self.document, self._jobs, self.learning, self._label)
+            layout = self.layout()
+            assert layout is not None
+            layout.addWidget(self._built)
+            self._built.restore_layout()
+            self._jobs.run(_warming_up(), lambda _: None, key="warming up")
+        return self._built
+
+    def come_to_front(self, front: bool) -> None:
+        """Borrow timeline and video, or give them back."""
+        if front:
+            self.workspace.borrow()
+        else:
+            self._label.take_back()
+
+    def remember_layout(self) -> None:
+        """Keep how the room is shared out."""
+        if self._built is not None:
+            self._built.remember_layout()
+
+    def reset_layout(self) -> None:
+        """Share out the room as at first."""
+        if self._built is not None:
+            self._built.reset_layout()
+
+    def handlers(self) -> dict[str, Callable[[], object]]:
+        """What the commands of reviewing do, by their id in the table."""
+        document = self.document
+        return {
+            "train": self.learning.train,
+            "cancel_training": self.learning.cancel,
+            "next_review": partial(self._step, 1),
+            "previous_review": partial(self._step, -1),
+            "accept": document.accept_here,
+            "accept_all": document.accept_in_view,
+            "verdict_human": partial(self._judge, "human"),
+            "verdict_model": partial(self._judge, "model"),
+            "verdict_ambiguous": partial(self._judge, "ambiguous"),
+        }
+
+    def _step(self, direction: int) -> None:
+        """Go to the next thing to review, or back to the one before."""
+        queue = self.workspace.queue
+        (queue.next if direction > 0 else queue.previous)()
+
+    def _judge(self, verdict: Literal["human", "model", "ambiguous"]) -> None:
+        """Say who is right about the place that is examined."""
+        self.workspace.queue.judge(verdict)
+
+
+def _warming_up() -> Generator[None, None, None]:
+    """Load what training needs, so that it begins at once."""
+    from forcelab.processes import warm_up
+    from forcelab.review.training import reviewing
+
+    yield
+    warm_up(reviewing)

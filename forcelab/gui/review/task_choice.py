@@ -1,0 +1,275 @@
+"""What is trained on and what is tested: tasks, coder, and whether tasks share their actions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QCoreApplication, Qt, Signal
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QGroupBox,
+    QLabel,
+    QRadioButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.gui.document import Document
+from forcelab.gui.theme import colours, themes
+
+if TYPE_CHECKING:
+    from forcelab.recognition.project_runs import Choice
+
+__all__ = ["TaskChoice", "TaskChoiceDialog", "choice_name"]
+
+
+class TaskChoice(QWidget):
+    """Tasks to train on, and how they are tested.
+
+    Parameters
+    ----------
+    document : Document
+    choice : Choice
+        What is shown first.
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    trouble : str
+        Why what is shown cannot be chosen; empty where it can.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self.trouble = ""
+        self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
+        self._refusal = QLabel()
+        self._refusal.setWordWrap(True)
+        self._told = QLabel()
+        self._told.setWordWrap(True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._training_box(choice))
+        column.addWidget(self._testing_box(choice))
+        column.addWidget(self._actions_box(choice))
+        column.addWidget(self._coder_row(choice))
+        column.addWidget(self._told)
+        column.addWidget(self._refusal)
+        column.addStretch(1)
+        themes().changed.connect(self._colour)
+        self._colour()
+        self._follow()
+
+    def choice(self) -> Choice:
+        """What is chosen, whether it can be or not."""
+        from forcelab.recognition.project_runs import Choice
+
+        tasks = self._trained()
+        across = self.across.isChecked()
+        return Choice(
+            tasks=tasks,
+            test_task=str(self.test_task.currentData()) if across else None,
+            author=self.coder.currentData() or None,
+            apart=len(tasks) > 1 and not across and self.apart.isChecked(),
+        )
+
+    # What it is made of
+
+    def _training_box(self, choice: Choice) -> QGroupBox:
+        """A box to check for each task."""
+        box = QGroupBox(self.tr("Train on"))
+        column = QVBoxLayout(box)
+        self.boxes: dict[str, QCheckBox] = {}
+        for task in self.tasks:
+            labelled, there = self._counts(task)
+            check = QCheckBox(
+                self.tr("{task} ({labelled} of {all} labelled)").format(
+                    task=task or self.tr("no task"), labelled=labelled, all=there
+                )
+            )
+            check.setAccessibleName(self.tr("Train on {0}").format(task))
+            check.setChecked(task in choice.tasks)
+            check.toggled.connect(self._follow)
+            column.addWidget(check)
+            self.boxes[task] = check
+        return box
+
+    def _testing_box(self, choice: Choice) -> QGroupBox:
+        """Leave one out, or test on another task."""
+        self.leave_out = QRadioButton(self.tr("Leave each demonstration out in turn"))
+        self.across = QRadioButton(self.tr("Test on another task:"))
+        self.test_task = QComboBox()
+        self.test_task.setAccessibleName(self.tr("Task to test on"))
+        for task in self.tasks:
+            self.test_task.addItem(task, task)
+        at = self.test_task.findData(choice.test_task)
+        across = choice.test_task is not None and at >= 0
+        other = next((t for t in self.tasks if t not in choice.tasks), "")
+        self.test_task.setCurrentIndex(at if across else max(self.test_task.findData(other), 0))
+        self.test_task.currentIndexChanged.connect(self._follow)
+        (self.across if across else self.leave_out).setChecked(True)
+        box = QGroupBox(self.tr("Test"))
+        self._between = _one_of(box, self.leave_out, self.across)
+        self.across.toggled.connect(self._follow)
+        column = QVBoxLayout(box)
+        column.addWidget(self.leave_out)
+        column.addWidget(self.across)
+        column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
+        return box
+
+    def _actions_box(self, choice: Choice) -> QGroupBox:
+        """Whether an action that two tasks have is one."""
+        self.joined = QRadioButton(self.tr("are one: “grab” is “grab” in every task"))
+        self.apart = QRadioButton(self.tr("stay apart, by the task as a suffix"))
+        self.apart.setToolTip(
+            self.tr("As for hard and soft objects: can their “grab” be told from each other?")
+        )
+        (self.apart if choice.apart else self.joined).setChecked(True)
+        self._same = QGroupBox(self.tr("Actions of the same name"))
+        self._sharing = _one_of(self._same, self.joined, self.apart)
+        self.apart.toggled.connect(self._follow)
+        column = QVBoxLayout(self._same)
+        column.addWidget(self.joined)
+        column.addWidget(self.apart)
+        return self._same
+
+    def _coder_row(self, choice: Choice) -> QWidget:
+        """Whose labels count."""
+        self._coder_box = QWidget()
+        form = QFormLayout(self._coder_box)
+        form.setContentsMargins(0, 0, 0, 0)
+        self.coder = QComboBox()
+        self.coder.setAccessibleName(self.tr("Whose labels"))
+        self.coder.addItem(self.tr("mine, or those of the only coder"), "")
+        for name in self._coders():
+            self.coder.addItem(name, name)
+        self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))
+        self.coder.currentIndexChanged.connect(self._follow)
+        form.addRow(self.tr("&Whose labels"), self.coder)
+        return self._coder_box
+
+    def _coders(self) -> tuple[str, ...]:
+        """Everybody who labelled something; while blind, only the coder himself."""
+        document, project = self.document, self.document.project
+        if project is None:
+            return ()
+        people = {person.name for person in project.authors() if person.kind == "coder"}
+        seen = dict.fromkeys(
+            author
+            for info in document.infos
+            for author in info.labelled
+            if author == document.author or not project.is_blind(info.id, document.author)
+        )
+        return tuple(author for author in seen if author in people)
+
+    def _counts(self, task: str) -> tuple[int, int]:
+        """How many demonstrations of a task are labelled, and how many there are."""
+        infos = [info for info in self.document.infos if info.task == task]
+        return sum(bool(info.labelled) for info in infos), len(infos)
+
+    # What happens
+
+    def _trained(self) -> tuple[str, ...]:
+        """The tasks that are checked."""
+        return tuple(task for task, box in self.boxes.items() if box.isChecked())
+
+    def _follow(self, *_: object) -> None:
+        """Show what matters for what is chosen, and say what is wrong with it."""
+        tasks, across = self._trained(), self.across.isChecked()
+        self.across.setEnabled(len(self.tasks) > 1)
+        self.test_task.setVisible(across)
+        self._same.setVisible(len(tasks) > 1 and not across)
+        self._coder_box.setVisible(self.coder.count() > 2)
+        self.trouble = self._wrong(tasks)
+        self._refusal.setText(self.trouble)
+        self._refusal.setVisible(bool(self.trouble))
+        self._told.setText("" if self.trouble else self._note(tasks))
+        self._told.setVisible(not self.trouble)
+        self.changed.emit()
+
+    def _wrong(self, tasks: tuple[str, ...]) -> str:
+        """Why this cannot be trained and tested; empty where it can."""
+        if not tasks:
+            return self.tr("Nothing is trained on; choose a task.")
+        test = self.test_task.currentData()
+        if self.across.isChecked() and test in tasks:
+            return self.tr(
+                "'{0}' is trained on and so cannot be tested; choose another task, or leave one "
+                "demonstration out."
+            ).format(test)
+        known = sum(self._counts(task)[0] for task in tasks)
+        if not known:
+            return self.tr("Nothing of it is labelled yet; label at least two actions first.")
+        if self.across.isChecked() and not self._counts(str(test))[0]:
+            return self.tr("Nothing of '{0}' is labelled, so it cannot be tested.").format(test)
+        return ""
+
+    def _note(self, tasks: tuple[str, ...]) -> str:
+        """What is chosen, and what will be left out of it."""
+        if self.leave_out.isChecked() and sum(self._counts(task)[0] for task in tasks) < 2:
+            return self.tr(
+                "Only one demonstration is labelled, so nothing can be tested; a recogniser is "
+                "trained all the same, and proposes labels for the others."
+            )
+        choice = self.choice()
+        return self.tr("Trained and tested: {0}").format(
+            choice_name(choice.tasks, choice.test_task, choice.apart)
+        )
+
+    def _colour(self) -> None:
+        """The theme's colour for what is wrong."""
+        self._refusal.setStyleSheet(f"color: {colours().trouble}")
+
+
+class TaskChoiceDialog(QDialog):
+    """The choice of tasks in a window of its own."""
+
+    def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Tasks to train and test on"))
+        self.form = TaskChoice(document, choice)
+        buttons = QDialogButtonBox()
+        self.ok = buttons.addButton(self.tr("&Use"), QDialogButtonBox.ButtonRole.AcceptRole)
+        self.ok.setAccessibleName(self.tr("Use these tasks"))
+        cancel = buttons.addButton(self.tr("Cancel"), QDialogButtonBox.ButtonRole.RejectRole)
+        cancel.setAccessibleName(self.tr("Cancel"))
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        column = QVBoxLayout(self)
+        column.addWidget(self.form, 1)
+        column.addWidget(buttons)
+        self.form.changed.connect(self._follow)
+        self.setMinimumWidth(28 * self.fontMetrics().height())
+        self._follow()
+
+    def _follow(self) -> None:
+        """What cannot be trained cannot be chosen."""
+        self.ok.setEnabled(not self.form.trouble)
+
+
+def choice_name(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
+    """What is trained and tested, in a few characters: ``"hard + soft → foam"``."""
+    title = " + ".join(tasks)
+    if test_task is not None:
+        return f"{title} → {test_task}"
+    if apart:
+        return QCoreApplication.translate("forcelab", "{0}, kept apart").format(title)
+    return title
+
+
+def _one_of(parent: QWidget, *buttons: QRadioButton) -> QButtonGroup:
+    """Of these one is chosen."""
+    group = QButtonGroup(parent)
+    for button in buttons:
+        button.setAccessibleName(button.text())
+        group.addButton(button)
+    return group

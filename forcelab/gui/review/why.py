@@ -1,0 +1,306 @@
+"""Why: what spoke for the predicted action at a place, and which training segments are alike."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
+from PySide6.QtWidgets import QLabel, QSizePolicy, QStackedLayout, QWidget
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import why_words
+from forcelab.gui.review.why_choice import at_cursor, chosen, reason
+from forcelab.gui.review.why_jobs import Shelf, explain, withhold
+from forcelab.gui.review.why_page import WhyPage
+from forcelab.jobs import Progress
+from forcelab.review.places import Place
+
+if TYPE_CHECKING:
+    from forcelab.review.outcome import Outcome
+    from forcelab.review.why import Why
+    from forcelab.review.why_training import Withheld
+
+__all__ = ["WhyView"]
+
+#: Keys of the jobs.
+TRAINING, EXPLAINING, TRACING = "why training", "why", "why traces"
+#: ms in which several things that change at once are answered once.
+TOGETHER = 20
+
+
+class WhyView(QWidget):
+    """Explains the place that is examined, the selected segment, or what is at the cursor.
+
+    Nothing is computed while it is hidden. The recogniser that has not seen the demonstration is
+    trained in the background the first time that a place of it is explained, and then kept.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    place : Place or None
+        What is explained, or is being explained.
+    why : Why or None
+        The explanation on the screen; of an older place as long as it is grey.
+    """
+
+    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.document, self.jobs = document, jobs
+        self.place: Place | None = None
+        self.why: Why | None = None
+        self.shelf = Shelf()
+        self._outcome: Outcome | None = None
+        self._away: Place | None = None  # the neighbour that is looked at meanwhile
+        self._selecting = False  # whether the selection is newer than what was examined
+        self._training: tuple[int, str] | None = None  # run and demonstration being withheld
+        self._waiting: set[str] = set()  # keys of jobs that are not over
+        self._stopped = False
+        self._begun = 0.0
+        self.setAccessibleName(self.tr("Why"))
+        self.page = WhyPage(document)
+        self.page.back.clicked.connect(self.go_back)
+        self.page.stop.clicked.connect(self._stop_or_go)
+        self.page.neighbours.chosen.connect(self._go_to)
+        self.empty = QLabel()
+        self.empty.setWordWrap(True)
+        self.empty.setMargin(16)
+        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.empty.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
+        self._pages = QStackedLayout(self)
+        self._pages.addWidget(self.empty)
+        self._pages.addWidget(self.page)
+        self._timer = QTimer(self)
+        self._timer.setSingleShot(True)
+        self._timer.setInterval(TOGETHER)
+        self._timer.timeout.connect(self.refresh)
+        document.outcome_changed.connect(self._ask)
+        document.examined_changed.connect(self._examined)
+        document.selection_changed.connect(self._selected)
+        document.demonstration_changed.connect(self._ask)
+        document.tracks_changed.connect(self._ask)
+        document.cursor_moved.connect(self._moved)
+
+    def sizeHint(self) -> QSize:
+        """Room for the map and the cards."""
+        return QSize(460, 520)
+
+    def minimumSizeHint(self) -> QSize:
+        """Less than that scrolls."""
+        return QSize(300, 120)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Catch up with what was asked for meanwhile."""
+        super().showEvent(event)
+        self._ask()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nothing is computed for nobody."""
+        super().hideEvent(event)
+        self._timer.stop()
+        self._cancel()
+        if self.page.stale or not self.page.neighbours.traced:
+            self.place = None  # to be begun again
+
+    @property
+    def settled(self) -> bool:
+        """Whether all is on the screen that there is to show."""
+        waiting = self._timer.isActive() or self._waiting
+        return not (self.isVisible() and waiting)
+
+    # Which place
+
+    def _ask(self, *_: object) -> None:
+        """Look soon what is to be explained."""
+        if self.isVisible():
+            self._timer.start()
+
+    def _examined(self) -> None:
+        self._selecting = False
+        self._ask()
+
+    def _selected(self) -> None:
+        self._selecting = self.document.selected is not None
+        self._ask()
+
+    def _moved(self, *_: object) -> None:
+        """The cursor counts only where nothing was chosen."""
+        if (
+            self.isVisible()
+            and not self.document.playing
+            and chosen(self.document, self._selecting) is None
+        ):
+            self._ask()
+
+    def _wanted(self) -> Place | None:
+        """What is to be explained now."""
+        if self._away is not None and self.document.examined == self._away:
+            here = self.document.id == self._away.demonstration and not self._selecting
+            if here and not self.document.coding_blind:
+                return self.place
+        self._away = None
+        return chosen(self.document, self._selecting) or at_cursor(self.document)
+
+    # Showing
+
+    def refresh(self) -> None:
+        """Explain what is to be explained, unless it is on the screen already."""
+        document = self.document
+        place = self._wanted()
+        self.page.back.setVisible(self._away is not None)
+        self.page.neighbours.mark(self._away)
+        if place is None or document.outcome is None:
+            self._cancel()
+            self.place = self.why = None
+            self.page.forget()
+            self.empty.setText(reason(self.document))
+            self._pages.setCurrentIndex(0)
+            return
+        if place == self.place and document.outcome is self._outcome:
+            return
+        if document.outcome is not self._outcome:
+            self.shelf.clear()
+        self.place, self._outcome, self._stopped = place, document.outcome, False
+        self._pages.setCurrentIndex(1)
+        reviewed = self._outcome.find(place.demonstration)
+        certainty = None if reviewed is None else reviewed.certainty
+        self.page.begin(place, certainty, self._outcome.settings.threshold)
+        self._drop(EXPLAINING, TRACING)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Explain with what is on the shelf, or train it first."""
+        project, place, outcome = self.document.project, self.place, self._outcome
+        if project is None or place is None or outcome is None:
+            return
+        id_ = place.demonstration
+        withheld = self.shelf.get(project.path, outcome, id_)
+        if withheld is not None:
+            self._drop(TRAINING)  # of another demonstration
+            self._explain(withheld)
+            return
+        ticket = outcome.number, id_
+        if TRAINING in self._waiting and self._training == ticket:
+            return  # on its way
+        self._training, self._begun = ticket, time.monotonic()
+        path = project.path
+
+        def done(made: Withheld) -> None:
+            self.shelf.put(path, outcome, id_, made)
+            self._begin()
+
+        self._run(TRAINING, withhold(path, outcome, id_), done, self._tell)
+        self._tell(Progress(0, 1, "features"))
+
+    def _explain(self, withheld: Withheld) -> None:
+        """Explain the place."""
+        project, place, outcome = self.document.project, self.place, self._outcome
+        assert project is not None
+        assert place is not None
+        assert outcome is not None
+        author = self.document.author
+        hidden = {info.id for info in self.document.infos if project.is_blind(info.id, author)}
+        self.page.state.hide()
+        job = explain(withheld, outcome, place, hidden)
+        self._run(EXPLAINING, job, self._show)
+
+    def _show(self, why: Why) -> None:
+        """Put an explanation on the screen; the traces of its neighbours follow."""
+        assert self._outcome is not None
+        self.why = why
+        self.page.show_why(why, self._name_of, self._outcome.settings.threshold)
+        self._trace()
+
+    def _trace(self) -> None:
+        """Read what the neighbours looked like."""
+        project = self.document.project
+        places = [card.neighbour.place for card in self.page.neighbours.cards]
+        if project is None or not places:
+            return
+        from forcelab.review.why_traces import tracing
+
+        self._run(TRACING, tracing(project.path, places), self.page.neighbours.show_traces)
+
+    def _name_of(self, id_: str) -> str:
+        """The name of a demonstration."""
+        return next((info.name for info in self.document.infos if info.id == id_), id_)
+
+    # Jobs, their progress, and their end
+
+    def _run(
+        self,
+        key: str,
+        job: Generator[Progress, None, Any],
+        done: Callable[[Any], object],
+        progress: Callable[[object], object] | None = None,
+    ) -> None:
+        """Do something in the background."""
+
+        def over(made: object) -> None:
+            self._waiting.discard(key)
+            done(made)
+
+        def failed(error: Exception) -> None:
+            self._waiting.discard(key)
+            self._failed(error)
+
+        self._waiting.add(key)
+        self.jobs.run(job, over, failed, progress, key)
+
+    def _drop(self, *keys: str) -> None:
+        """Give up what nobody waits for any more."""
+        for key in keys:
+            self.jobs.cancel(key)
+            self._waiting.discard(key)
+
+    def _cancel(self) -> None:
+        """Give up all that is under way."""
+        self._drop(TRAINING, EXPLAINING, TRACING)
+
+    def _tell(self, progress: object) -> None:
+        """Say how far the training is."""
+        if isinstance(progress, Progress) and self.place and self._outcome:
+            name = self._name_of(self.place.demonstration)
+            elapsed = time.monotonic() - self._begun
+            self.page.say(why_words.left(progress, name, elapsed, self._outcome), self.tr("Stop"))
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way."""
+        self._stopped = True
+        told = str(error) if isinstance(error, ForcelabError) else self.tr("This did not work.")
+        self.page.say(told, self.tr("Try again"))
+
+    def _stop_or_go(self) -> None:
+        """Stop the training, or begin again."""
+        self._stopped = not self._stopped
+        if self._stopped:
+            self._cancel()
+            self.page.say(self.tr("Stopped before it was explained."), self.tr("Explain"))
+        else:
+            self._begin()
+
+    # Going there and back
+
+    def _go_to(self, place: Place) -> None:
+        """Look at a neighbour; the explanation stays."""
+        self._away, before = place, self._away
+        if not self.document.examine(place):
+            self._away = before
+        self.refresh()
+
+    def go_back(self) -> None:
+        """Go back from a neighbour to the place that is explained."""
+        self._away = None
+        if self.place is not None:
+            self.document.examine(self.place)
+        self.refresh()

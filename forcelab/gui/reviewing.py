@@ -1,0 +1,107 @@
+"""Predictions in the window: the outcome that is reviewed, and what is taken over from it."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject, Signal
+
+from forcelab.gui.editing import Editing
+from forcelab.labels import Segment, Segments
+from forcelab.review.places import Place
+
+if TYPE_CHECKING:
+    from forcelab.review.certainty import Certainty
+    from forcelab.review.outcome import Outcome, Reviewed
+
+__all__ = ["Reviewing"]
+
+
+class Reviewing(Editing):
+    """The part of the window's state that comes from a recogniser; never a coder's track.
+
+    Attributes
+    ----------
+    outcome : Outcome or None
+        What is reviewed.
+    examined : Place or None
+        The place that is being looked at.
+    """
+
+    outcome_changed = Signal()
+    examined_changed = Signal()
+
+    def __init__(self, author: str, parent: QObject | None = None) -> None:
+        super().__init__(author, parent)
+        self.outcome: Outcome | None = None
+        self.examined: Place | None = None
+
+    @property
+    def reviewed(self) -> Reviewed | None:
+        """The open demonstration in the outcome; None while coding blind, or if it is not there."""
+        if self.outcome is None or not self.id or self.coding_blind:
+            return None
+        return self.outcome.find(self.id)
+
+    @property
+    def prediction(self) -> Segments:
+        """What is predicted for the open demonstration; empty while coding blind."""
+        reviewed = self.reviewed
+        return () if reviewed is None else reviewed.predicted
+
+    def accept_here(self) -> bool:
+        """Take the predicted segment at the cursor over."""
+        return self.accept(self.cursor, math.nextafter(self.cursor, math.inf))
+
+    def accept_in_view(self) -> bool:
+        """Take all predictions in view over, wherever the coder has labelled nothing."""
+        return self.accept(self.start, self.end, replace=False)
+
+    def accept(
+        self, start: float, end: float, at_least: float = 0.0, *, replace: bool = True
+    ) -> bool:
+        """Take predicted segments over into the coder's track, as one edit that can be undone.
+
+        Parameters
+        ----------
+        start, end : float
+            Seconds; every predicted segment that overlaps ``[start, end)`` is taken as a whole.
+        at_least : float
+            Only those whose mean probability is that high.
+        replace : bool
+            Whether what the coder has labelled there is painted over.
+        """
+        reviewed, outcome = self.reviewed, self.outcome
+        if reviewed is None or outcome is None:
+            self.say(self.tr("There is no prediction to accept here; train a recogniser."), True)
+            return False
+        certainty = reviewed.certainty
+        if at_least and certainty is None:
+            self.say(self.tr("This run kept no probabilities; train again to have them."), True)
+            return False
+        chosen = tuple(s for s in reviewed.predicted if s.start < end and start < s.end)
+        if at_least and certainty is not None:
+            sure = partial(_sure, certainty, at_least)
+            chosen = tuple(filter(sure, chosen))
+        if not chosen:
+            self.say(self.tr("Nothing is predicted here that could be accepted."))
+            return False
+        return self.adopt(*chosen, replace=replace)
+
+    def adopt(self, *segments: Segment, replace: bool = True) -> bool:
+        """Paint what the recogniser proposes; each segment remembers which one it was."""
+        outcome = self.outcome
+        if outcome is None or not self.add_actions(*dict.fromkeys(s.action for s in segments)):
+            return False
+        proposer = outcome.proposer
+        return self._edit(
+            lambda track: track.accept(segments, proposer, replace=replace),
+            self.tr("It is labelled like this already."),
+        )
+
+
+def _sure(certainty: Certainty, at_least: float, segment: Segment) -> bool:
+    """Whether a segment is predicted with at least this mean probability."""
+    return certainty.of_action(segment.action, segment.start, segment.end) >= at_least

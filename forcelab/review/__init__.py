@@ -1,0 +1,1 @@
+"""What a coder reviews: outcomes of training, and every place where human and model differ."""

@@ -1,0 +1,317 @@
+"""One track made from two: what both say is taken, and every difference is decided by a person.
+
+The consensus is the track of an author of its own. Every decision is an edit of it: stored at once,
+kept for ever, to be undone. What is still undecided follows from the three tracks, and, for time
+that was left unlabelled on purpose, from the edits of the consensus that stand.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from operator import attrgetter
+from typing import Literal
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Segments
+from forcelab.painting import SLIVER, erase, paint
+from forcelab.project import Edit, Project
+from forcelab.review.coded import Pieces, actions_of, pieces_of
+from forcelab.review.places import Place
+
+__all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Difference", "differences", "standing"]
+
+#: Who the consensus is by, unless said otherwise.
+CONSENSUS = "consensus"
+#: Seconds up to which edges may be set to their mean all at once.
+TOLERANCE = 0.1
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+
+#: What is put in the place of a difference, by two edges that may be the same.
+_Parts = list[tuple[float, float, str | None]]
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A stretch in which two coders say different things.
+
+    Parameters
+    ----------
+    start, end : float
+        Seconds.
+    a, b : str or None
+        What each says; None where it is unlabelled.
+    edge : bool
+        Whether only a boundary differs: before and after it both say the same, and in it one says
+        what both said before, the other what both say after.
+    """
+
+    start: float
+    end: float
+    a: str | None
+    b: str | None
+    edge: bool = False
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds."""
+        return self.end - self.start
+
+    def place(self, demonstration: str) -> Place:
+        """Where to look; ``human`` is the first coder, ``predicted`` the second."""
+        return Place(demonstration, self.start, self.end, self.a, self.b)
+
+
+def differences(a: Segments, b: Segments) -> tuple[Difference, ...]:
+    """Every stretch in which two tracks differ, in order of time."""
+    if not a and not b:
+        return ()
+    actions = actions_of((a, b))
+    laid = pieces_of((a, b), actions)
+    pieces = laid.joined(np.ones(len(laid.starts), dtype=np.bool_))
+    names = (*actions, None)
+    found = []
+    for i, (one, other) in enumerate(pieces.codes.T.tolist()):
+        if one == other:
+            continue
+        before, after = _neighbour(pieces, i, -1), _neighbour(pieces, i, 1)
+        edge = before is not None and after is not None and {before, after} == {one, other}
+        start, end = float(pieces.starts[i]), float(pieces.ends[i])
+        found.append(Difference(start, end, names[one], names[other], edge))
+    return tuple(found)
+
+
+def standing(edits: Iterable[Edit]) -> tuple[Edit, ...]:
+    """The edits of a track that were not undone, or were redone, in the order of their making."""
+    there: dict[int, Edit] = {}
+    undone: dict[int, Edit] = {}  # by the undo that took the edit back
+    for edit in edits:
+        if edit.kind == "undo":
+            undone[edit.id] = there.pop(edit.reverts or 0)
+        elif edit.kind == "redo":
+            back = undone[edit.reverts or 0]
+            there[back.id] = back
+        else:
+            there[edit.id] = edit
+    return tuple(there.values())
+
+
+class Consensus:
+    """Two coders' tracks over a demonstration, and the track that is made from them.
+
+    Every verb gives the edit that it made, or None where there was nothing to change.
+
+    Parameters
+    ----------
+    project : Project
+    demonstration : str
+        Its id.
+    a, b : str
+        The coders.
+    author : str
+        Who the consensus is by.
+
+    Raises
+    ------
+    InputError
+        If the three are not three, or one of the coders labelled nothing. Verbs: as of
+        :meth:`Project.edit`.
+    StaleTrackError
+        Verbs: if the consensus was changed elsewhere; :meth:`refresh` and repeat.
+    """
+
+    def __init__(
+        self, project: Project, demonstration: str, a: str, b: str, author: str = CONSENSUS
+    ) -> None:
+        author = author.strip()
+        if len({a, b, author}) < 3:
+            raise InputError(
+                "A consensus is made from two coders under a third name; choose another name."
+            )
+        self.project, self.demonstration = project, demonstration
+        self.a, self.b, self.author = a, b, author
+        self.track_a: Segments = ()
+        self.track_b: Segments = ()
+        self.differences: tuple[Difference, ...] = ()
+        self.refresh()
+        for name, segments in ((a, self.track_a), (b, self.track_b)):
+            if not segments:
+                raise InputError(f"'{name}' labelled nothing here; choose another demonstration.")
+
+    def refresh(self) -> None:
+        """Read the three tracks again, and what was left unlabelled on purpose."""
+        read = self.project.track
+        before = self.track_a, self.track_b
+        self.track_a = read(self.demonstration, self.a).segments
+        self.track_b = read(self.demonstration, self.b).segments
+        self.segments = read(self.demonstration, self.author).segments
+        if (self.track_a, self.track_b) != before:
+            self.differences = differences(self.track_a, self.track_b)
+        edits = standing(self.project.history(self.demonstration, self.author))
+        self._left = frozenset(edit.what for edit in edits)
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a consensus to go on with."""
+        return bool(self.segments) or bool(self._left)
+
+    @property
+    def undecided(self) -> tuple[Difference, ...]:
+        """The differences that wait for a decision, in order of time."""
+        return tuple(one for one in self.differences if not self.decided(one))
+
+    def decided(self, difference: Difference) -> bool:
+        """Whether the consensus says anything there, or was left unlabelled there on purpose."""
+        return bool(_cut(self.segments, difference.start, difference.end)) or (
+            _left(difference) in self._left
+        )
+
+    def begin(self) -> Edit | None:
+        """Take what both say, wherever the consensus says nothing yet."""
+        agreed = self._agreed()
+        after = self.segments
+        for segment in agreed:
+            for start, end in _free(self.segments, segment.start, segment.end):
+                after = paint(after, start, end, segment.action)
+        return self._store(after, f"what {self.a} and {self.b} agree on taken")
+
+    def take(self, difference: Difference, who: Literal["a", "b"]) -> Edit | None:
+        """Decide for one of the two coders."""
+        name = self.a if who == "a" else self.b
+        action = difference.a if who == "a" else difference.b
+        if action is None:
+            return self.leave(difference)
+        return self.put(difference, action, f"as {name}")
+
+    def put(self, difference: Difference, action: str, why: str = "decided") -> Edit | None:
+        """Decide for any action."""
+        what = f"{action} {_stretch(difference)} {why}"
+        return self._decide([(difference, [(difference.start, difference.end, action)])], what)
+
+    def leave(self, difference: Difference) -> Edit | None:
+        """Decide that it is unlabelled."""
+        parts: _Parts = [(difference.start, difference.end, None)]
+        return self._decide([(difference, parts)], _left(difference), even_so=True)
+
+    def mean(self, difference: Difference) -> Edit | None:
+        """Set the boundary to the middle between the two coders' edges.
+
+        Raises
+        ------
+        InputError
+            If it is no boundary.
+        """
+        if not difference.edge:
+            raise InputError("Only a boundary has a mean; here the actions differ.")
+        what = f"edge in {_stretch(difference)} set to the mean"
+        return self._decide([(difference, self._halves(difference))], what)
+
+    def mean_all(self, tolerance: float = TOLERANCE) -> Edit | None:
+        """Set every undecided boundary that differs by at most `tolerance` s to its mean."""
+        near = [d for d in self.undecided if d.edge and d.duration <= tolerance + SLIVER]
+        if not near:
+            return None
+        edges = "1 edge" if len(near) == 1 else f"{len(near)} edges"
+        what = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
+        return self._decide([(one, self._halves(one)) for one in near], what)
+
+    def undo(self) -> Edit | None:
+        """Take back the latest decision; reaches back past restarts."""
+        return self._moved(self.project.undo)
+
+    def redo(self) -> Edit | None:
+        """Take back the latest undo."""
+        return self._moved(self.project.redo)
+
+    def _moved(self, verb: Callable[[str, str], Edit | None]) -> Edit | None:
+        """Undo or redo, and look again."""
+        edit = verb(self.demonstration, self.author)
+        self.refresh()
+        return edit
+
+    def _halves(self, difference: Difference) -> _Parts:
+        """What was before up to the middle, what comes after from there on."""
+        middle = difference.start + difference.duration / 2
+        ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
+        before = ending[0].action if ending else None
+        after = difference.b if before == difference.a else difference.a
+        return [(difference.start, middle, before), (middle, difference.end, after)]
+
+    def _decide(
+        self, made: Sequence[tuple[Difference, _Parts]], what: str, even_so: bool = False
+    ) -> Edit | None:
+        """Write parts in the place of differences, as one edit.
+
+        With `even_so` the edit is made even if the track stays as it is: that it was decided is
+        what is to be remembered.
+        """
+        after = self.segments
+        for difference, parts in made:
+            after = erase(after, difference.start, difference.end)
+            for start, end, action in parts:
+                if action is not None:
+                    after = paint(after, start, end, action)
+        decided = all(self.decided(difference) for difference, _ in made)
+        return self._store(after, what, even_so=even_so and not decided)
+
+    def _store(self, after: Segments, what: str, even_so: bool = False) -> Edit | None:
+        """Write the consensus down."""
+        if after == self.segments and not even_so:
+            return None
+        edit = self.project.edit(self.demonstration, self.author, self.segments, after, what)
+        self.refresh()
+        return edit
+
+    def _agreed(self) -> Segments:
+        """What both say, in order."""
+        actions = actions_of((self.track_a, self.track_b))
+        laid = pieces_of((self.track_a, self.track_b), actions)
+        same = laid.joined(laid.codes[0] == laid.codes[1])
+        rows = zip(same.starts.tolist(), same.ends.tolist(), same.codes[0].tolist(), strict=True)
+        return tuple(Segment(start, end, actions[code]) for start, end, code in rows)
+
+
+def _neighbour(pieces: Pieces, index: int, step: int) -> int | None:
+    """What both say right beside a piece; None where they differ there too."""
+    other = index + step
+    touches = 0 <= other < len(pieces.starts) and (
+        abs(pieces.starts[max(index, other)] - pieces.ends[min(index, other)]) <= SLIVER
+    )
+    if not touches:
+        return -1  # both unlabelled
+    one, two = pieces.codes[:, other].tolist()
+    return int(one) if one == two else None
+
+
+def _cut(segments: Segments, start: float, end: float) -> Segments:
+    """The segments of which more than dust lies in a stretch."""
+    first = bisect_right(segments, start + SLIVER, key=_end)
+    last = bisect_left(segments, end - SLIVER, key=_start)
+    return segments[first:last]
+
+
+def _free(segments: Segments, start: float, end: float) -> list[tuple[float, float]]:
+    """The parts of a stretch that no segment covers."""
+    edges = chain.from_iterable((s.start, s.end) for s in _cut(segments, start, end))
+    bounds = [start, *edges, end]
+    return [
+        (left, right)
+        for left, right in zip(bounds[::2], bounds[1::2], strict=True)
+        if right - left > SLIVER
+    ]
+
+
+def _stretch(difference: Difference) -> str:
+    """Its bounds in a line of history."""
+    return f"{difference.start:.3f}-{difference.end:.3f} s"
+
+
+def _left(difference: Difference) -> str:
+    """The line of history of a stretch that was left unlabelled on purpose."""
+    return f"{_stretch(difference)} decided: unlabelled"

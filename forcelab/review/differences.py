@@ -1,0 +1,228 @@
+"""Every stretch over which a human's track and a prediction differ, told apart by kind.
+
+Both tracks together cut time into pieces over which neither changes; what differs is found by
+arithmetic on the edges of segments, whatever the rate of the samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+from forcelab.labels import Segment, Segments
+from forcelab.project import Project
+from forcelab.review.certainty import Certainty
+from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.places import Place
+
+__all__ = ["Difference", "Kind", "compared", "current_tracks", "differences", "spelt", "spelt_back"]
+
+Kind = Literal["action", "missed", "invented", "boundary"]
+
+#: A displaced edge differs by at most this share of the shorter of the two segments at it.
+EDGE_SHARE = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class Difference(Place):
+    """A place where human and model differ.
+
+    `confidence` is the mean probability that the model gives to what it predicts there; where it
+    predicts nothing, one minus that of the action that the human sees.
+
+    Parameters
+    ----------
+    kind : "action", "missed", "invented" or "boundary"
+        Both name an action, not the same one; only the human does; only the model does; both see
+        the same actions one after the other and only the edge between them differs.
+    suspicion : float
+        How much speaks for an error of the coder, 0 to 1; see :mod:`forcelab.review.suspicion`.
+    """
+
+    kind: Kind = "action"
+    suspicion: float = 0.0
+
+    @property
+    def score(self) -> float:
+        """Seconds times confidence: what is worth the first look; seconds if nothing is known."""
+        return self.duration * (1.0 if self.confidence is None else self.confidence)
+
+
+class _Piece(NamedTuple):
+    """A stretch over which neither track changes; None is unlabelled."""
+
+    start: float
+    end: float
+    human: str | None
+    predicted: str | None
+
+    @property
+    def differs(self) -> bool:
+        return self.human != self.predicted
+
+
+def current_tracks(project: Project, outcome: Outcome) -> dict[str, Segments]:
+    """The tracks of an outcome's coder as they are now, spelt as they were trained.
+
+    Demonstrations that have left the project since are left out.
+    """
+    there = {info.id for info in project.demonstrations()}
+    return {
+        reviewed.id: spelt(project.track(reviewed.id, outcome.author).segments, outcome, reviewed)
+        for reviewed in outcome.tested
+        if reviewed.id in there
+    }
+
+
+def spelt(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
+    """Segments of a demonstration with the actions as the outcome trained them."""
+    merged = outcome.settings.merge.apply_segments(segments)
+    if not outcome.apart:
+        return merged
+    return tuple(replace(s, action=f"{s.action}_{reviewed.task}") for s in merged)
+
+
+def spelt_back(action: str, outcome: Outcome, reviewed: Reviewed) -> str:
+    """What a coder writes for an action that a recogniser has learnt."""
+    return action.removesuffix(f"_{reviewed.task}") if outcome.apart else action
+
+
+def differences(outcome: Outcome, tracks: Mapping[str, Segments]) -> tuple[Difference, ...]:
+    """Every difference between the tracks and an outcome's predictions, in order of time.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    tracks : mapping of str to tuple of Segment
+        By the demonstration's id, as of :func:`current_tracks`. Those that are not in it, and
+        those without a segment, have no differences: nothing says that a human looked at them.
+    """
+    return tuple(
+        difference
+        for reviewed in outcome.tested
+        if tracks.get(reviewed.id)
+        for difference in compared(
+            reviewed.id, tracks[reviewed.id], reviewed.predicted, reviewed.certainty
+        )
+    )
+
+
+def compared(
+    demonstration: str,
+    human: Sequence[Segment],
+    predicted: Sequence[Segment],
+    certainty: Certainty | None = None,
+) -> tuple[Difference, ...]:
+    """The differences of two tracks over one demonstration: they tile the time that differs.
+
+    Parameters
+    ----------
+    demonstration : str
+        Its id.
+    human, predicted : sequence of Segment
+        In order, never overlapping.
+    certainty : Certainty, optional
+        The model's.
+    """
+    pieces = list(_pieces(human, predicted))
+    edges = _edges(pieces)
+    return tuple(
+        Difference(
+            demonstration,
+            piece.start,
+            piece.end,
+            piece.human,
+            piece.predicted,
+            _confidence(piece, certainty),
+            "boundary" if number in edges else _kind(piece),
+        )
+        for number, piece in enumerate(pieces)
+        if piece.differs
+    )
+
+
+def _kind(piece: _Piece) -> Kind:
+    """What a piece is that differs by more than an edge."""
+    if piece.human is None:
+        return "invented"
+    return "missed" if piece.predicted is None else "action"
+
+
+def _confidence(piece: _Piece, certainty: Certainty | None) -> float | None:
+    """How sure the model is that the human is not right."""
+    if certainty is None:
+        return None
+    if piece.predicted is None:
+        return 1.0 - certainty.of_action(piece.human, piece.start, piece.end)
+    return certainty.of_action(piece.predicted, piece.start, piece.end)
+
+
+def _pieces(human: Sequence[Segment], predicted: Sequence[Segment]) -> Iterator[_Piece]:
+    """Cut time where either track changes; a change from an action to itself is none."""
+    times = sorted({t for s in (*human, *predicted) for t in (s.start, s.end)})
+    pending: _Piece | None = None
+    stretches = zip(pairwise(times), _seen(human, times), _seen(predicted, times), strict=True)
+    for (start, end), one, other in stretches:
+        if pending is not None and (pending.human, pending.predicted) == (one, other):
+            pending = pending._replace(end=end)
+            continue
+        if pending is not None:
+            yield pending
+        pending = _Piece(start, end, one, other)
+    if pending is not None:
+        yield pending
+
+
+def _seen(segments: Sequence[Segment], times: Sequence[float]) -> Iterator[str | None]:
+    """What a track has between each two neighbouring times, which hold all of its edges."""
+    following = iter(segments)
+    current = next(following, None)
+    for start in times[:-1]:
+        while current is not None and current.end <= start:
+            current = next(following, None)
+        yield current.action if current is not None and current.start <= start else None
+
+
+def _edges(pieces: Sequence[_Piece]) -> set[int]:
+    """Which pieces differ by a displaced edge only.
+
+    Between two stretches over which both see A, and both see B, lies a transition. In it an edge
+    is displaced if both go from A to B without a third action and without turning back; either may
+    leave unlabelled time in between. Before the first and after the last stretch on which both
+    agree, nothing is what both see.
+    """
+    agreed = [i for i, p in enumerate(pieces) if p.human is not None and not p.differs]
+    found: set[int] = set()
+    for left, right in pairwise([-1, *agreed, len(pieces)]):
+        before = pieces[left] if left >= 0 else None
+        after = pieces[right] if right < len(pieces) else None
+        between = range(left + 1, right)
+        if _from_to(before, after, [pieces[i] for i in between]):
+            room = EDGE_SHARE * min(_length(before), _length(after))
+            for i in between:
+                if pieces[i].differs and pieces[i].end - pieces[i].start <= room:
+                    found.add(i)
+    return found
+
+
+def _length(piece: _Piece | None) -> float:
+    """Length of a stretch in seconds; nothing lasts for ever."""
+    return math.inf if piece is None else piece.end - piece.start
+
+
+def _from_to(before: _Piece | None, after: _Piece | None, between: Sequence[_Piece]) -> bool:
+    """Whether both tracks go from one action to the other between two agreed stretches."""
+    first = None if before is None else before.human
+    last = None if after is None else after.human
+    if first == last:
+        return False
+    # None stands between two actions; where one side is nothing, it is that side.
+    ranks: dict[str | None, int] = {None: 1, first: 0, last: 2}
+    for track in ("human", "predicted"):
+        seen = [ranks.get(getattr(piece, track), -1) for piece in between]
+        if -1 in seen or any(b < a for a, b in pairwise(seen)):
+            return False
+    return True

@@ -1,0 +1,249 @@
+"""An outcome: what a run of the project found, made ready to be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Segments
+from forcelab.project import DemonstrationInfo, LabelsUsed, Project, StoredRun
+from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.settings import Settings
+
+__all__ = ["KIND", "Outcome", "Reviewed", "edits_since", "latest", "load", "tasks_of"]
+
+#: The kind of the runs that can be reviewed; ``forcelab evaluate`` and the window make them.
+KIND = "evaluate"
+
+#: What a track may hold besides the segments of its stages.
+_NO_STAGE = ("demonstration", "start", "end", "human", "certainty")
+
+
+@dataclass(frozen=True)
+class Reviewed:
+    """One demonstration in an outcome.
+
+    Parameters
+    ----------
+    id, name, task : str
+        Of the demonstration.
+    start, end : float
+        Its first sample and the end of its last one, in seconds.
+    human : tuple of Segment
+        What was trained and scored with, spelt as there; empty in a proposal.
+    stages : dict of str to tuple of Segment
+        Predictions after each step: ``"raw"``, ``"threshold"``, ``"median"`` as far as they are
+        switched on and were kept, and always ``"filtered"``.
+    certainty : Certainty, optional
+        None where the run kept no probabilities.
+    """
+
+    id: str
+    name: str
+    task: str
+    start: float
+    end: float
+    human: Segments
+    stages: Mapping[str, Segments]
+    certainty: Certainty | None = None
+
+    @property
+    def predicted(self) -> Segments:
+        """The final prediction."""
+        return self.stages["filtered"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run of a project found.
+
+    Parameters
+    ----------
+    number : int
+        The run's.
+    time : datetime
+        When it was made, in UTC.
+    title : str
+        Such as ``"stylus"``.
+    tasks : tuple of str
+        What was trained on.
+    test_task : str or None
+        What was tested on instead of leaving one demonstration out.
+    author : str
+        The coder whose labels were used.
+    apart : bool
+        Whether actions have their task as a suffix.
+    settings : Settings
+    actions : tuple of str
+        In the order of their first occurrence.
+    labels : tuple of LabelsUsed
+    tested : tuple of Reviewed
+        Each predicted by a recogniser that has not seen it.
+    proposals : tuple of Reviewed
+        Unlabelled demonstrations of the tasks, predicted by the final recogniser.
+    recogniser : str
+        Id of the final recogniser in the project; ``""`` where none was trained.
+    scores : mapping
+        ``"raw"`` and ``"filtered"``, as ``forcelab evaluate --json`` prints them.
+    seconds : mapping of str to float
+        Run time of ``features``, ``fit``, ``predict``, ``filter``.
+    remarks : tuple of str
+    """
+
+    number: int
+    time: datetime
+    title: str
+    tasks: tuple[str, ...]
+    test_task: str | None
+    author: str
+    apart: bool
+    settings: Settings
+    actions: tuple[str, ...]
+    labels: tuple[LabelsUsed, ...]
+    tested: tuple[Reviewed, ...]
+    proposals: tuple[Reviewed, ...] = ()
+    recogniser: str = ""
+    scores: Mapping[str, Any] = field(default_factory=dict)
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def proposer(self) -> str:
+        """Who the predictions are by, as an author: ``"model NAME 12"``, 12 being the run."""
+        return f"model {self.settings.preset} {self.number}"
+
+    def find(self, id_: str) -> Reviewed | None:
+        """The demonstration of this id, tested or proposed; None where it is neither."""
+        return next((d for d in (*self.tested, *self.proposals) if d.id == id_), None)
+
+
+def load(project: Project, number: int) -> Outcome:
+    """A run of a project, made ready for looking.
+
+    Raises
+    ------
+    InputError
+        If there is no such run, it is of another kind, or it is damaged.
+    """
+    run = project.run(number)
+    if run.kind != KIND:
+        raise InputError(
+            f"Run {number} of '{project.path}' is of the kind '{run.kind}', which cannot be "
+            f"reviewed; choose one of the kind '{KIND}'."
+        )
+    try:
+        return _outcome(project, run)
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        raise InputError(
+            f"What run {number} of '{project.path}' found is damaged and cannot be reviewed; train "
+            f"again."
+        ) from error
+
+
+def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | None:
+    """The latest run that can be reviewed; None where there is none.
+
+    Parameters
+    ----------
+    project : Project
+    tasks : sequence of str, optional
+        Only of runs that were trained on exactly these, in any order.
+
+    Raises
+    ------
+    InputError
+        If it is damaged.
+    """
+    wanted = None if tasks is None else set(tasks)
+    for run in reversed(project.run_summaries(KIND)):
+        if wanted is None or set(tasks_of(run.settings)[0]) == wanted:
+            return load(project, run.id)
+    return None
+
+
+def edits_since(project: Project, outcome: Outcome) -> int:
+    """How many edits the labels that were used have had since, undo and redo among them.
+
+    Demonstrations that have come into its tasks since count as one each. A single query.
+    """
+    tested = () if outcome.test_task is None else (outcome.test_task,)
+    return project.edits_since(outcome.labels, (*outcome.tasks, *tested))
+
+
+def tasks_of(settings: Mapping[str, Any]) -> tuple[tuple[str, ...], str | None]:
+    """What a run was trained on, and what it was tested on instead of leaving one out.
+
+    Parameters
+    ----------
+    settings : mapping
+        Of the run: everything it was told.
+    """
+    choice = settings.get("choice", {})
+    return tuple(choice.get("tasks", ())), choice.get("test_task")
+
+
+def _outcome(project: Project, run: StoredRun) -> Outcome:
+    """A run as an outcome; whatever is raised over what it holds, it is damaged."""
+    result = run.result
+    infos = {info.id: info for info in project.demonstrations()}
+    sure = result.get("certainty", {})
+
+    def reviewed(plain: Mapping[str, Any]) -> Reviewed:
+        id_ = plain["demonstration"]
+        return _reviewed(project, infos[id_], plain, plain.get("certainty", sure.get(id_)))
+
+    tasks, test_task = tasks_of(run.settings)
+    choice = run.settings.get("choice", {})
+    return Outcome(
+        number=run.id,
+        time=run.time,
+        title=str(result["title"]),
+        tasks=tasks,
+        test_task=test_task,
+        author=run.labels[0].author if run.labels else str(choice.get("author") or ""),
+        apart=bool(choice.get("apart", False)),
+        settings=Settings.from_json(result["settings"]),
+        actions=tuple(result["labels"]),
+        labels=run.labels,
+        tested=tuple(reviewed(plain) for plain in result["tracks"]),
+        proposals=tuple(reviewed(plain) for plain in result.get("proposals", ())),
+        recogniser=str(result.get("recogniser", "")),
+        scores={which: result[which] for which in ("raw", "filtered") if which in result},
+        seconds={name: float(spent) for name, spent in result["seconds"].items()},
+        remarks=tuple(result["remarks"]),
+    )
+
+
+def _reviewed(
+    project: Project,
+    info: DemonstrationInfo,
+    plain: Mapping[str, Any],
+    certainty: Mapping[str, Any] | None,
+) -> Reviewed:
+    """One demonstration of a run."""
+    if "start" in plain:
+        start, end = float(plain["start"]), float(plain["end"])
+    else:  # of a run that was made on the command line
+        demonstration = project.load(info.id)
+        start, end = demonstration.start, demonstration.end
+    stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
+    if "filtered" not in stages or not start < end:
+        raise ValueError("no prediction, or no time")
+    return Reviewed(
+        id=info.id,
+        name=info.name,
+        task=info.task,
+        start=start,
+        end=end,
+        human=_segments(plain.get("human", ())),
+        stages=stages,
+        certainty=None if certainty is None else Certainty.from_json(certainty),
+    )
+
+
+def _segments(rows: Sequence[Sequence[Any]]) -> Segments:
+    """Segments out of plain values."""
+    return tuple(Segment(float(start), float(end), action) for start, end, action in rows)

@@ -1,0 +1,215 @@
+"""Which unlabelled demonstration to label next, and what that is expected to bring.
+
+The uncertainty of a moment is ``1 - p`` with p the probability of its most probable action, and
+that of a demonstration its mean over time. How much of it is probably wrong is read off the
+outcome's own tested demonstrations, by histogram binning [1]_: of all labelled moments there that
+were about as uncertain, so many were not the human's action.
+
+References
+----------
+.. [1] Zadrozny, B. and Elkan, C., "Obtaining calibrated probability estimates from decision trees
+   and naive Bayesian classifiers", ICML 2001.
+.. [2] Zadrozny, B. and Elkan, C., "Transforming classifier scores into accurate multiclass
+   probability estimates", KDD 2002: pool adjacent violators.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.review.certainty import Certainty
+from forcelab.review.places import Place
+
+if TYPE_CHECKING:
+    from forcelab.review.outcome import Outcome, Reviewed
+
+__all__ = ["BINS", "Calibration", "Proposal", "acceptable", "calibration", "proposals"]
+
+#: Bins of equal width between the probabilities 0 and 1.
+BINS = 10
+#: With less tested time than this in a bin, in seconds, its neighbours are believed rather.
+LEAST = 0.5
+#: Seconds of the stretch that is looked at first.
+STRETCH = 1.0
+
+Real = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """How often an outcome was right where it was so sure.
+
+    Parameters
+    ----------
+    accuracy : ndarray of float64, shape (BINS,)
+        Share of the tested time that has the human's action, by probability of the most probable
+        action. Bins that were hardly tested have a value between their neighbours'.
+    seconds : float
+        Labelled time that was tested; with 0, `accuracy` is the probability itself.
+    """
+
+    accuracy: Real
+    seconds: float
+
+    def wrong(self, confidence: Real) -> Real:
+        """Expected share that is wrong, for probabilities of any shape."""
+        if not self.seconds:
+            return 1.0 - confidence
+        bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
+        return 1.0 - self.accuracy[bins]
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An unlabelled demonstration that could be labelled.
+
+    Parameters
+    ----------
+    id, name, task : str
+        Of the demonstration.
+    seconds : float
+        How long it is.
+    uncertainty : float
+        Mean of ``1 - p`` over time, 0 to 1.
+    wrong : float
+        Seconds of the prediction that are probably wrong: what labelling it is expected to bring.
+    place : Place
+        Its most uncertain stretch.
+    """
+
+    id: str
+    name: str
+    task: str
+    seconds: float
+    uncertainty: float
+    wrong: float
+    place: Place
+
+
+def calibration(outcome: Outcome) -> Calibration:
+    """Compare what was predicted of the tested demonstrations with their humans."""
+    right, total = np.zeros(BINS), np.zeros(BINS)
+    for reviewed in outcome.tested:
+        certainty = reviewed.certainty
+        if certainty is None or not len(certainty.values):
+            continue
+        # An action that the recogniser never met is predicted wrong wherever it is.
+        actions = dict.fromkeys((*certainty.actions, *(s.action for s in reviewed.human)))
+        human = to_codes(reviewed.human, certainty.times, tuple(actions))
+        known = (human != UNLABELLED) & _met(certainty)
+        confidence = _confidence(certainty)[known]
+        bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
+        hit = certainty.values.argmax(axis=1)[known] == human[known]
+        total += np.bincount(bins, minlength=BINS) / certainty.rate
+        right += np.bincount(bins, weights=hit, minlength=BINS) / certainty.rate
+    tested = np.flatnonzero(total >= LEAST)
+    if not len(tested):
+        return Calibration((np.arange(BINS) + 0.5) / BINS, 0.0)
+    rising = _rising(right[tested] / total[tested], total[tested])
+    accuracy = np.interp(np.arange(BINS), tested, rising)
+    return Calibration(accuracy, float(total.sum()))
+
+
+def proposals(outcome: Outcome, known: Calibration | None = None) -> tuple[Proposal, ...]:
+    """The unlabelled demonstrations of an outcome, the most uncertain first.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    known : Calibration, optional
+        By default that of the outcome.
+    """
+    known = calibration(outcome) if known is None else known
+    found = (_proposal(reviewed, known) for reviewed in outcome.proposals)
+    return tuple(sorted((one for one in found if one is not None), key=lambda p: -p.uncertainty))
+
+
+def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0.0) -> Segments:
+    """The predicted segments that overlap a stretch and are as probable as is asked for.
+
+    Parameters
+    ----------
+    reviewed : Reviewed
+    start, end : float
+        Seconds; a segment that overlaps ``[start, end)`` is taken as a whole.
+    at_least : float
+        Least mean probability; with 0 no probability is asked for.
+    """
+    certainty = reviewed.certainty
+    return tuple(
+        s
+        for s in reviewed.predicted
+        if s.start < end
+        and start < s.end
+        and (
+            not at_least
+            or (certainty is not None and certainty.of_action(s.action, s.start, s.end) >= at_least)
+        )
+    )
+
+
+def _rising(values: Real, weights: Real) -> Real:
+    """The nearest values that never fall: what is surer is not less often right.
+
+    Neighbours that fall are replaced by their mean, until none is left [2]_.
+    """
+    pools: list[tuple[float, float, int]] = []
+    for value, weight in zip(values.tolist(), weights.tolist(), strict=True):
+        mean, mass, count = value, weight, 1
+        while pools and pools[-1][0] >= mean:
+            before, more, others = pools.pop()
+            mean = (before * more + mean * mass) / (more + mass)
+            mass, count = mass + more, count + others
+        pools.append((mean, mass, count))
+    return np.repeat([mean for mean, _, _ in pools], [count for _, _, count in pools])
+
+
+def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
+    """What labelling one demonstration brings; None where no probability is known."""
+    certainty = reviewed.certainty
+    if certainty is None or not (met := _met(certainty)).any():
+        return None
+    confidence = _confidence(certainty)
+    return Proposal(
+        id=reviewed.id,
+        name=reviewed.name,
+        task=reviewed.task,
+        seconds=reviewed.end - reviewed.start,
+        uncertainty=float(1.0 - confidence[met].mean()),
+        wrong=float(known.wrong(confidence[met]).sum() / certainty.rate),
+        place=_least_certain(reviewed, certainty),
+    )
+
+
+def _met(certainty: Certainty) -> NDArray[np.bool_]:
+    """Where anything is known: what lies in a gap is zero throughout."""
+    return np.asarray(certainty.values.any(axis=1))
+
+
+def _confidence(certainty: Certainty) -> Real:
+    """Probability of the most probable action over time."""
+    return np.asarray(certainty.values.max(axis=1) / np.iinfo(certainty.values.dtype).max)
+
+
+def _least_certain(reviewed: Reviewed, certainty: Certainty) -> Place:
+    """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it."""
+    doubt = np.where(_met(certainty), 1.0 - _confidence(certainty), 0.0)
+    width = min(round(STRETCH * certainty.rate), len(doubt))
+    sums = np.cumsum(np.concatenate([[0.0], doubt]))
+    first = int(np.argmax(sums[width:] - sums[:-width]))
+    start = max(certainty.start + first / certainty.rate, reviewed.start)
+    end = min(certainty.start + (first + width) / certainty.rate, reviewed.end)
+    means = certainty.mean(start, end)
+    best = int(np.argmax(means))
+    return Place(
+        reviewed.id,
+        start,
+        end,
+        predicted=certainty.actions[best],
+        confidence=float(means[best]),
+    )

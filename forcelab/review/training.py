@@ -1,0 +1,282 @@
+"""Training as the window does it: everything that a review shows, made at once and kept as a run.
+
+It works on the labels as they are when it begins, reads them once and never writes a track: what
+is edited meanwhile stays, and is counted by :func:`forcelab.review.outcome.edits_since`. The run
+and the recogniser are stored together at the very end, or not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.labels import from_codes
+from forcelab.processes import interruptible
+from forcelab.project import DemonstrationInfo, LabelsUsed, Project
+from forcelab.recognition.corpus import Corpus
+from forcelab.recognition.project_runs import Choice, evaluating, idle, told, unlearnt
+from forcelab.recognition.recogniser import Prediction, Recogniser
+from forcelab.recognition.results import Evaluation
+from forcelab.recognition.run_results import digest, kept, title_of
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.storage import dump
+from forcelab.recognition.training import training
+from forcelab.review.outcome import KIND
+from forcelab.review.steps import Step, Steps
+from forcelab.versions import versions
+
+__all__ = ["Step", "reviewing"]
+
+
+@dataclass(frozen=True)
+class _Snapshot:
+    """What is trained and tested on, as it was when the training began.
+
+    Parameters
+    ----------
+    tasks : tuple of str
+    corpora : list of Corpus
+        Of the tasks; and of the task that is tested on, if there is one.
+    new : tuple of DemonstrationInfo
+        The demonstrations of all these tasks that the coder has not labelled.
+    """
+
+    tasks: tuple[str, ...]
+    corpora: list[Corpus]
+    new: tuple[DemonstrationInfo, ...]
+
+    @property
+    def found(self) -> Corpus:
+        """What is trained on."""
+        return self.corpora[0]
+
+    @property
+    def labels(self) -> list[LabelsUsed]:
+        """Which labels of which demonstrations are used, the empty ones among them."""
+        return [used for part in self.corpora for used in part.labels]
+
+
+def reviewing(
+    path: Path, settings: Settings, choice: Choice, name: str, fit: bool = True
+) -> Generator[Step, None, int]:
+    """Evaluate, train, and propose labels; kept in the project as one run.
+
+    Made for :func:`forcelab.processes.elsewhere`, so it opens the project by itself.
+
+    Parameters
+    ----------
+    path : Path
+        The project's.
+    settings : Settings
+    choice : Choice
+        What is trained on together; with no task chosen, the only one that there is.
+    name : str
+        What the recogniser is called in the project.
+    fit : bool
+        Whether a recogniser is trained on all that is labelled, which then proposes labels for
+        what is not. Without, there is only the evaluation.
+
+    Yields
+    ------
+    Step
+
+    Returns
+    -------
+    int
+        The run's number.
+
+    Raises
+    ------
+    InputError
+        If there is nothing to learn from, or the project cannot keep the run. What only stands in
+        the way of testing is a remark of the run.
+    """
+    choice.check()
+    with Project.open(path) as project:
+        if project.read_only:
+            raise InputError(
+                f"'{path}' may only be read here, so it cannot keep what is trained; copy it to "
+                f"where you may write."
+            )
+        yield Step(0, 1, "labels", phase="features")
+        snapshot = _snapshot(project, settings, choice)
+        steps = Steps(_folds(snapshot, choice), fit)
+        title = title_of(snapshot.tasks, choice.test_task)
+        evaluation, remarks = yield from _tested(snapshot, settings, choice, steps, fit)
+        if evaluation is not None:
+            result = kept(evaluation, certainty=True)
+            trained_on: Sequence[str] = evaluation.trained_on
+        else:
+            result = _untested(title, settings)
+        remarks += idle(settings, frozenset().union(*(part.spelt for part in snapshot.corpora)))
+        recogniser = None
+        if fit:
+            recogniser = yield from steps.fit(training(snapshot.found.labelled, settings))
+            remarks += unlearnt(snapshot.found, recogniser)
+            trained_on = recogniser.trained_on
+            result.setdefault("labels", list(recogniser.actions))
+            proposals, refused = yield from _proposals(project, snapshot, recogniser, steps)
+            result["proposals"] = proposals
+            remarks += refused
+        result["remarks"] = [*result["remarks"], *remarks]
+        result["trained_on"] = list(trained_on)
+        yield steps.storing()
+        with interruptible():
+            return _stored(
+                project, snapshot, told(settings, choice, snapshot.tasks), result, name, recogniser
+            )
+
+
+def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot:
+    """Read what is labelled and what is not."""
+    tasks = tuple(dict.fromkeys(choice.tasks)) or project.tasks()
+    if len(tasks) > 1 and not choice.tasks:
+        raise InputError(
+            f"'{project.path}' has the tasks {', '.join(tasks)}; choose the task to train on, or "
+            f"several to join."
+        )
+    corpora = [choice.corpus(project, tasks, settings)]
+    if choice.test_task is not None:
+        corpora.append(choice.corpus(project, [choice.test_task], settings))
+    _check(corpora[0], settings, tasks)
+    bare = {
+        item.demonstration.id for part in corpora for item in part.labelled if not item.segments
+    }
+    infos = {info.id: info for info in project.demonstrations() if info.id in bare}
+    return _Snapshot(tasks, corpora, tuple(infos.values()))
+
+
+def _check(found: Corpus, settings: Settings, tasks: Sequence[str]) -> None:
+    """Refuse fewer than two actions before anything is computed."""
+    merged = [item.merged(settings.merge) for item in found.labelled]
+    actions = list(dict.fromkeys(s.action for item in merged for s in item.segments))
+    if len(actions) < 2:
+        there = f"only '{actions[0]}' is" if actions else "none is"
+        raise InputError(
+            f"Training needs two actions and {there} labelled in {' + '.join(tasks)}; label a "
+            f"stretch of a second one. Until then you can go on labelling and compare coders."
+        )
+
+
+def _folds(snapshot: _Snapshot, choice: Choice) -> int:
+    """How many recognisers are trained for testing."""
+    if choice.test_task is not None:
+        return 1
+    labelled = sum(bool(item.segments) for item in snapshot.found.labelled)
+    return labelled if labelled > 1 else 0
+
+
+def _tested(
+    snapshot: _Snapshot, settings: Settings, choice: Choice, steps: Steps, fit: bool
+) -> Generator[Step, None, tuple[Evaluation | None, tuple[str, ...]]]:
+    """Evaluate; where that cannot be, None and a remark that says why.
+
+    What stands in the way of training, too, is then told by that.
+    """
+    if not steps.folds and fit:
+        return None, (
+            "Only one demonstration is labelled, so nothing could be tested; label a second one. "
+            "The recogniser was trained all the same, and proposes labels for the others.",
+        )
+    job = evaluating(snapshot.corpora, settings, snapshot.tasks, choice.test_task, certainty=True)
+    try:
+        return (yield from steps.test(job)), ()
+    except InputError as error:
+        if not fit:
+            raise
+        return None, (f"Nothing could be tested: {error}",)
+
+
+def _untested(title: str, settings: Settings) -> dict[str, Any]:
+    """What a run keeps where nothing was tested."""
+    return {
+        "digest": digest(title, {}),
+        "title": title,
+        "preset": settings.preset,
+        "settings": settings.to_json(),
+        "seed": settings.seed,
+        "versions": versions(),
+        "seconds": {},
+        "tested": [],
+        "remarks": [],
+        "tracks": [],
+        "certainty": {},
+    }
+
+
+def _proposals(
+    project: Project, snapshot: _Snapshot, recogniser: Recogniser, steps: Steps
+) -> Generator[Step, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
+    """What the recogniser makes of the demonstrations that the coder has not labelled.
+
+    Also of those that are blind for the coder: it is the window that hides them.
+    """
+    made, remarks = [], []
+    for i, info in enumerate(snapshot.new):
+        yield steps.proposing(i, len(snapshot.new), info.name)
+        try:
+            demonstration = project.load(info.id)
+            prediction = recogniser.predict(demonstration, certainty=True)
+        except InputError as error:
+            remarks.append(f"No proposal for '{info.name}': {error}")
+            continue
+        made.append(_proposal(demonstration, prediction))
+    return made, tuple(remarks)
+
+
+def _proposal(demonstration: Demonstration, prediction: Prediction) -> dict[str, Any]:
+    """A prediction as plain values, as tracks are kept, with its certainty."""
+    where = {
+        "demonstration": demonstration.id,
+        "start": demonstration.start,
+        "end": demonstration.end,
+    }
+    stages = {"raw": prediction.raw, **prediction.stages, "filtered": prediction.filtered}
+    tracks = {
+        which: [
+            [s.start, s.end, s.action]
+            for s in from_codes(codes, prediction.times, prediction.actions)
+        ]
+        for which, codes in stages.items()
+    }
+    sure = prediction.certainty
+    certainty = {} if sure is None else {"certainty": sure.to_json()}
+    return {**where, **tracks, **certainty}
+
+
+def _stored(
+    project: Project,
+    snapshot: _Snapshot,
+    asked: dict[str, Any],
+    result: dict[str, Any],
+    name: str,
+    recogniser: Recogniser | None,
+) -> int:
+    """Keep everything, at once."""
+    seed = result["seed"]
+    if recogniser is None:
+        return project.add_run(
+            KIND,
+            settings=asked,
+            seed=seed,
+            labels=snapshot.labels,
+            versions=versions(),
+            result=result,
+        )
+    return project.add_training(
+        KIND,
+        name,
+        dump(recogniser),
+        settings=asked,
+        seed=seed,
+        labels=snapshot.labels,
+        trained_on=[
+            used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
+        ],
+        versions=versions(),
+        result=result,
+    )

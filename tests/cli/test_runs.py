@@ -1,0 +1,59 @@
+"""``forcelab runs``."""
+
+import json
+
+import pytest
+from trained_project import CHOICE, FAST, make
+
+from forcelab.cli import main
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.recognition.project_runs import evaluate_tasks
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = make(tmp_path_factory.mktemp("runs") / "foam.forcelab", labelled=3, bare=0)
+    with Project.open(path) as project:
+        for settings in (FAST, FAST.replace(threshold=None, stride=4)):
+            finish(evaluate_tasks(project, settings, CHOICE))
+    return path
+
+
+def test_the_list_names_every_run_with_its_scores(path, capsys):
+    assert main(["runs", str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    with Project.open(path) as project:
+        accuracy = project.run(2).result["filtered"]["pooled"]["accuracy"]
+    assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
+    assert f"{100 * accuracy:.1f}" in lines[2].split()
+    assert main(["runs", str(path), "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert [run["run"] for run in plain] == [1, 2]
+    assert plain[1]["accuracy"] == accuracy
+    assert plain[1]["settings"]["stride"] == 4
+
+
+def test_a_comparison_says_what_differed_and_by_how_much(path, capsys):
+    assert main(["runs", str(path), "--compare", "1", "2"]) == 0
+    told = capsys.readouterr().out
+    assert "stride" in told
+    assert "foam 03" in told
+    assert main(["runs", str(path), "--compare", "2", "1", "--json"]) == 0
+    plain = json.loads(capsys.readouterr().out)
+    one, other = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
+    assert f"{100 * (one - other):+.1f}" in told
+    assert plain["runs"] == [2, 1]
+    assert len(plain["shared"]) == 3
+
+
+def test_a_run_that_is_not_there_is_told_in_a_sentence(path, capsys):
+    assert main(["runs", str(path), "--compare", "1", "9"]) == 1
+    assert "There is no run 9" in capsys.readouterr().err
+
+
+def test_a_project_without_runs_says_how_to_make_one(tmp_path, capsys):
+    with Project.create(tmp_path / "p.forcelab"):
+        pass
+    assert main(["runs", str(tmp_path / "p.forcelab")]) == 0
+    assert "forcelab evaluate" in capsys.readouterr().out

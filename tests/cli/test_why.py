@@ -1,0 +1,59 @@
+"""``forcelab why``: what it prints is what the window shows, of the run that is meant."""
+
+import json
+
+import pytest
+from explained import FAST, made
+
+from forcelab.cli import main
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.review.outcome import load
+from forcelab.review.why import explaining
+from forcelab.review.why_places import place_at
+from forcelab.review.why_training import withholding
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    path = tmp_path_factory.mktemp("why") / "study.forcelab"
+    made(path, FAST.replace(classifier="naive-bayes"), count=3)
+    settings = ["--stride", "4", "--classifier", "naive-bayes", "--max-scale", "64"]
+    assert main(["evaluate", str(path), "--task", "foam", "--jobs", "1", *settings]) == 0
+    return path
+
+
+def test_it_prints_what_the_window_computes(project, capsys):
+    assert main(["why", str(project), "foam 02", "--at", "2.0", "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    with Project.open(project) as opened:
+        outcome = load(opened, printed.pop("run"))
+        id_ = opened.load("foam 02").id
+    withheld = finish(withholding(project, outcome, id_))
+    why = finish(explaining(withheld, outcome, place_at(outcome.find(id_), 2.0)))
+    expected = json.loads(json.dumps(why.to_json()))
+    for one in (printed, expected):
+        assert one["recogniser"].pop("seconds")
+    assert printed == expected
+    assert printed["recogniser"]["same"] == 1.0
+
+
+def test_people_get_a_sentence_bands_method_and_neighbours(project, capsys):
+    assert main(["why", str(project), "foam 02", "--at", "2.0"]) == 0
+    told = capsys.readouterr().out
+    for part in ("foam 02", " s coded ", "speaks ", "Permutation", "standard error", "distance"):
+        assert part in told
+
+
+def test_a_time_without_anything_is_refused(project, capsys):
+    assert main(["why", str(project), "foam 02", "--at", "99"]) == 1
+    assert "at 99 s" in capsys.readouterr().err
+
+
+def test_a_run_is_needed(tmp_path, capsys):
+    path = tmp_path / "study.forcelab"
+    made(path, FAST.replace(classifier="naive-bayes"), count=2)
+    assert main(["why", str(path), "foam 02", "--at", "2"]) == 1
+    assert "evaluate" in capsys.readouterr().err
+    assert main(["why", str(path), "foam 02", "--at", "2", "--run", "7"]) == 1
+    assert "no run 7" in capsys.readouterr().err

@@ -1,0 +1,59 @@
+"""Jobs for another process, which imports them from here."""
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.processes import interruptible
+
+
+def counted(total, pause=0.0):
+    for number in range(total):
+        yield Progress(number + 1, total, f"process {os.getpid()}")
+        time.sleep(pause)
+    return {"sum": sum(range(total)), "process": os.getpid()}
+
+
+def refused():
+    yield Progress(1, 2, "before")
+    raise InputError("Nothing is labelled yet; label at least two actions first.")
+
+
+def broken():
+    yield Progress(1, 2, "before")
+    return {}["no such key"]
+
+
+def silent(path=None):
+    """Tells its process, then computes for long without a word, deaf to all but the hard way."""
+    yield Progress(1, 2, f"process {os.getpid()}")
+    if path is not None:
+        with interruptible():
+            try:
+                Path(path).write_text("half")
+                time.sleep(60)
+            finally:
+                Path(path).unlink()
+    matrix = np.random.default_rng(0).normal(size=(6000, 6000))
+    while True:
+        np.linalg.svd(matrix)
+    yield
+
+
+def manners():
+    yield Progress(1, 1, "looking")
+    from threadpoolctl import threadpool_info
+
+    np.ones((2, 2)) @ np.ones((2, 2))
+    return {
+        "nice": os.nice(0),
+        "interrupt": signal.getsignal(signal.SIGINT) is signal.SIG_IGN,
+        "blas": [i["num_threads"] for i in threadpool_info() if i["user_api"] == "blas"],
+        "main thread": threading.current_thread() is threading.main_thread(),
+    }

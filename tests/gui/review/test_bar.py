@@ -1,0 +1,196 @@
+"""The training bar: what it says, and that nothing is cut off where there is little room."""
+
+from datetime import datetime, timezone
+from itertools import pairwise
+
+import pytest
+from learning_bench import FakeWork, outcome_of, step, study
+
+from forcelab.errors import InputError
+from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.settings import Settings
+
+
+@pytest.fixture
+def document(app):
+    with study() as document:
+        yield document
+
+
+@pytest.fixture
+def work(document):
+    work = FakeWork()
+    work.result = outcome_of(document.project)
+    return work
+
+
+@pytest.fixture
+def learning(document, work, until, monkeypatch):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review import edit_count
+    from forcelab.gui.review.learning import Learning
+
+    monkeypatch.setattr(edit_count, "COUNTING", 50)
+    jobs = Jobs()
+    learning = Learning(document, jobs, work=work)
+    until(lambda: not jobs.busy)
+    yield learning
+    learning.cancel()
+    document.close()
+    jobs.close()
+
+
+@pytest.fixture
+def bar(document, learning, app):
+    from forcelab.gui.review.bar import TrainBar
+
+    bar = TrainBar(document, learning)
+    bar.resize(1300, 40)
+    bar.show()
+    app.processEvents()
+    yield bar
+    bar.close()
+    bar.deleteLater()
+
+
+def kept(number, task="foam", f1=0.9):
+    from forcelab.gui.review.training_jobs import Kept
+
+    return Kept(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
+
+
+def test_the_button_trains_and_cancel_answers_at_once(bar, learning, work, until):
+    work.gate = False
+    assert bar.standing.text == "not trained yet"
+    bar.train.click()
+    until(lambda: learning.step is not None)
+    assert bar.cancel.isVisible()
+    assert bar.progress.isVisible()
+    assert not bar.train.isVisible()
+    bar.cancel.click()
+    assert bar.train.isVisible()
+    assert bar.train.isEnabled()
+    assert not bar.progress.isVisible()
+
+
+def test_it_says_how_far_the_training_is(bar, learning, work, until):
+    work.gate = False
+    work.steps = [step(epoch=41, fold=3, folds=10, seconds_left=12.2)]
+    learning.train()
+    until(lambda: bar.told.text == "fold 3 of 10 · epoch 41 · 12 s left")
+    assert bar.progress.value() / bar.progress.maximum() == pytest.approx(341 / 1200)
+
+
+def test_how_up_to_date_the_recogniser_is_always_stands_there(bar, learning, document, until):
+    learning.train()
+    until(lambda: not learning.training)
+    assert bar.standing.text == "up to date"
+    document.paint(6, 7, "grab")
+    until(lambda: bar.standing.text == "1 edit since this recogniser was trained")
+    document.paint(7, 8, "hold")
+    until(lambda: bar.standing.text == "2 edits since this recogniser was trained")
+    for width in (1300, 700, 420):
+        bar.resize(width, 40)
+        assert bar.standing.isVisible()
+
+
+@pytest.mark.parametrize("training", [False, True])
+def test_at_no_width_is_anything_cut_off(bar, learning, work, until, app, training):
+    work.kept = tuple(kept(n) for n in range(1, 4))
+    learning._list_runs()
+    until(lambda: learning.runs)
+    if training:
+        work.gate = False
+        learning.train()
+        until(lambda: learning.step is not None)
+    for width in (1600, 1000, 700, 560):
+        bar.resize(width, 40)
+        app.processEvents()
+        shown = [w for w in (*bar._parts, bar.more) if w.isVisible()]
+        boxes = sorted((w.geometry() for w in shown), key=lambda box: box.left())
+        assert boxes[-1].right() <= width
+        assert all(a.right() < b.left() for a, b in pairwise(boxes))
+        for widget in shown:
+            assert widget.width() >= widget.minimumSizeHint().width()
+
+
+def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
+    work.kept = (kept(2), kept(1))
+    work.outcomes = {n: outcome_of(learning.document.project, n) for n in (1, 2)}
+    learning._list_runs()
+    until(lambda: learning.document.outcome is not None)
+    bar.resize(420, 40)
+    app.processEvents()
+    assert not bar.settings.isVisible()
+    assert bar.more.isVisible()
+    bar._fill_menu()
+    texts = [action.text() for action in bar._menu.actions()]
+    assert texts == [
+        "Train by itself after edits",
+        "Settings…",
+        "Review another run",
+        "Compare two runs…",
+    ]
+    bar._menu.actions()[2].menu().actions()[1].trigger()
+    until(lambda: learning.document.outcome.number == 1)
+    bar._menu.actions()[0].trigger()
+    assert learning.automatic
+    assert bar.automatic.isChecked()
+    bar.resize(1600, 40)
+    assert not bar.more.isVisible()
+
+
+def test_a_refusal_stands_beneath_until_it_is_dismissed(bar, learning, work, until):
+    work.result = InputError("Only 'grab' is labelled; label a second action.")
+    learning.train()
+    until(bar.trouble_row.isVisible)
+    assert "second action" in bar.trouble.text()
+    bar.dismiss.click()
+    assert not bar.trouble_row.isVisible()
+
+
+def test_the_runs_can_be_chosen(bar, learning, work, document, until):
+    work.kept = (kept(2, f1=None), kept(1))
+    work.outcomes = {n: outcome_of(document.project, n) for n in (1, 2)}
+    learning._list_runs()
+    until(lambda: bar.runs.currentData() == 2)
+    assert "F1 90 %" in bar.runs.itemText(1)
+    assert "F1" not in bar.runs.itemText(0)
+    bar._run_chosen(1)
+    until(lambda: document.outcome.number == 1)
+    assert bar.runs.currentData() == 1
+
+
+def test_settings_and_tasks_are_named_as_they_were_changed(bar, learning, until):
+    assert bar.settings.text() == "paper…"
+    learning.set_settings(Settings(stride=10))
+    assert bar.settings.text() == "paper, changed…"
+    learning.set_choice(Choice(("foam", "stylus"), apart=True))
+    assert bar.task.currentText() == "foam + stylus, kept apart"
+    bar._task_chosen(1)
+    assert learning.task == "stylus"
+    assert bar.settings.text() == "paper…"
+    assert bar.task.currentText() == "stylus"
+
+
+def test_the_dialogs_set_what_was_chosen(bar, learning, app):
+    from PySide6.QtWidgets import QDialog
+
+    bar.open_settings()
+    dialog = next(w for w in app.topLevelWidgets() if isinstance(w, QDialog) and w.isVisible())
+    dialog.open_form()
+    dialog.form.editors["stride"].box.setValue(5)
+    dialog.accept()
+    assert learning.settings.stride == 5
+    bar._task_chosen(bar.task.count() - 1)
+    dialog = next(w for w in app.topLevelWidgets() if isinstance(w, QDialog) and w.isVisible())
+    dialog.form.boxes["stylus"].setChecked(True)
+    dialog.accept()
+    assert learning.choice.tasks == ("foam", "stylus")
+
+
+def test_without_a_project_there_is_nothing_to_press(bar, document):
+    document.close()
+    assert not bar.train.isEnabled()
+    assert not bar.settings.isEnabled()
+    assert bar.standing.text == "not trained yet"

@@ -1,0 +1,248 @@
+"""The trainer of the window: one at a time, on a snapshot, and the old result stays."""
+
+from datetime import datetime, timezone
+
+import pytest
+from learning_bench import FakeWork, outcome_of, step, study
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment
+from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.settings import Settings, preset
+
+
+@pytest.fixture
+def document(app):
+    with study() as document:
+        yield document
+
+
+@pytest.fixture
+def work(document):
+    work = FakeWork()
+    work.result = outcome_of(document.project)
+    return work
+
+
+@pytest.fixture
+def learning(document, work, until, monkeypatch):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review import edit_count
+    from forcelab.gui.review.learning import Learning
+
+    monkeypatch.setattr(edit_count, "COUNTING", 50)
+    jobs = Jobs()
+    learning = Learning(document, jobs, work=work)
+    until(lambda: not jobs.busy)
+    yield learning
+    learning.cancel()
+    document.close()
+    jobs.close()
+
+
+def kept(number, task, title=""):
+    from forcelab.gui.review.training_jobs import Kept
+
+    return Kept(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
+
+
+def test_training_ends_with_the_outcome_in_the_document(learning, document, work, until):
+    assert learning.edits is None
+    assert learning.train()
+    assert learning.training
+    until(lambda: not learning.training)
+    assert document.outcome is work.result
+    assert learning.edits == 0
+    assert [step.epoch for step in learning.trail] == [1, 2, 3]
+    path, settings, choice, name = work.asked[0]
+    assert path == document.project.path
+    assert settings == preset("paper")
+    assert choice.tasks == ("foam",)
+    assert name == "foam"
+
+
+def test_never_are_two_trainings_under_way(learning, work, until):
+    work.gate = False
+    assert learning.train()
+    assert not learning.train()
+    work.gate = True
+    until(lambda: not learning.training)
+    assert len(work.asked) == 1
+
+
+def test_cancel_answers_at_once_and_the_old_result_stays(learning, document, work, until):
+    learning.train()
+    until(lambda: not learning.training)
+    old = document.outcome
+    work.gate = False
+    work.result = outcome_of(document.project, 2)
+    learning.train()
+    learning.cancel()
+    assert not learning.training
+    until(lambda: work.closed == 2)
+    until(lambda: not learning.jobs.busy)
+    assert document.outcome is old
+    assert not learning.trouble
+
+
+def test_a_refusal_is_a_sentence_and_the_old_result_stays(learning, document, work, until):
+    learning.train()
+    until(lambda: not learning.training)
+    old = document.outcome
+    said = []
+    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    work.result = InputError("Only 'grab' is labelled; label a second action.")
+    learning.train()
+    until(lambda: not learning.training)
+    assert learning.trouble == "Only 'grab' is labelled; label a second action."
+    assert said == [(learning.trouble, True)]  # seen in whichever workspace is in front
+    assert document.outcome is old
+    learning.dismiss()
+    assert not learning.trouble
+
+
+def test_the_steps_are_told_as_they_come(learning, work, until):
+    work.gate = False
+    learning.train()
+    until(lambda: learning.step is not None and learning.step.epoch == 3)
+    assert learning.step == step(epoch=3, loss=1 / 3)
+    learning.cancel()
+    assert learning.step is None
+
+
+def test_edits_since_are_counted(learning, document, work, until):
+    learning.train()
+    until(lambda: not learning.training)
+    document.paint(6.0, 7.0, "grab")
+    document.paint(7.0, 8.0, "hold")
+    until(lambda: learning.edits == 2, 3.0)
+
+
+def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, until):
+    learning._quiet.setInterval(20)
+    learning.set_automatic(True)
+    document.paint(6.0, 7.0, "grab")
+    until(lambda: len(work.asked) == 1)
+    until(lambda: not learning.training)
+    assert document.outcome is work.result
+
+
+def test_without_an_edit_nothing_is_trained_by_itself(learning, document, work, until, app):
+    learning.train()
+    until(lambda: not learning.training)
+    learning._quiet.setInterval(1)
+    learning.set_automatic(True)
+    document.open_demonstration(document.infos[1].id)  # tells of tracks, and is no edit
+    for _ in range(50):
+        app.processEvents()
+    learning._quiet.timeout.emit()
+    assert len(work.asked) == 1
+
+
+def test_what_was_painted_meanwhile_is_trained_next(learning, document, work, until):
+    work.gate = False
+    learning._quiet.setInterval(20)
+    learning.train()
+    learning.set_automatic(True)
+    document.paint(6.0, 7.0, "grab")
+    document.paint(7.0, 8.0, "hold")
+    until(lambda: learning._quiet.isActive() is False)
+    assert len(work.asked) == 1  # not while the first one is under way
+    work.gate = True
+    until(lambda: len(work.asked) == 2)
+    work.result = outcome_of(document.project, 2)
+    until(lambda: not learning.training and learning.edits == 0)
+
+
+def test_a_reopened_project_shows_its_last_result(document, work, until):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review.learning import Learning
+
+    work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
+    work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
+    jobs = Jobs()
+    learning = Learning(document, jobs, work=work)
+    until(lambda: document.outcome is not None)
+    assert document.outcome.number == 7
+    learning.show_run(3)
+    until(lambda: document.outcome.number == 3)
+    assert work.loaded == [7, 3]
+    document.close()
+    assert learning.runs == ()
+    assert learning.edits is None
+    jobs.close()
+
+
+def test_each_task_has_its_own_settings_and_choice(learning, document, work, until):
+    learning.set_settings(Settings(stride=10))
+    learning.set_choice(Choice(("foam", "stylus"), apart=True))
+    stylus = next(info.id for info in document.infos if info.task == "stylus")
+    document.open_demonstration(stylus)
+    assert learning.task == "stylus"
+    assert learning.settings == preset("paper")
+    assert learning.choice == Choice(("stylus",))
+    learning.set_task("foam")
+    assert learning.settings == Settings(stride=10)
+    assert learning.choice == Choice(("foam", "stylus"), apart=True)
+
+
+def test_settings_and_choice_are_remembered_for_the_next_time(learning, document, work, until):
+    from forcelab.gui.review.learning import Learning
+
+    learning.set_settings(Settings(stride=7, merge=Settings().merge))
+    learning.set_choice(Choice(("foam",), "stylus", "Ann"))
+    learning.set_automatic(True)
+    again = Learning(document, learning.jobs, work=work)
+    assert again.settings.stride == 7
+    assert again.choice == Choice(("foam",), "stylus", "Ann")
+    assert again.automatic
+    learning.set_automatic(False)
+
+
+def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
+    from forcelab.gui import settings
+    from forcelab.gui.review import remembered
+    from forcelab.gui.review.learning import Learning
+
+    path = document.project.path
+    settings.put(remembered._key(path, "foam", "settings"), '{"stride": -3}')
+    settings.put(remembered._key(path, "foam", "choice"), '{"tasks": 5}')
+    again = Learning(document, learning.jobs, work=work)
+    assert again.settings == preset("paper")
+    assert again.choice == Choice(("foam",))
+
+
+def test_the_coders_own_labels_are_trained_on_where_there_are_some(learning, document, work, until):
+    learning.train()
+    until(lambda: not learning.training)
+    assert work.asked[-1][2].author == "Ann"
+    document.set_author("Ben")  # has no labels: whoever is the only coder
+    learning.train()
+    until(lambda: not learning.training)
+    assert work.asked[-1][2].author is None
+    learning.set_choice(Choice(("foam",), author="Ann"))
+    learning.train()
+    until(lambda: not learning.training)
+    assert work.asked[-1][2].author == "Ann"
+
+
+def test_a_result_of_another_project_is_thrown_away(learning, document, work, until):
+    work.gate = False
+    learning.train()
+    document.close()
+    work.gate = True
+    until(lambda: not learning.jobs.busy)
+    assert document.outcome is None
+    assert not learning.training
+    assert not learning.train()
+    assert "import" in learning.trouble
+
+
+def test_labels_painted_while_it_trains_are_not_overwritten(learning, document, work, until):
+    work.gate = False
+    learning.train()
+    document.paint(8.0, 9.0, "grab")
+    work.gate = True
+    until(lambda: not learning.training)
+    assert document.segments[-1] == Segment(8.0, 9.0, "grab")
+    until(lambda: learning.edits == 1, 3.0)

@@ -1,0 +1,97 @@
+"""The loss curves: one for each fold, on axes that show them."""
+
+import pytest
+from learning_bench import FakeWork, outcome_of, step, study
+
+from forcelab.recognition.settings import Settings
+
+
+@pytest.fixture
+def view(app, until):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review.learning import Learning
+    from forcelab.gui.review.loss import LossView
+
+    with study() as document:
+        jobs = Jobs()
+        work = FakeWork()
+        work.result = outcome_of(document.project, remarks=("Something was left out.",))
+        learning = Learning(document, jobs, work=work)
+        until(lambda: not jobs.busy)
+        view = LossView(document, learning)
+        view.work = work
+        view.resize(500, 320)
+        view.show()
+        yield view
+        view.close()
+        view.deleteLater()
+        jobs.close()
+
+
+def test_each_fold_has_a_curve_and_the_final_fit_its_own():
+    from forcelab.gui.review.loss import losses
+
+    steps = [
+        step(1, 2.0, 1),
+        step(2, 1.0, 1),
+        step(None, None, 1, phase="features"),
+        step(1, 3.0, 2),
+        step(2, float("nan"), 2),
+        step(1, 0.5, 2, phase="final fit"),
+    ]
+    assert losses(steps) == (
+        (False, 1, [(1, 2.0), (2, 1.0)]),
+        (False, 2, [(1, 3.0)]),
+        (True, 2, [(1, 0.5)]),
+    )
+
+
+def test_no_epoch_is_left_out_however_fast_they_come(view, until):
+    view.work.steps = [step(n, 1 / n) for n in range(1, 500)]
+    view.learning.train()
+    until(lambda: not view.learning.training)
+    until(lambda: view.curves.curves and len(view.curves.curves[0][2]) == 499)
+
+
+def test_the_axis_is_logarithmic_where_losses_span_decades(view):
+    view.curves.show_curves(((False, 1, [(1, 2.0), (2, 1.0)]),))
+    assert not view.curves.logarithmic
+    view.curves.show_curves(((False, 1, [(1, 2.0), (2, 0.01)]),))
+    assert view.curves.logarithmic
+    view.curves.show_curves(((False, 1, [(1, 2.0), (2, 0.0)]),))
+    assert not view.curves.logarithmic  # a zero has no place on such an axis
+
+
+@pytest.mark.parametrize(
+    "points",
+    [[(1, 0.5)], [(1, 0.0), (2, 0.0)], [(1, 1e-9), (400, 1e9)], [(1, -2.0), (2, -1.0)]],
+)
+def test_whatever_the_losses_are_they_are_drawn(view, points):
+    view.curves.show_curves(((False, 1, points),))
+    empty = view.curves.grab().toImage()
+    view.curves.show_curves(())
+    assert view.curves.grab().toImage() != empty
+
+
+def test_time_and_remarks_of_the_outcome_stand_beneath(view, until):
+    assert not view.times.isVisible()
+    view.learning.train()
+    until(lambda: not view.learning.training)
+    assert "features 0.25 s" in view.times.text()
+    assert "fit 3.5 s (1.8 s a fold)" in view.times.text()  # 3.5 s over two folds
+    assert view.remarks.text() == "Something was left out."
+
+
+def test_a_classifier_without_a_loss_says_so(view):
+    assert "has none" not in view.curves.empty_text()
+    view.learning.set_settings(Settings(classifier="naive-bayes"))
+    assert "has none" in view.curves.empty_text()
+
+
+def test_nothing_is_drawn_while_hidden(view, until):
+    view.hide()
+    view.learning.train()
+    until(lambda: not view.learning.training)
+    assert view.curves.curves == ()
+    view.show()
+    assert view.curves.curves

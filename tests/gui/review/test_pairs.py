@@ -1,0 +1,465 @@
+"""Timeline pairs in the window: what is painted where, and where clicks and keys lead."""
+
+import os
+import tempfile
+from datetime import datetime, timezone
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor
+from PySide6.QtTest import QTest
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.gui import settings, theme
+from forcelab.gui.document import Document
+from forcelab.gui.figures.fading import opacity
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.pairs import PairsView
+from forcelab.gui.review.pairs_hits import told
+from forcelab.labels import Segment
+from forcelab.merging import MergeMap
+from forcelab.project import Project
+from forcelab.recognition.settings import Settings
+from forcelab.review.certainty import Certainty
+from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.places import Place
+from forcelab.vocabulary import Vocabulary
+
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+ACTIONS = ("grab", "hold", "release")
+VOCABULARY = Vocabulary().with_actions(*ACTIONS)
+#: What Ann sees, and what is predicted: wrong from 3 to 4 s, missed from 8 to 9 s, unsure in hold.
+HUMAN = (Segment(1.0, 4.0, "grab"), Segment(4.0, 7.0, "hold"), Segment(7.0, 9.0, "release"))
+PREDICTED = (Segment(1.0, 3.0, "grab"), Segment(3.0, 7.0, "hold"), Segment(7.0, 8.0, "release"))
+UNSURE = 0.5
+
+
+def certainty():
+    times = np.arange(0, 10, 0.01)
+    probabilities = np.zeros((len(times), 3))
+    for segment in PREDICTED:
+        column = ACTIONS.index(segment.action)
+        sure = UNSURE if segment.action == "hold" else 1.0
+        inside = (times >= segment.start) & (times < segment.end)
+        probabilities[inside, column] = sure
+        probabilities[inside, (column + 1) % 3] = 1.0 - sure
+    return Certainty.of(times, probabilities, ACTIONS)
+
+
+def reviewed(id_, name, **changes):
+    stages = {"raw": (Segment(1.0, 2.0, "hold"),), "filtered": PREDICTED}
+    given = {"human": HUMAN, "stages": stages, "certainty": certainty(), "end": 10.0, **changes}
+    return Reviewed(id_, name, "foam", 0.0, given.pop("end"), **given)
+
+
+def outcome(*tested, **changes):
+    when = datetime(2024, 5, 6, tzinfo=timezone.utc)
+    given = {"settings": Settings(), "apart": False, "actions": ACTIONS, "labels": (), **changes}
+    base = {"number": 1, "time": when, "title": "foam", "tasks": ("foam",), "test_task": None}
+    return Outcome(author="Ann", tested=tested, **base, **given)
+
+
+@pytest.fixture
+def study():
+    """A document of a project with three demonstrations of 10 s that Ann and Bob have labelled."""
+    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
+        path = Path(folder) / "study.forcelab"
+        with Project.create(path) as project:
+            project.set_vocabulary("foam", VOCABULARY)
+            for number in (1, 2, 10):
+                times = np.arange(100) / 10
+                signals = np.sin(times + number)[:, np.newaxis]
+                made = Demonstration(f"d {number}", "foam", times, signals, (Channel("fz", "N"),))
+                project.add(made)
+                project.edit(made.id, "Ann", (), HUMAN, "made")
+                project.edit(made.id, "Bob", (), HUMAN[:1], "made")
+        document = Document("Ann")
+        document.open_project(path)
+        yield document
+        document.close()
+
+
+@pytest.fixture
+def shown(app, study, until):
+    """Makes a view of an outcome, waits until it is drawn, and closes it in the end."""
+    jobs, views = Jobs(), []
+
+    def show(made=None, *, size=(1000, 500), look="light"):
+        theme.apply(app, look)
+        view = PairsView(study, jobs)
+        views.append(view)
+        view.resize(*size)
+        view.show()
+        study.set_outcome(made or outcome(*(reviewed(i.id, i.name) for i in study.infos)))
+        settle(view)
+        return view
+
+    def settle(view):
+        def done():
+            layout, area = view.area.arrangement, view.area
+            top = area.verticalScrollBar().value()
+            rows = layout.visible(top, top + area.viewport().height())
+            known = all(area.pictures.known(area.entries[row].id) is not None for row in rows)
+            return known and not jobs.busy
+
+        until(done)
+        QTest.qWait(1)
+
+    show.settle = settle
+    yield show
+    jobs.close()
+    for view in views:
+        view.close()
+        view.deleteLater()
+    theme.apply(app, "light")
+
+
+def spot(view, row, time, part="human", height=0.2):
+    """Where a time of a bar is, in the viewport."""
+    layout = view.area.arrangement
+    box = getattr(layout.boxes(row), part)
+    y = layout.tops[row] + box.top() + height * box.height()
+    return QPointF(layout.axis(layout.entries[row]).at(time), y)
+
+
+def colour(view, row, time, part="human", height=0.2):
+    """What is seen at a time of a bar."""
+    image = view.area.viewport().grab().toImage()
+    at = spot(view, row, time, part, height) * image.devicePixelRatio()
+    return np.array(image.pixelColor(int(at.x()), int(at.y())).getRgb()[:3])
+
+
+def rgb(name):
+    return np.array(QColor(name).getRgb()[:3])
+
+
+def click(view, point):
+    button, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    QTest.mouseClick(view.area.viewport(), button, none, QPoint(int(point.x()), int(point.y())))
+
+
+def press(view, *names):
+    for name in names:
+        QTest.keyClick(view.area, getattr(Qt.Key, f"Key_{name}"))
+
+
+# What is painted
+
+
+@pytest.mark.parametrize("look", ["light", "dark"])
+def test_each_time_has_the_colour_of_its_action_and_unlabelled_time_is_light(shown, look):
+    view = shown(look=look)
+    for row in range(3):
+        for time, action in ((2.4, "grab"), (4.5, "hold"), (7.5, "release")):
+            expected = rgb(VOCABULARY[action].colour)
+            assert np.abs(colour(view, row, time) - expected).max() <= 3, (row, time)
+        for part, time in (("human", 0.5), ("human", 9.5), ("predicted", 8.5)):
+            assert colour(view, row, time, part).min() > 190
+
+
+def test_a_prediction_is_lighter_where_it_is_less_probable(shown):
+    view = shown()
+    assert np.abs(colour(view, 0, 1.5, "predicted") - rgb(VOCABULARY["grab"].colour)).max() <= 3
+    full, share = rgb(VOCABULARY["hold"].colour), opacity(UNSURE)
+    assert 0.3 < share < 0.7
+    expected = full + (255 - full) * share
+    assert np.abs(colour(view, 0, 6.5, "predicted") - expected).max() <= 4
+    assert np.abs(colour(view, 0, 6.5, "human") - full).max() <= 3
+
+
+def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown):
+    view = shown()
+    mark = rgb(theme.LIGHT.trouble)
+
+    def thickness(time):
+        heights = np.linspace(0.02, 0.98, 40)
+        seen = [np.abs(colour(view, 0, time, "band", h) - mark).max() < 90 for h in heights]
+        return sum(seen)
+
+    assert [thickness(time) > 0 for time in (0.5, 2.0, 5.0, 7.5, 9.5)] == [False] * 5
+    assert 0 < thickness(8.5) < thickness(3.5)
+
+
+def test_the_legend_is_numbered_in_the_order_of_occurrence(shown, study):
+    made = [reviewed(i.id, i.name) for i in study.infos]
+    made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
+    study.open_demonstration(study.infos[0].id)
+    study.paint(0.1, 0.4, "slip")
+    view = shown(outcome(*made))
+    assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
+
+
+def test_only_visible_rows_are_painted_and_none_twice(shown):
+    many = outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(200)))
+    view = shown(many, size=(600, 300))
+    area = view.area
+    QTest.qWait(60)
+    page = area.viewport().height()
+    a_page = page / area.arrangement.row_height(0)
+    first = area.pictures.painted
+    assert a_page - 1 <= first <= 3 * a_page + 3
+    area.viewport().update()
+    area.verticalScrollBar().setValue(10)
+    QTest.qWait(30)
+    assert area.pictures.painted - first <= 2
+    area.verticalScrollBar().setValue(area.verticalScrollBar().maximum())
+    shown.settle(view)
+    assert area.pictures.known("id 199") is not None
+    assert area.pictures.known("id 100") is None
+
+
+def test_rows_of_two_hundred_demonstrations_end_where_the_list_ends(shown):
+    view = shown(outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(200))), size=(600, 300))
+    bar, layout = view.area.verticalScrollBar(), view.area.arrangement
+    assert bar.maximum() + view.area.viewport().height() == pytest.approx(layout.height, abs=1)
+    assert layout.row_at(layout.height - 1) == 199
+    assert layout.row_at(layout.height + 1) is None
+
+
+# Where clicks and keys lead
+
+
+def test_a_click_on_a_segment_examines_it(shown, study):
+    view = shown()
+    click(view, spot(view, 1, 5.5, "predicted", 0.5))
+    entry = view.area.entries[1]
+    assert study.examined == Place(
+        entry.id, 3.0, 7.0, "hold", "hold", pytest.approx(UNSURE, abs=0.01)
+    )
+    assert study.id == entry.id
+    assert study.range == (3.0, 7.0)
+    click(view, spot(view, 2, 8.8, "human", 0.5))
+    assert (study.examined.human, study.examined.predicted) == ("release", "release")
+
+
+def test_a_click_on_a_mark_examines_the_disagreement(shown, study):
+    view = shown()
+    click(view, spot(view, 0, 3.6, "band", 0.5))
+    assert study.examined == Place(
+        view.area.entries[0].id, 3.0, 4.0, "grab", "hold", pytest.approx(UNSURE, abs=0.01)
+    )
+    click(view, spot(view, 0, 8.5, "band", 0.5))
+    place = study.examined
+    assert (place.start, place.end, place.human, place.predicted) == (8.0, 9.0, "release", None)
+    assert place.confidence is None
+
+
+def test_a_click_beside_segments_opens_there_and_examines_nothing(shown, study):
+    view = shown()
+    click(view, spot(view, 2, 9.5, "predicted", 0.5))
+    assert study.id == view.area.entries[2].id
+    assert study.cursor == pytest.approx(9.5, abs=0.02)
+    assert study.examined is None
+    click(view, QPointF(20, view.area.arrangement.tops[1] + 10))
+    assert study.id == view.area.entries[1].id
+
+
+def test_arrows_go_over_rows_and_disagreements_and_enter_goes_there(shown, study):
+    view = shown()
+    view.area.setFocus()
+    press(view, "Down")
+    assert "d 2: 75.0 % right" in view.area.accessibleDescription()
+    press(view, "Right")
+    assert "human grab, predicted hold" in view.area.accessibleDescription()
+    press(view, "Right", "Right")
+    assert "human release, predicted unlabelled" in view.area.accessibleDescription()
+    press(view, "Left", "Return")
+    assert (study.examined.start, study.examined.end) == (3.0, 4.0)
+    assert study.id == view.area.entries[1].id
+    press(view, "End", "Return")
+    assert study.id == view.area.entries[-1].id
+
+
+def test_a_tooltip_tells_the_three_most_probable_actions_and_takes_no_name_for_markup(shown):
+    made = outcome(reviewed("x", "<b>odd</b> & name"))
+    view = shown(made)
+    found = view.area.hit_at(spot(view, 0, 5.5, "predicted", 0.5))
+    words = told(view.area.entries[0], found)
+    assert "&lt;b&gt;odd&lt;/b&gt; &amp; name" in words
+    assert "predicted: hold, 3.000" in words
+    assert words.index("50 %&nbsp; hold") < words.index("0 %&nbsp; grab")
+
+
+# What is shown
+
+
+def test_rows_are_ordered_and_filtered(shown, study):
+    wrong = {"raw": (), "filtered": ()}
+    made = [reviewed(i.id, i.name) for i in study.infos]
+    made[1] = reviewed(study.infos[1].id, study.infos[1].name, stages=wrong)
+    made.append(reviewed("x", "longest", end=12.0))
+    view = shown(outcome(*made))
+
+    def names():
+        return [entry.reviewed.name for entry in view.area.entries]
+
+    assert names() == ["d 1", "d 2", "d 10", "longest"]
+    view.tools.order.setCurrentIndex(view.tools.order.findData("worst"))
+    assert names()[0] == made[1].name
+    view.tools.order.setCurrentIndex(view.tools.order.findData("longest"))
+    assert names()[0] == "longest"
+    view.tools.search.setText("FOAM D 1")
+    assert set(names()) == {"d 1", "d 10"}
+    view.tools.search.setText("nothing like it")
+    assert "filter" in view._empty.text()
+
+
+def test_stretched_rows_take_the_whole_width(shown, study):
+    ids = [info.id for info in study.infos]
+    view = shown(outcome(reviewed(ids[0], "a"), reviewed(ids[1], "b", end=20.0)))
+    layout = view.area.arrangement
+    assert layout.boxes(0).human.width() == pytest.approx(layout.boxes(1).human.width() / 2)
+    view.tools.stretched.setChecked(True)
+    layout = view.area.arrangement
+    assert layout.boxes(0).human.width() == pytest.approx(layout.boxes(1).human.width())
+    assert view.strip.isHidden()
+    assert settings.flag("review/pairs/stretched")
+
+
+def test_further_rows_are_those_chosen_and_are_remembered(shown):
+    view = shown()
+    titles = [action.text() for action in view.tools.menu.actions() if action.isCheckable()]
+    assert titles == ["raw", "threshold", "median", "Bob"]
+    for action in view.tools.menu.actions():
+        if action.text() in ("raw", "Bob"):
+            action.trigger()
+    shown.settle(view)
+    lanes = view.area.entries[0].lanes
+    assert [(lane.caption, lane.segments) for lane in lanes] == [
+        ("raw", (Segment(1.0, 2.0, "hold"),)),
+        ("Bob", HUMAN[:1]),
+    ]
+    again = shown()
+    assert [lane.caption for lane in again.area.entries[0].lanes] == ["raw", "Bob"]
+
+
+def test_proposals_stand_below_with_the_prediction_alone(shown, study):
+    first, second, third = (reviewed(i.id, i.name) for i in study.infos)
+    view = shown(outcome(second, third, proposals=(first,)))
+    assert [entry.id for entry in view.area.entries] == [second.id, third.id, first.id]
+    entry = view.area.entries[2]
+    assert entry.pair.human is None
+    assert entry.share == pytest.approx((2 + 1 + 4 * UNSURE) / 7, abs=0.01)
+    assert view.area.arrangement.first_proposal == 2
+    click(view, spot(view, 2, 5.5, "predicted", 0.5))
+    assert (study.examined.demonstration, study.examined.human) == (first.id, None)
+
+
+def test_the_accuracy_is_that_of_the_run_until_the_track_is_edited(shown, study):
+    scores = {"filtered": {"demonstrations": [{"accuracy": 0.123}] * 3}}
+    view = shown(outcome(*(reviewed(i.id, i.name) for i in study.infos), scores=scores))
+    assert view.area.entries[0].share == 0.123
+    study.open_demonstration(view.area.entries[0].id)
+    study.paint(3.0, 4.0, "hold")
+    entry = view.area.entries[0]
+    assert entry.edited
+    assert entry.share == pytest.approx(7 / 8)
+    assert [(m.start, m.end) for m in entry.marks] == [(8.0, 9.0)]
+    assert view.area.entries[1].share == 0.123
+
+
+def test_an_edit_reads_and_paints_the_open_row_alone(shown, study, monkeypatch):
+    view = shown()
+    study.open_demonstration(study.infos[1].id)
+    shown.settle(view)
+    QTest.qWait(20)
+    read, painted, track = [], view.area.pictures.painted, Project.track
+
+    def counted(project, id_, author):
+        read.append(id_)
+        return track(project, id_, author)
+
+    monkeypatch.setattr(Project, "track", counted)
+    study.erase(4.0, 7.0)
+    shown.settle(view)
+    assert set(read) == {study.id}
+    assert view.area.pictures.painted == painted + 1
+    row = [entry.id for entry in view.area.entries].index(study.id)
+    assert colour(view, row, 5.5).min() > 240
+
+
+def test_tracks_are_spelt_as_they_were_trained(shown, study):
+    merged = Settings(merge=MergeMap({"grab": "hold"}))
+    made = [reviewed(i.id, i.name, human=()) for i in study.infos]
+    view = shown(outcome(*made, settings=merged, apart=True))
+    actions = [segment.action for segment in view.area.entries[0].human]
+    assert actions == ["hold_foam", "hold_foam", "release_foam"]
+
+
+# What is not shown
+
+
+def test_without_an_outcome_it_says_what_to_do(shown, study):
+    view = shown()
+    study.set_outcome(None)
+    assert view._empty.text() == (
+        "Train a recogniser (F5) and human and predicted timelines stand here in pairs."
+    )
+    assert not view._rows.isVisible()
+    study.set_outcome(outcome())
+    assert "tested no demonstration" in view._empty.text()
+
+
+def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
+    study.project.assign(study.infos[0].id, "Ann", blind=True)
+    study.refresh_listing()
+    view = shown()
+    assert [entry.id for entry in view.area.entries] == [i.id for i in study.infos[1:]]
+    assert view.note.text().endswith(": 1.")
+    assert view.note.isVisible()
+    study.project.set_done(study.infos[0].id, "Ann", True)
+    study.refresh_listing()
+    assert len(view.area.entries) == 3
+    assert not view.note.isVisible()
+
+
+def test_nothing_is_made_for_a_hidden_view(shown, study):
+    view = shown()
+    view.hide()
+    painted = view.area.pictures.painted
+    study.set_outcome(outcome(reviewed(study.infos[0].id, "d 1")))
+    QTest.qWait(10)
+    assert len(view.area.entries) == 3
+    view.show()
+    shown.settle(view)
+    assert len(view.area.entries) == 1
+    assert view.area.pictures.painted > painted
+
+
+# Export
+
+
+@pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
+def test_the_export_has_the_pairs_that_are_shown(shown, tmp_path, suffix):
+    view = shown()
+    view.tools.search.setText("d 1")
+    figure = view.figure()
+    assert [pair.name for pair in figure.pairs] == ["d 1", "d 10"]
+    image = figure.image(2.0)
+    for row, entry in enumerate(view.area.entries):
+        assert figure.pairs[row].tracks == entry.pair.tracks
+        for part, box in zip(("human", "predicted"), figure.boxes(row), strict=True):
+            for time in (0.5, 2.4, 4.5, 6.5, 8.5):
+                x, y = figure.axis.at(time) * 2, (box.top() + 0.2 * box.height()) * 2
+                seen = np.array(image.pixelColor(int(x), int(y)).getRgb()[:3])
+                assert np.abs(seen - colour(view, row, time, part)).max() <= 4
+    view.save(tmp_path / f"pairs.{suffix}")
+    assert (tmp_path / f"pairs.{suffix}").stat().st_size > 1000
+
+
+def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
+    shown, study, until, tmp_path
+):
+    view, said = shown(), []
+    study.said.connect(lambda words, trouble: said.append((words, trouble)))
+    view.export_to(tmp_path / "pairs")
+    until(lambda: said)
+    assert said == [("Saved pairs.svg.", False)]
+    view.export_to(tmp_path / "none" / "pairs.svg")
+    until(lambda: len(said) == 2)
+    assert said[1][1]
+    view.tools.search.setText("nothing like it")
+    view.export_to(tmp_path / "pairs.svg")
+    assert "No timeline pair" in said[2][0]

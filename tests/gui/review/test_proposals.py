@@ -1,0 +1,149 @@
+"""Proposals: what to label next, and taking predictions over as edits that can be undone."""
+
+import pytest
+from learning_bench import PREDICTED, certainty, outcome_of, study
+
+from forcelab.review.outcome import Reviewed
+
+
+@pytest.fixture
+def document(app):
+    with study() as document:
+        yield document
+
+
+@pytest.fixture
+def jobs(app):
+    from forcelab.gui.jobs import Jobs
+
+    jobs = Jobs()
+    yield jobs
+    jobs.close()
+
+
+@pytest.fixture
+def view(document, jobs):
+    from forcelab.gui.review.proposals import ProposalsView
+
+    view = ProposalsView(document, jobs)
+    view.resize(480, 300)
+    view.show()
+    yield view
+    view.close()
+    view.deleteLater()
+
+
+def proposed(document):
+    """The outcome with two proposals more: a certain one, and a very uncertain one."""
+    outcome = outcome_of(document.project)
+    (third,) = outcome.proposals
+    others = [info for info in document.infos if info.task == "stylus"][:2]
+    made = [
+        Reviewed(info.id, f"stylus {info.name}", "stylus", 0.0, 10.0, (), third.stages, sure)
+        for info, sure in zip(
+            others, (certainty((10, 0.99)), certainty((4, 0.7), (1, 0.5), (5, 0.7))), strict=True
+        )
+    ]
+    return outcome_of(document.project, proposals=(third, *made))
+
+
+def test_the_most_uncertain_comes_first(view, document, until):
+    document.set_outcome(proposed(document))
+    until(lambda: len(view.model.rows) == 3)
+    assert [row.name for row in view.model.rows] == ["stylus 02", "03", "stylus 01"]
+    assert view.model.data(view.model.index(0, 1)) == "32 %"
+
+
+def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
+    document.set_outcome(proposed(document))
+    until(lambda: len(view.model.rows) == 3)
+    view._go(view.model.index(0, 0))
+    assert document.id == view.model.rows[0].id
+    assert (document.examined.start, document.examined.end) == pytest.approx((4.0, 5.0))
+    assert document.cursor == pytest.approx(4.0)
+
+
+def test_what_is_coded_blind_is_not_listed(view, document, until):
+    outcome = proposed(document)
+    document.project.assign(outcome.proposals[0].id, "Ann", blind=True)
+    document.set_outcome(outcome)
+    until(lambda: len(view.model.rows) == 2)
+    assert all(row.id != outcome.proposals[0].id for row in view.model.rows)
+
+
+def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
+    said = []
+    document.said.connect(lambda text, *_: said.append(text))
+    document.set_outcome(outcome_of(document.project))
+    third = document.outcome.proposals[0].id
+    document.open_demonstration(third)
+    assert document.segments == ()
+    document.seek(3.0)
+    assert view.here.isEnabled()
+    view.here.click()
+    assert document.segments == PREDICTED[1:2]
+    assert said[-1].startswith("1 predicted segment was accepted; Ctrl+Z")
+    view.in_view.click()
+    assert document.segments == PREDICTED
+    document.undo()
+    document.undo()
+    assert document.segments == ()
+
+
+def test_only_what_is_probable_enough_is_accepted(view, document):
+    document.set_outcome(outcome_of(document.project))
+    document.open_demonstration(document.outcome.proposals[0].id)
+    view.at_least.setValue(0.9)
+    assert view.above.isEnabled()
+    view.above.click()
+    assert document.segments == PREDICTED[:1]
+
+
+def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
+    from forcelab.labels import Segment
+
+    document.set_outcome(outcome_of(document.project))
+    document.open_demonstration(document.outcome.proposals[0].id)
+    document.paint(1.0, 3.0, "release")
+    view.at_least.setValue(0.0)
+    view.above.click()
+    assert Segment(1.0, 3.0, "release") in document.segments
+    assert document.segments[-1] == PREDICTED[-1]
+
+
+def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
+    assert not view.here.isEnabled()
+    document.set_outcome(outcome_of(document.project))
+    document.open_demonstration(document.outcome.proposals[0].id)
+    document.seek(9.0)
+    assert not view.here.isEnabled()
+    assert view.in_view.isEnabled()
+    view.at_least.setValue(1.0)
+    assert not view.above.isEnabled()
+
+
+def test_how_much_is_labelled_by_now_is_shown(view, document, until):
+    document.set_outcome(outcome_of(document.project))
+    until(lambda: len(view.model.rows) == 1)
+    document.open_demonstration(document.outcome.proposals[0].id)
+    assert view.model.data(view.model.index(0, 3)) == "–"
+    view.in_view.click()
+    document.refresh_info()
+    view._follow()
+    assert view.model.data(view.model.index(0, 3)) == "70 %"
+
+
+def test_nothing_is_ranked_while_hidden(document, jobs):
+    from forcelab.gui.review.proposals import ProposalsView
+
+    view = ProposalsView(document, jobs)
+    document.set_outcome(outcome_of(document.project))
+    assert not jobs.busy
+    assert view._shown is None
+    view.deleteLater()
+
+
+def test_an_empty_list_says_why(view, document, until):
+    assert "Train a recogniser" in view._empty.text()
+    document.set_outcome(outcome_of(document.project, proposals=()))
+    assert "nothing to propose" in view._empty.text()

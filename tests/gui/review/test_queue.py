@@ -1,0 +1,271 @@
+"""The queue in the window: it leads to every difference, and a key judges it."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime, timezone
+
+import numpy as np
+import painting_bench
+import pytest
+from painting_bench import shown
+
+from forcelab.labels import Segment
+from forcelab.recognition.settings import Settings
+from forcelab.review.certainty import Certainty
+from forcelab.review.outcome import Outcome, Reviewed
+
+HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
+#: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
+SEEN = (
+    Segment(0, 2.1, "grab"),
+    Segment(2.1, 3, "hold"),
+    Segment(3, 4.5, "release"),
+    Segment(5, 6, "hold"),
+    Segment(6, 8, "release"),
+    Segment(8.5, 9.5, "hold"),
+)
+ACTIONS = ("grab", "hold", "release")
+
+
+def certain(segments, length=10.0):
+    times = np.arange(int(length * 100)) / 100
+    probabilities = np.full((len(times), 3), 0.05)
+    for s in segments:
+        inside = (times >= s.start) & (times < s.end)
+        probabilities[inside, ACTIONS.index(s.action)] = 0.9
+    return Certainty.of(times, probabilities, ACTIONS)
+
+
+def reviewed(id_, name="01", predicted=SEEN):
+    stages = {"raw": predicted, "filtered": predicted}
+    return Reviewed(id_, name, "foam", 0.0, 10.0, HUMAN, stages, certain(predicted))
+
+
+def outcome_of(*tested, author="Ann"):
+    return Outcome(
+        0,
+        datetime.now(timezone.utc),
+        "foam",
+        ("foam",),
+        None,
+        author,
+        False,
+        Settings(),
+        ACTIONS,
+        (),
+        tested,
+    )
+
+
+@pytest.fixture
+def bench(app, until):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review.queue import QueueView
+
+    @contextmanager
+    def made(author="Ann", predicted=SEEN, visible=True, train=True):
+        tracks = {} if author == "Ann" else {author: HUMAN}
+        with painting_bench.opened(HUMAN if author == "Ann" else (), **tracks) as document:
+            jobs = Jobs()
+            view = QueueView(document, jobs)
+            told = []
+            document.said.connect(lambda sentence, _: told.append(sentence))
+            view.told = told
+            if visible:
+                view.resize(340, 420)
+                view.show()
+            if train:
+                document.set_outcome(
+                    outcome_of(reviewed(document.id, predicted=predicted), author=author)
+                )
+            if visible:
+                until(lambda: not view.reader.stale)
+            try:
+                yield view
+            finally:
+                view.hide()
+                jobs.close()
+                view.deleteLater()
+                app.processEvents()
+
+    return made
+
+
+def kinds(view):
+    return [(section.kind, len(section.items)) for section in view.model.sections]
+
+
+def examined(view):
+    place = view.document.examined
+    return place and (place.start, place.end, place.human, place.predicted)
+
+
+WRONG = (3, 4.5, "hold", "release")
+MISSED = (4.5, 5, "hold", None)
+EDGE = (2, 2.1, "hold", "grab")
+
+
+def test_what_differs_is_listed_by_section(bench):
+    with bench() as view:
+        assert kinds(view) == [("actions", 1), ("missed", 1), ("boundaries", 1), ("invented", 1)]
+        assert view.model.sections[0].items[0].name == "01"
+
+
+def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
+    with bench() as view:
+        seen = []
+        for _ in range(3):
+            view.next()
+            seen.append(examined(view))
+        assert seen == [WRONG, MISSED, WRONG]
+        assert view.told[-1] == "Back at the first."
+        view.previous()
+        assert examined(view) == MISSED
+        assert view.told[-1] == "Back at the last."
+        assert view.document.range == (4.5, 5)
+
+
+def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench, until):
+    with bench(visible=False) as view:
+        assert view.reader.read is None
+        view.next()
+        until(lambda: view.document.examined is not None)
+        assert examined(view) == WRONG
+
+
+def test_human_right_keeps_the_label_and_goes_on(bench, until):
+    with bench() as view:
+        view.next()
+        before = shown(view.document)
+        assert view.judge("human")
+        assert examined(view) == MISSED
+        until(lambda: not view.reader.stale)
+        assert kinds(view) == [("missed", 1), ("boundaries", 1), ("invented", 1), ("judged", 1)]
+        (verdict,) = view.document.project.verdicts()
+        assert (verdict.verdict, verdict.author, verdict.coder) == ("human", "Ann", "Ann")
+        assert shown(view.document) == before
+
+
+def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
+    with bench() as view:
+        view.next()
+        assert view.judge("model")
+        until(lambda: not view.reader.stale)
+        assert (3, 4.5, "release") in shown(view.document)
+        assert kinds(view)[0] == ("missed", 1)
+        assert kinds(view)[-1] == ("judged", 1)
+        assert view.document.undo()
+        until(lambda: not view.reader.stale)
+        assert kinds(view)[0] == ("actions", 1)
+        assert ("judged", 1) not in kinds(view)
+        assert shown(view.document) == [(s.start, s.end, s.action) for s in HUMAN]
+
+
+def test_where_the_model_sees_nothing_and_is_right_the_label_goes(bench, until):
+    with bench() as view:
+        view.next()
+        view.next()
+        assert view.judge("model")
+        assert (2, 4.5, "hold") in shown(view.document)
+        assert (5, 6, "hold") in shown(view.document)
+
+
+def test_nobody_changes_the_labels_of_another_coder(bench, until):
+    with bench(author="Bob") as view:
+        view.next()
+        assert view.judge("model")
+        assert "only Bob can change Bob's labels" in view.told[-1]
+        with_bob = view.document.project.track(view.document.id, "Bob").segments
+        assert with_bob == HUMAN
+        assert shown(view.document) == []
+        until(lambda: not view.reader.stale)
+        assert kinds(view)[0] == ("missed", 1)  # judged all the same
+        assert view.document.project.verdicts()[0].coder == "Bob"
+
+
+def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
+    with bench() as view:
+        view.next()
+        view.judge("ambiguous")
+        until(lambda: not view.reader.stale)
+        view.document.examine(view.model.sections[-1].items[0].place)
+        assert not view.buttons.withdraw.isHidden()
+        assert view.withdraw()
+        until(lambda: not view.reader.stale)
+        assert kinds(view)[0] == ("actions", 1)
+        assert view.document.project.verdicts() == ()
+
+
+def test_painting_brings_the_queue_up_to_date(bench, until):
+    with bench() as view:
+        view.document.paint(3, 4.5, "release")
+        until(lambda: not view.reader.stale)
+        assert kinds(view)[0] == ("missed", 1)
+
+
+def test_only_what_is_examined_is_judged(bench):
+    from forcelab.review.places import Place
+
+    with bench() as view:
+        view.next()
+        view.document.examine(Place(view.document.id, 7, 7.5))  # clicked in another view
+        assert not view.judge("human")
+        assert view.document.project.verdicts() == ()
+        assert not view.buttons.verdicts["human"].isEnabled()
+
+
+def test_the_filter_looks_at_actions_and_demonstrations(bench):
+    with bench() as view:
+        view.filter.setText("grab")
+        assert kinds(view) == [("boundaries", 1)]
+        view.filter.setText("01")
+        assert len(kinds(view)) == 4
+        view.filter.setText("nothing like it")
+        assert view._empty.isVisible()
+
+
+def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
+    from PySide6.QtCore import Qt
+    from PySide6.QtTest import QTest
+
+    with bench() as view:
+        missed = view.model.index(0, 0, view.model.index(1, 0))
+        view.list.setCurrentIndex(missed)
+        QTest.keyClick(view.list, Qt.Key.Key_Return)
+        assert examined(view) == MISSED
+
+
+def test_without_an_outcome_it_says_what_to_do(bench):
+    with bench(train=False) as view:
+        assert "Train a recogniser" in view._empty.text()
+        assert not view.buttons.isVisible()
+
+
+def test_where_both_agree_it_says_so(bench):
+    with bench(predicted=HUMAN) as view:
+        assert "agree everywhere" in view._empty.text()
+
+
+def test_what_is_coded_blind_is_not_listed(bench, until):
+    with bench() as view:
+        document = view.document
+        document.project.assign(document.id, "Ann", blind=True)
+        document.reread()
+        until(lambda: not view.reader.stale)
+        assert kinds(view) == []
+        assert "blind" in view._empty.text()
+
+
+def test_another_outcome_replaces_the_queue(bench, until):
+    with bench() as view:
+        outcome = view.document.outcome
+        id_ = view.document.id
+        view.document.set_outcome(replace(outcome, number=0, tested=(reviewed(id_, "01", HUMAN),)))
+        until(lambda: not view.reader.stale)
+        assert kinds(view) == []
+
+
+def test_the_keys_stand_on_the_buttons(bench):
+    with bench() as view:
+        assert "Shift+M" in view.buttons.verdicts["model"].text().replace("⇧", "Shift+")
+        assert view.buttons.verdicts["model"].accessibleName() == "Model right"

@@ -1,0 +1,182 @@
+"""The scores view: every number of ``forcelab evaluate``, with intervals, sorted and copied."""
+
+import pytest
+from outcomes import drawn_outcome, outcome_of, reviewed
+from painted import opened, shown
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.metric_words import events, rates
+from forcelab.gui.review.scores import ScoresView
+from forcelab.recognition.intervals import Intervals, intervals, look_up
+from forcelab.recognition.resampling import METRICS
+from forcelab.recognition.timed import timed_counts
+
+ACTIONS = ("grab", "hold", "release")
+
+
+@pytest.fixture(scope="module")
+def kept(app, tmp_path_factory):
+    with opened(tmp_path_factory.mktemp("study")) as document:
+        yield document
+
+
+@pytest.fixture
+def document(kept):
+    kept.open_demonstration(kept.infos[0].id)
+    kept.told.clear()
+    yield kept
+    kept.set_outcome(None)
+    for assignment in kept.project.assignments():
+        kept.project.unassign(assignment.demonstration, assignment.author)
+
+
+@pytest.fixture
+def jobs(app):
+    jobs = Jobs()
+    yield jobs
+    jobs.close()
+
+
+@pytest.fixture
+def view(app, document, jobs, until):
+    with shown(app, ScoresView(document, jobs), (700, 320)) as view:
+        ids = [info.id for info in document.infos]
+        document.set_outcome(drawn_outcome([*ids, "c", "d"], ACTIONS))
+        until(lambda: view.intervals)
+        yield view
+
+
+def names(view):
+    return [row.name for row in view.model.rows]
+
+
+def column(view, number):
+    return [row.cells[number] for row in view.model.rows]
+
+
+def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
+    shown_ = (*rates(), *events())
+    assert tuple(sorted(metric.path for metric in shown_)) == tuple(sorted(METRICS))
+    assert all(metric.tip.endswith(".") for metric in shown_)
+
+
+def test_numbers_are_those_of_the_run_pooled_first_raw_beside_final(view, document):
+    scores = document.outcome.scores
+    for which in (0, 1):
+        view.which.setCurrentIndex(which)
+        for number, metric in enumerate(view.metrics):
+            for offset, stage in enumerate(("raw", "filtered")):
+                records = [scores[stage]["pooled"], *scores[stage]["demonstrations"]]
+                expected = [metric.text(look_up(record, metric.path)) for record in records]
+                found = column(view, 2 * number + offset)
+                assert [found[0], *found[2:]] == expected
+    assert names(view)[:2] == ["pooled", "95 % interval"]
+
+
+def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
+    shown_ = {c.name: column(view, i) for i, c in enumerate(view.model.columns)}
+    assert {len(cell.split(".")[1]) for cell in shown_["Accuracy (%)\nfinal"][2:]} == {1}
+    assert {"." in cell for cell in shown_["Boundary median (ms)\nfinal"][2:]} == {False}
+    assert {len(cell.split(".")[1]) for cell in shown_["Kappa\nraw"][2:]} == {3}
+
+
+def test_intervals_are_of_the_pooled_scores(view, document):
+    outcome = document.outcome
+    counts = [timed_counts(d.human, d.predicted, ACTIONS) for d in outcome.tested]
+    low, high = intervals(counts, outcome.settings.seed)["accuracy"]
+    assert column(view, 1)[1] == f"{100 * low:.1f} to {100 * high:.1f}"
+    assert "2,000 resamples" in view.note.text()
+
+
+def test_intervals_that_the_run_holds_are_shown_as_they_are(view, document, until):
+    outcome = drawn_outcome(["a", "b", "c"], ACTIONS)
+    stored = Intervals({"accuracy": (0.125, 0.25)})
+    for stage in ("raw", "filtered"):
+        outcome.scores[stage]["intervals"] = stored.to_json()
+    document.set_outcome(outcome)
+    until(lambda: view.intervals)
+    assert column(view, 1)[1] == "12.5 to 25.0"
+
+
+def test_too_few_demonstrations_have_no_interval_and_it_says_why(view, document, until):
+    document.set_outcome(drawn_outcome(["a", "b"], ACTIONS))
+    until(lambda: view.intervals)
+    assert column(view, 1)[1] == "–"
+    assert "needs 3 demonstrations" in view.note.text()
+
+
+def test_a_click_on_a_column_sorts_the_demonstrations_below_the_pooled(view):
+    before = names(view)
+    view.sort_by(1)
+    shown_ = [float(cell) for cell in column(view, 1)[2:]]
+    assert shown_ == sorted(shown_, reverse=True)
+    assert names(view)[:2] == before[:2]
+    view.sort_by(1)
+    assert [float(cell) for cell in column(view, 1)[2:]] == sorted(shown_)
+    view.sort_by(1)
+    assert names(view) == before
+
+
+def test_undefined_numbers_are_dashes_and_sort_last(view, document, until):
+    missed = reviewed("none", [(0, 5, "grab")], [])
+    right = reviewed("right", [(0, 5, "grab")], [(0, 5, "grab")])
+    document.set_outcome(outcome_of([missed, right], ACTIONS))
+    until(lambda: view.intervals)
+    place = next(i for i, c in enumerate(view.model.columns) if c.name.startswith("Boundary med"))
+    for _ in range(2):
+        view.sort_by(place + 1)
+        assert names(view)[2:] == ["foam right", "foam none"]
+        assert column(view, place + 1)[-1] == "–"
+
+
+def test_a_click_on_a_demonstration_opens_it_wherever_it_was_sorted_to(view, document):
+    wanted = document.infos[1]
+    for descending in (True, False):
+        view.sort_by(1)
+        assert view.sorting.descending is descending
+        row = names(view).index(f"foam {wanted.id}")
+        document.open_demonstration(document.infos[0].id)
+        spot = view.table.visualRect(view.model.index(row, 0)).center()
+        QTest.mouseClick(view.table.viewport(), Qt.MouseButton.LeftButton, pos=spot)
+        assert document.id == wanted.id
+
+
+def test_a_click_on_the_pooled_scores_opens_nothing(view, document):
+    here = document.id
+    view.table.clicked.emit(view.model.index(0, 0))
+    assert document.id == here
+
+
+def test_the_table_is_copied_for_a_spreadsheet(view):
+    view.copy_button.click()
+    lines = [line.split("\t") for line in QGuiApplication.clipboard().text().splitlines()]
+    assert lines[0][1] == "Accuracy (%) raw"
+    assert [line[0] for line in lines[1:]] == names(view)
+    assert [line[2] for line in lines[1:]] == column(view, 1)
+
+
+def test_blind_demonstrations_have_no_row(view, document):
+    two = document.infos[1].id
+    document.project.assign(two, "Ada", blind=True)
+    document.refresh_listing()
+    assert f"foam {two}" not in names(view)
+    assert f"foam {document.infos[0].id}" in names(view)
+
+
+def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until):
+    view.hide()
+    document.set_outcome(drawn_outcome(["a", "b", "c"], ACTIONS, number=2))
+    app.processEvents()
+    assert jobs.busy == ()
+    view.show()
+    until(lambda: "Run 2" in view.note.text() and view.intervals)
+    assert names(view)[2:] == ["foam a", "foam b", "foam c"]
+
+
+def test_without_an_outcome_it_says_what_to_do(view, document):
+    document.set_outcome(None)
+    assert view._empty.isVisible()
+    assert "Train" in view._empty.text()

@@ -1,0 +1,162 @@
+"""The settings dialog: only what is used is shown, and what is refused says why in its place."""
+
+import pytest
+from learning_bench import study
+
+from forcelab.merging import MergeMap
+from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.settings import PRESETS, Settings, preset
+
+
+@pytest.fixture
+def facts(app):
+    from forcelab.gui.review.settings_facts import Facts
+
+    return Facts(("tangential 1", "normal 1"), 1000.0, 60.0, frozenset({"grab", "hold", "hodl"}))
+
+
+@pytest.fixture
+def dialog(facts):
+    from forcelab.gui.review.settings_dialog import SettingsDialog
+
+    dialog = SettingsDialog(preset("paper"), facts)
+    dialog.show()
+    yield dialog
+    dialog.close()
+    dialog.deleteLater()
+
+
+def shown(dialog, name):
+    return dialog.form.editors[name].isVisible()
+
+
+def test_a_preset_is_a_summary_until_it_is_changed(dialog):
+    assert dialog.summary.isVisible()
+    assert not shown(dialog, "stride")
+    assert "1024 samples" in dialog.summary.text()
+    assert not dialog.changed_label.isVisible()
+    dialog.change.click()
+    assert shown(dialog, "stride")
+    dialog.form.editors["stride"].box.setValue(10)
+    assert dialog.changed_label.isVisible()
+    assert dialog.chosen == PRESETS["paper"].replace(stride=10)
+    dialog.back.click()
+    assert dialog.chosen == PRESETS["paper"]
+    assert dialog.summary.isVisible()
+
+
+def test_opening_the_form_alone_changes_nothing(dialog):
+    dialog.change.click()
+    dialog.form.settings()
+    assert dialog.chosen == PRESETS["paper"]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        Settings(),
+        Settings(wavelet="haar", parameter=None),
+        Settings(wavelet="dog", parameter=4.0, threshold=None, median=None, drop=None),
+        Settings(classifier="naive-bayes", rate=123.4, seed=7, phase=False),
+        Settings(channels=("normal 1",), drop=1 / 7, merge=MergeMap({"hodl": "hold"})),
+        Settings(min_scale=2.75, max_scale=300.0, spacing=1 / 3),
+    ],
+)
+def test_what_is_shown_is_what_was_given(facts, settings):
+    from forcelab.gui.review.settings_dialog import SettingsDialog
+
+    dialog = SettingsDialog(settings, facts)
+    assert dialog.chosen == settings
+    dialog.deleteLater()
+
+
+def test_what_does_not_apply_is_hidden(dialog):
+    dialog.change.click()
+    editors = dialog.form.editors
+    assert shown(dialog, "parameter")
+    editors["wavelet"].box.setCurrentIndex(3)
+    assert editors["wavelet"].value() == "haar"
+    assert not shown(dialog, "parameter")
+    assert dialog.chosen.parameter is None
+    editors["wavelet"].box.setCurrentIndex(2)
+    assert dialog.chosen.parameter == 2.0  # the second derivative, not p = 5
+    assert shown(dialog, "seed")
+    editors["classifier"].box.setCurrentIndex(1)
+    assert not shown(dialog, "seed")
+
+
+def test_a_filter_can_be_switched_off_and_on_again(dialog):
+    dialog.change.click()
+    threshold = dialog.form.editors["threshold"]
+    threshold.switch.setChecked(False)
+    assert dialog.chosen.threshold is None
+    assert not threshold.box.isVisible()
+    threshold.switch.setChecked(True)
+    assert dialog.chosen.threshold == 0.8
+
+
+def test_what_is_refused_is_said_beneath_its_field(dialog):
+    dialog.change.click()
+    dialog.form.editors["max_scale"].box.setValue(1.0)
+    assert dialog.chosen is None
+    assert not dialog.ok.isEnabled()
+    label = dialog.form.troubles["max_scale"]
+    assert label.isVisible()
+    assert label.text() == dialog.form.trouble != ""
+    dialog.form.editors["max_scale"].box.setValue(64.0)
+    assert not label.isVisible()
+    assert dialog.ok.isEnabled()
+    assert dialog.chosen.max_scale == 64.0
+
+
+def test_without_a_channel_it_says_so(dialog):
+    dialog.change.click()
+    for box in dialog.form.editors["channels"].boxes.values():
+        box.setChecked(False)
+    assert dialog.chosen is None
+    assert dialog.form.troubles["channels"].isVisible()
+    dialog.form.editors["channels"].boxes["normal 1"].setChecked(True)
+    assert dialog.chosen.channels == ("normal 1",)
+
+
+def test_scales_and_cost_follow_what_is_set(dialog):
+    # 2 .. 1024 in octaves; p = 5 answers to 1 / (1.2327 * scale) of the rate.
+    assert dialog.scales.text().startswith("10 scales, 0.79")
+    assert "at 1000 Hz" in dialog.scales.text()
+    assert dialog.cost.text().startswith("40 features, 60\N{NARROW NO-BREAK SPACE}000 labelled")
+    dialog.change.click()
+    dialog.form.editors["stride"].box.setValue(10)
+    dialog.form.editors["phase"].box.setChecked(False)
+    dialog.form.editors["spacing"].box.setValue(0.5)
+    assert dialog.scales.text().startswith("19 scales")
+    assert dialog.cost.text().startswith("38 features, 6\N{NARROW NO-BREAK SPACE}000 labelled")
+
+
+def test_the_merge_map_is_a_table_that_flags_what_nobody_labelled(dialog):
+    dialog.change.click()
+    merge = dialog.form.editors["merge"]
+    merge.table.item(0, 0).setText("hodl")
+    assert dialog.chosen is None  # no second name yet
+    assert dialog.form.troubles["merge"].isVisible()
+    merge.table.item(0, 1).setText("hold")
+    assert dialog.chosen.merge == MergeMap({"hodl": "hold"})
+    assert not merge.remark.isVisible()
+    merge.table.item(1, 0).setText("graab")
+    merge.table.item(1, 1).setText("grab")
+    assert "graab" in merge.remark.text()
+    assert merge.unknown() == ("graab",)
+    merge.table.item(2, 0).setText("hodl")
+    merge.table.item(2, 1).setText("grab")
+    assert "twice" in dialog.form.trouble
+
+
+def test_the_demonstrations_say_what_there_is(app):
+    from forcelab.gui.review.settings_facts import facts_of
+
+    with study() as document:
+        facts = facts_of(document, Choice(("foam", "stylus")))
+        assert facts.channels == ("tangential", "normal")
+        assert facts.rate == pytest.approx(100.0)
+        assert facts.labelled == pytest.approx(4 * 5.0)
+        assert facts.spellings == {"grab", "hold"}
+        assert facts_of(document, Choice(("nothing",))).channels == ()

@@ -1,0 +1,118 @@
+"""Choosing tasks: what can be trained and tested, and what cannot says why."""
+
+import pytest
+from learning_bench import study
+
+from forcelab.recognition.project_runs import Choice
+
+
+@pytest.fixture
+def document(app):
+    with study() as document:
+        yield document
+
+
+@pytest.fixture
+def form(document):
+    from forcelab.gui.review.task_choice import TaskChoice
+
+    form = TaskChoice(document, Choice(("foam",)))
+    form.show()
+    yield form
+    form.close()
+    form.deleteLater()
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [
+        Choice(("foam",)),
+        Choice(("foam", "stylus"), apart=True),
+        Choice(("foam", "stylus")),
+        Choice(("foam",), "stylus"),
+        Choice(("stylus",), author="Ann"),
+    ],
+)
+def test_what_is_shown_is_what_was_given(document, choice):
+    from forcelab.gui.review.task_choice import TaskChoice
+
+    form = TaskChoice(document, choice)
+    assert form.choice() == choice
+    assert not form.trouble
+    form.deleteLater()
+
+
+def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
+    assert not form.apart.isVisible()
+    form.boxes["stylus"].setChecked(True)
+    assert form.apart.isVisible()
+    form.apart.setChecked(True)
+    assert form.choice() == Choice(("foam", "stylus"), apart=True)
+    form.boxes["stylus"].setChecked(False)
+    assert form.choice() == Choice(("foam",))  # a task by itself has nothing to be kept apart from
+
+
+def test_a_task_cannot_be_trained_on_and_tested(form):
+    form.across.setChecked(True)
+    assert form.choice().test_task == "stylus"  # the other one is offered
+    assert not form.trouble
+    form.test_task.setCurrentIndex(form.test_task.findData("foam"))
+    assert "'foam' is trained on" in form.trouble
+    form.boxes["foam"].setChecked(False)
+    form.boxes["stylus"].setChecked(True)
+    assert not form.trouble
+    assert form.choice() == Choice(("stylus",), "foam")
+
+
+def test_no_task_is_no_choice(form):
+    form.boxes["foam"].setChecked(False)
+    assert "choose a task" in form.trouble
+
+
+def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(app):
+    from forcelab.gui.review.task_choice import TaskChoiceDialog
+
+    with study(labelled=("01",)) as document:
+        dialog = TaskChoiceDialog(document, Choice(("foam",)))
+        assert "nothing can be tested" in dialog.form._told.text()
+        assert dialog.ok.isEnabled()
+        dialog.form.across.setChecked(True)
+        assert "nothing can be tested" not in dialog.form._told.text()
+        dialog.deleteLater()
+
+
+def test_what_nobody_labelled_cannot_be_trained(app):
+    from forcelab.gui.review.task_choice import TaskChoiceDialog
+
+    with study(labelled=()) as document:
+        dialog = TaskChoiceDialog(document, Choice(("foam",)))
+        assert "two actions" in dialog.form.trouble
+        assert not dialog.ok.isEnabled()
+        dialog.deleteLater()
+
+
+def test_whose_labels_is_asked_where_several_labelled(document):
+    from forcelab.gui.review.task_choice import TaskChoice
+    from forcelab.labels import Segment
+
+    document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
+    document.refresh_listing()
+    form = TaskChoice(document, Choice(("foam",)))
+    form.show()
+    assert form.coder.isVisible()
+    form.coder.setCurrentIndex(form.coder.findData("Ben"))
+    assert form.choice().author == "Ben"
+    form.close()
+    form.deleteLater()
+
+
+def test_one_that_codes_blind_does_not_learn_who_else_labelled(document):
+    from forcelab.gui.review.task_choice import TaskChoice
+    from forcelab.labels import Segment
+
+    document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
+    document.project.assign(document.id, "Ann", blind=True)
+    document.refresh_listing()
+    form = TaskChoice(document, Choice(("foam",)))
+    assert form.coder.findData("Ben") == -1
+    form.deleteLater()

@@ -1,0 +1,194 @@
+"""Accepting predictions: one stored edit, painted as if by hand, that tells who proposed it."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from functools import reduce
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import ForcelabError, InputError
+from forcelab.labels import Segment
+from forcelab.painting import paint
+from forcelab.project import Project
+from forcelab.project.accepting import free_parts, paint_all
+from forcelab.project.labelling import Labelling
+
+#: Every commit waits for the disk, which this is not about.
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+MODEL = "model paper 12"
+ACTIONS = ("grab", "hold", "slip")
+
+
+@st.composite
+def tracks(draw):
+    """Segments on whole tenths of a second, so that many of them touch."""
+    edges = sorted(draw(st.sets(st.integers(0, 40), max_size=16)))
+    picked = [
+        Segment(start / 10, end / 10, draw(st.sampled_from(ACTIONS)))
+        for start, end in pairwise(edges)
+        if draw(st.booleans())
+    ]
+    return tuple(picked)
+
+
+@given(tracks(), tracks())
+def test_painting_all_at_once_is_painting_one_after_the_other(track, proposed):
+    after, painted = paint_all(track, proposed)
+    assert after == reduce(lambda t, s: paint(t, s.start, s.end, s.action), proposed, track)
+    assert set(painted) <= set(proposed)
+    assert reduce(lambda t, s: paint(t, s.start, s.end, s.action), painted, track) == after
+    assert paint_all(after, proposed) == (after, ())
+
+
+@given(tracks(), tracks())
+def test_free_parts_are_all_that_is_proposed_where_nothing_is(track, proposed):
+    def at(segments, tenth):
+        time = tenth / 10 + 0.05
+        return next((s.action for s in segments if s.start <= time < s.end), None)
+
+    parts = free_parts(track, proposed)
+    for tenth in range(41):
+        expected = at(proposed, tenth) if at(track, tenth) is None else None
+        assert at(parts, tenth) == expected
+    assert all(part.duration > 0.05 for part in parts)
+
+
+@pytest.fixture
+def labelling(tmp_path):
+    times = np.arange(10_000) / 1000
+    demonstration = Demonstration("pen 1", "stylus", times, np.zeros((10_000, 1)), (Channel("f"),))
+    with Project.create(tmp_path / "p") as project:
+        added = project.add(demonstration)
+        yield Labelling(project, added.id, "Ada")
+
+
+def stored(labelling):
+    with Project.open(labelling.project.path) as other:
+        return other.track(labelling.demonstration, labelling.author).segments
+
+
+def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
+    labelling.paint(0, 2, "hold")
+    given = (Segment(1.25, 1.73, "grab"), Segment(3.0, 3.5, "slip"))
+    edit = labelling.accept(given, MODEL)
+    assert edit == labelling.history()[-1]
+    assert (edit.kind, edit.author, edit.proposed_by) == ("paint", "Ada", MODEL)
+    assert edit.what == (
+        "2 predictions of model paper 12 accepted: grab 1.250-1.730 s, slip 3.000-3.500 s"
+    )
+    around = (Segment(0, 1.25, "hold"), given[0], Segment(1.73, 2, "hold"), given[1])
+    assert labelling.segments == stored(labelling) == around
+    assert labelling.accept(given, MODEL) is None
+    assert labelling.accept((), MODEL) is None
+    undone = labelling.undo()
+    assert stored(labelling) == (Segment(0, 2, "hold"),)
+    assert undone.proposed_by is None
+    labelling.redo()
+    assert stored(labelling) == around
+
+
+def test_many_predictions_make_a_short_line(labelling):
+    many = tuple(Segment(i, i + 0.5, "grab") for i in range(40))
+    assert labelling.accept(many[2:3], MODEL).what == (
+        "1 prediction of model paper 12 accepted: grab 2.000-2.500 s"
+    )
+    assert labelling.accept(many, MODEL).what == (
+        "39 predictions of model paper 12 accepted: "
+        "grab 0.000-0.500 s, grab 1.000-1.500 s, grab 3.000-3.500 s, …"
+    )
+
+
+def test_what_is_there_stays_where_it_is_not_to_be_replaced(labelling):
+    labelling.paint(1, 2, "hold")
+    edit = labelling.accept((Segment(0.5, 3.0, "grab"),), MODEL, replace=False)
+    assert edit.what.endswith("accepted: grab 0.500-1.000 s, grab 2.000-3.000 s")
+    assert [s.action for s in stored(labelling)] == ["grab", "hold", "grab"]
+    assert labelling.accept((Segment(1.2, 2.5, "slip"),), MODEL, replace=False) is None
+
+
+@pytest.mark.parametrize("replace", [True, False])
+def test_what_cannot_be_accepted_leaves_nothing(labelling, replace):
+    good = (Segment(0.0, 1.0, "grab"),)
+    for author, proposer, segments, told in (
+        ("model x", MODEL, good, "'model x' is a model's name"),
+        ("Ada", "Bert", good, "'Bert' is no model that proposes"),
+        ("Ada", " ", good, "' ' is no model"),
+        ("Ada", MODEL, (*good, Segment(0.5, 2.0, "hold")), "overlap"),
+    ):
+        with pytest.raises(InputError, match=told):
+            Labelling(labelling.project, labelling.demonstration, author).accept(
+                segments, proposer, replace
+            )
+    assert labelling.project.authors() == ()
+    with pytest.raises(InputError, match="no model that proposes"):
+        labelling.project.edit(
+            labelling.demonstration, "mlp", (), good, "p", kind="predict", proposed_by=MODEL
+        )
+
+
+def test_an_author_who_predicted_may_propose_whatever_the_name(labelling):
+    given = (Segment(0.0, 1.0, "grab"),)
+    labelling.project.edit(labelling.demonstration, "mlp", (), given, "p", kind="predict")
+    assert labelling.accept(given, "mlp").proposed_by == "mlp"
+    with pytest.raises(InputError, match="'mlp' is a model in this project"):
+        Labelling(labelling.project, labelling.demonstration, "mlp").accept(
+            (Segment(2.0, 3.0, "grab"),), MODEL
+        )
+
+
+@pytest.mark.parametrize("statement", [1, 4, 7, 10])
+def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypatch, statement):
+    labelling.paint(0, 5, "hold")
+    before, count = labelling.segments, 0
+    database = labelling.project._db
+    execute = database.execute
+
+    def failing(sql, *values):
+        nonlocal count
+        count += sql.startswith(("INSERT", "DELETE"))
+        if count == statement:
+            raise ForcelabError("the disk is gone")
+        return execute(sql, *values)
+
+    given = tuple(Segment(i + 0.2, i + 0.6, "grab") for i in range(4))
+    monkeypatch.setattr(database, "execute", failing)
+    with pytest.raises(ForcelabError, match="disk is gone"):
+        labelling.accept(given, MODEL)
+    assert count == statement
+    monkeypatch.undo()
+    assert labelling.segments == stored(labelling) == before
+    assert labelling.project.origins(labelling.demonstration, "Ada") == {}
+    assert len(labelling.history()) == 1
+    assert labelling.accept(given, MODEL) is not None
+    assert len(stored(labelling)) == 9
+    assert list(labelling.project.origins(labelling.demonstration, "Ada")) == list(given)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.tuples(tracks(), st.booleans()), max_size=4))
+def test_undoing_all_that_was_accepted_leads_back(deeds):
+    with (
+        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+        Project.create(Path(folder) / "p") as project,
+    ):
+        times = np.arange(100) / 10
+        added = project.add(Demonstration("1", "t", times, np.zeros((100, 1)), (Channel("f"),)))
+        labelling = Labelling(project, added.id, "Ada")
+        states = [labelling.segments]
+        for proposed, replace in deeds:
+            if labelling.accept(proposed, MODEL, replace):
+                states.append(labelling.segments)
+        for state in states[-2::-1]:
+            labelling.undo()
+            assert labelling.segments == state
+        assert labelling.undo() is None
+        assert project.origins(added.id, "Ada") == {}

@@ -1,0 +1,195 @@
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+from datetime import datetime, timedelta, timezone
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+from forcelab.project import Project, StoredVerdict, Verdict
+from forcelab.project.schema import MIGRATIONS
+
+HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
+
+
+@pytest.fixture
+def id_(project, make):
+    return project.add(make(1), [Track("anna", HOLD)]).id
+
+
+@pytest.fixture
+def said(id_):
+    """Bert says that the model is right about a stretch of Anna's."""
+    return Verdict(id_, "bert", "anna", 0.2, 0.3, "hold", "slip", "model")
+
+
+def test_a_verdict_is_kept_with_its_time(project, said, path):
+    before = datetime.now(timezone.utc)
+    kept = project.add_verdict(said)
+    assert kept.id == 1
+    assert before <= kept.time <= datetime.now(timezone.utc)
+    assert kept == StoredVerdict(
+        said.demonstration, "bert", "anna", 0.2, 0.3, "hold", "slip", "model", None, kept.time, 1
+    )
+    then = datetime(2024, 5, 6, tzinfo=timezone.utc)
+    unlabelled = replace(said, start=0.1, end=0.2, human=None, predicted=None, time=then)
+    assert project.add_verdict(unlabelled).time == then
+    with Project.open(path) as again:
+        assert again.verdicts() == project.verdicts()
+        assert again.verdicts()[0] == kept
+
+
+def test_the_latest_verdict_on_a_place_counts_whoever_gave_it(project, make, said):
+    other = project.add(make(2, name="02")).id
+    first = project.add_verdict(said)
+    elsewhere = [
+        project.add_verdict(replace(said, **change))
+        for change in (
+            {"demonstration": other},
+            {"coder": "cleo"},
+            {"start": 0.25},
+            {"end": 0.31},
+            {"human": None},
+            {"predicted": "pull"},
+        )
+    ]
+    assert project.verdicts() == (first, *elsewhere)
+    assert project.verdicts(other) == (elsewhere[0],)
+    second = project.add_verdict(replace(said, author="anna", verdict="ambiguous"))
+    assert project.verdicts() == (*elsewhere, second)
+    taken_back = project.add_verdict(replace(said, verdict="withdrawn"))
+    assert project.verdicts() == tuple(elsewhere)
+    assert project.verdicts("f" * 32) == ()
+    again = project.add_verdict(replace(said, verdict="human"))
+    assert project.verdicts()[-1] == again
+    assert project.verdict_events() == (first, *elsewhere, second, taken_back, again)
+    assert project.track(said.demonstration, "anna").segments == HOLD
+
+
+def test_a_verdict_names_the_run_that_predicted(project, said):
+    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    number = project.add_run("evaluate", **made, result={})
+    assert project.add_verdict(replace(said, run=number)).run == number
+    for missing in (number + 1, 2**70):
+        with pytest.raises(InputError, match=f"There is no run {missing} in"):
+            project.add_verdict(replace(said, run=missing))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"demonstration": "f00"}, "no demonstration 'f00'"),
+        ({"author": " "}, "needs an author"),
+        ({"coder": ""}, "needs an author"),
+        ({"start": 0.3}, "verdict on '01' must last some time, not go from 0.3 s to 0.3 s"),
+        ({"end": float("inf")}, "must last some time"),
+        ({"start": float("nan")}, "must last some time"),
+        ({"human": ""}, "use None for unlabelled"),
+        ({"predicted": ""}, "use None for unlabelled"),
+        ({"verdict": "maybe"}, "'maybe' is no verdict; use one of human, model"),
+    ],
+)
+def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, told):
+    with pytest.raises(InputError, match=told):
+        project.add_verdicts([said, replace(said, **change)])
+    assert project.verdict_events() == ()
+
+
+def test_verdicts_cannot_be_taken_away(project, said, path):
+    project.add_verdict(said)
+    project.close()
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        for wrong in (
+            "DELETE FROM verdict",
+            "UPDATE verdict SET verdict = 'human'",
+            "INSERT OR REPLACE INTO verdict SELECT * FROM verdict",
+        ):
+            with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
+                store.execute(wrong)
+
+
+def test_another_process_hears_of_a_verdict(project, said, path):
+    with Project.open(path) as other:
+        assert not other.changed_elsewhere()
+        project.add_verdict(said)
+        assert other.changed_elsewhere()
+        assert other.verdicts() == project.verdicts()
+
+
+@pytest.fixture(params=[1, 2])
+def old(request, project, id_, older):
+    """A project of an older version in which Anna painted, undid, redid and undid."""
+    project.edit(id_, "anna", HOLD, HOLD[:1], "hold deleted")
+    project.undo(id_, "anna")
+    project.redo(id_, "anna")
+    project.undo(id_, "anna")
+    if request.param > 1:
+        project.assign(id_, "cleo")
+    history = project.history(id_, "anna")
+    return older(request.param), history, request.param
+
+
+def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
+    path, history, version = old
+    id_ = said.demonstration
+    with Project.open(path) as project:
+        assert project.history(id_, "anna") == history
+        assert {edit.proposed_by for edit in history} == {None}
+        assert project.track(id_, "anna").segments == HOLD
+        assert project.is_blind(id_, "cleo") == (version > 1)
+        assert project.verdicts() == ()
+        assert project.origins(id_, "anna") == {}
+        assert project.redo(id_, "anna") is not None
+        project.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
+        assert list(project.origins(id_, "anna")) == [HOLD[1]]
+        project.add_verdict(said)
+    with Project.open(path) as project:
+        assert len(project.verdicts()) == 1
+        assert project.history(id_, "anna")[-1].proposed_by == "model x"
+
+
+def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
+    path, history, _ = old
+    before = {file: file.read_bytes() for file in path.rglob("*") if file.is_file()}
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+    with Project.open(path) as project:
+        assert project.history(said.demonstration, "anna") == history
+        assert project.verdicts() == project.verdict_events() == ()
+        assert project.origins(said.demonstration, "anna") == {}
+        with pytest.raises(InputError, match="may only be read here"):
+            project.add_verdict(said)
+    assert {file: file.read_bytes() for file in path.rglob("*") if file.is_file()} == before
+
+
+def test_a_program_of_version_2_refuses_a_project_of_today(project, path, monkeypatch):
+    project.close()
+    monkeypatch.setattr("forcelab.project.database.MIGRATIONS", MIGRATIONS[:2])
+    with pytest.raises(InputError, match="newer forcelab .*update forcelab to open it"):
+        Project.open(path)
+
+
+def test_a_program_of_version_2_that_has_it_open_goes_on(old, said):
+    path, history, version = old
+    if version < 2:
+        return
+    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as second:
+        assert second.execute("SELECT count(*) FROM segment").fetchone() == (2,)
+        with Project.open(path) as project:
+            project.add_verdict(said)
+            second.execute(
+                "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
+                "parent) SELECT track, 'paint', time, what, position, '[]', '[]', NULL, NULL "
+                "FROM edit LIMIT 1"
+            )
+            assert len(project.history(said.demonstration, "anna")) == len(history) + 1
+            assert said.verdict == project.verdicts()[0].verdict
+
+
+def test_verdicts_are_sorted_by_when_they_were_given_not_by_their_clock(project, said):
+    now = datetime.now(timezone.utc)
+    project.add_verdict(replace(said, time=now))
+    late = project.add_verdict(replace(said, verdict="human", time=now - timedelta(days=1)))
+    assert project.verdicts() == (late,)

@@ -1,0 +1,166 @@
+"""Differences tile exactly the time over which two tracks differ, and know their kind."""
+
+import math
+from datetime import datetime, timezone
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.labels import Segment
+from forcelab.merging import MergeMap
+from forcelab.recognition.settings import Settings
+from forcelab.review.certainty import Certainty
+from forcelab.review.differences import compared, differences, spelt, spelt_back
+from forcelab.review.outcome import Outcome, Reviewed
+
+
+def track(*rows):
+    return tuple(Segment(*row) for row in rows)
+
+
+@st.composite
+def tracks(draw):
+    """In quarters of a second, so that times and their sums are exact."""
+    cuts = draw(st.lists(st.integers(0, 60), unique=True, max_size=12).map(sorted))
+    actions = draw(st.lists(st.sampled_from("ABC-"), min_size=12, max_size=12))
+    return tuple(
+        Segment(a / 4, b / 4, action)
+        for a, b, action in zip(cuts, cuts[1:], actions)  # noqa: B905
+        if action != "-"
+    )
+
+
+def seen(segments, time):
+    return next((s.action for s in segments if s.start <= time < s.end), None)
+
+
+@settings(max_examples=40, deadline=None)
+@given(tracks(), tracks())
+def test_they_tile_exactly_the_time_that_differs(human, predicted):
+    found = compared("d", human, predicted)
+    for left, right in pairwise(found):
+        assert left.end <= right.start
+    for quarter in range(61):
+        time = quarter / 4 + 0.125
+        here = [d for d in found if d.start <= time < d.end]
+        one, other = seen(human, time), seen(predicted, time)
+        assert [(d.human, d.predicted) for d in here] == ([(one, other)] if one != other else [])
+        assert all(d.kind == "missed" for d in here if d.kind != "boundary" and other is None)
+        assert all(d.kind == "invented" for d in here if d.kind != "boundary" and one is None)
+
+
+@settings(max_examples=40, deadline=None)
+@given(tracks(), tracks(), st.integers(-100, 100))
+def test_they_move_with_time(human, predicted, shift):
+    def moved(segments):
+        return tuple(Segment(s.start + shift, s.end + shift, s.action) for s in segments)
+
+    def plain(found, by):
+        return [(d.start + by, d.end + by, d.human, d.predicted, d.kind) for d in found]
+
+    later = compared("d", moved(human), moved(predicted))
+    assert plain(later, 0) == plain(compared("d", human, predicted), shift)
+
+
+@settings(max_examples=40, deadline=None)
+@given(tracks(), tracks())
+def test_exchanging_the_sides_exchanges_the_kinds(human, predicted):
+    other = {"missed": "invented", "invented": "missed"}
+    there = [(d.start, d.end, d.kind) for d in compared("d", human, predicted)]
+    back = compared("d", predicted, human)
+    assert there == [(d.start, d.end, other.get(d.kind, d.kind)) for d in back]
+
+
+@given(tracks())
+def test_a_track_does_not_differ_from_itself_however_it_is_cut(human):
+    halves = tuple(
+        part
+        for s in human
+        for part in (
+            Segment(s.start, (s.start + s.end) / 2, s.action),
+            Segment((s.start + s.end) / 2, s.end, s.action),
+        )
+    )
+    assert compared("d", human, halves) == ()
+
+
+@pytest.mark.parametrize(
+    ("human", "predicted", "kinds"),
+    [
+        # One edge between two segments that both see.
+        ([(0, 2, "A"), (2, 4, "B")], [(0, 2.2, "A"), (2.2, 4, "B")], ["boundary"]),
+        # The human leaves a hole in between, as coders do; the model none.
+        (
+            [(0, 2, "A"), (2.1, 4, "B")],
+            [(0, 2.05, "A"), (2.05, 4, "B")],
+            ["boundary", "boundary"],
+        ),
+        # The model begins late where nothing was before.
+        ([(1, 4, "A")], [(1.2, 4, "A")], ["boundary"]),
+        # Too long to be an edge, compared with the segments beside it.
+        ([(0, 2, "A"), (2, 4, "B")], [(0, 3.2, "A"), (3.2, 4, "B")], ["action"]),
+        # A third action in between is no edge, however short.
+        ([(0, 2, "A"), (2, 2.1, "C"), (2.1, 4, "B")], [(0, 2, "A"), (2, 4, "B")], ["action"]),
+        # A hole inside one action is no edge either.
+        ([(0, 4, "A")], [(0, 2, "A"), (2.1, 4, "A")], ["missed"]),
+        ([(0, 2, "A"), (2.1, 4, "A")], [(0, 4, "A")], ["invented"]),
+        # Turning back is no edge.
+        (
+            [(0, 2, "A"), (2, 4, "B")],
+            [(0, 1.7, "A"), (1.7, 1.8, "B"), (1.8, 2, "A"), (2, 4, "B")],
+            ["action"],
+        ),
+    ],
+)
+def test_an_edge_is_told_from_a_wrong_action(human, predicted, kinds):
+    found = compared("d", track(*human), track(*predicted))
+    assert [d.kind for d in found] == kinds
+
+
+def outcome_of(*reviewed, **changes):
+    values = {
+        "number": 7,
+        "time": datetime.now(timezone.utc),
+        "title": "pen",
+        "tasks": ("pen",),
+        "test_task": None,
+        "author": "Ann",
+        "apart": False,
+        "settings": Settings(),
+        "actions": ("A", "B"),
+        "labels": (),
+        "tested": reviewed,
+    }
+    return Outcome(**(values | changes))
+
+
+def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
+    times = np.arange(400) / 100
+    probabilities = np.tile([0.2, 0.8], (400, 1))
+    certainty = Certainty.of(times, probabilities, ("A", "B"))
+    human, predicted = track((0, 3, "A")), track((0, 2, "B"))
+    action, missed = compared("d", human, predicted, certainty)
+    assert action.confidence == pytest.approx(0.8, abs=0.003)
+    assert action.score == pytest.approx(1.6, abs=0.006)
+    assert missed.confidence == pytest.approx(0.8, abs=0.003)  # how improbable it finds A
+    assert compared("d", human, predicted)[0].score == 2.0
+
+
+def test_a_demonstration_that_nobody_labelled_has_no_differences():
+    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": track((0, 4, "A"))})
+    assert differences(outcome_of(one), {"1": ()}) == ()
+    assert differences(outcome_of(one), {}) == ()
+    assert len(differences(outcome_of(one), {"1": track((0, 1, "B"))})) == 2
+
+
+def test_tracks_are_spelt_as_they_were_trained():
+    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    merged = outcome_of(one, settings=Settings(merge=MergeMap({"grap": "grab"})))
+    assert spelt(track((0, 1, "grap")), merged, one) == track((0, 1, "grab"))
+    apart = outcome_of(one, apart=True)
+    assert spelt(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
+    assert spelt_back("grab_pen", apart, one) == "grab"
+    assert math.isclose(spelt(track((0, 1, "x")), apart, one)[0].duration, 1)

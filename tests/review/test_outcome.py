@@ -1,0 +1,136 @@
+"""Outcomes out of the runs of a project."""
+
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+
+import pytest
+from trained_project import CHOICE, FAST, make
+
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.project import Project
+from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.project_runs import evaluate_tasks
+from forcelab.review.outcome import edits_since, latest, load
+from forcelab.review.training import reviewing
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A project with a run of the window (1) and one of the command line (2)."""
+    path = make(tmp_path_factory.mktemp("outcome") / "foam.forcelab")
+    finish(reviewing(path, FAST, CHOICE, "foam"))
+    with Project.open(path) as project:
+        finish(evaluate_tasks(project, FAST.replace(stride=4), CHOICE))
+    return path
+
+
+@pytest.fixture
+def project(path):
+    with Project.open(path) as project:
+        yield project
+
+
+def test_summaries_say_what_a_list_shows_without_the_result(project):
+    one, two = project.run_summaries("evaluate")
+    for summary in (one, two):
+        run = project.run(summary.id)
+        assert (summary.time, summary.settings, summary.labels) == (
+            run.time,
+            run.settings,
+            run.labels,
+        )
+        assert summary.digest["title"] == "foam"
+        assert summary.digest["tested"] == 3
+        assert summary.digest["f1"] == run.result["filtered"]["pooled"]["f1"]["50"]
+    assert project.run_summaries("simulate") == ()
+    assert project.run_summaries() == (one, two)
+
+
+def test_a_run_without_a_digest_has_an_empty_one(tmp_path):
+    with Project.create(tmp_path / "p.forcelab") as project:
+        for result in ({"accuracy": 0.5}, {"digest": 3}, {"digest": {"text": "x" * 9000}}):
+            project.add_run("old", settings={}, seed=None, labels=[], versions={}, result=result)
+        assert [summary.digest for summary in project.run_summaries()] == [{}, {}, {}]
+
+
+def test_the_latest_is_that_of_the_tasks(project):
+    assert latest(project).number == 2
+    assert latest(project, ["foam"]).number == 2
+    assert latest(project, ["foam", "soft"]) is None
+
+
+def test_a_run_of_the_command_line_can_be_reviewed_too(project):
+    outcome = load(project, 2)
+    assert (outcome.recogniser, outcome.proposals) == ("", ())
+    assert outcome.settings == FAST.replace(stride=4)
+    assert outcome.author == "Ada"
+    for item in outcome.tested:
+        assert item.certainty is None
+        assert set(item.stages) == {"raw", "filtered"}
+        demonstration = project.load(item.id)
+        assert (item.start, item.end) == (demonstration.start, demonstration.end)
+
+
+def test_a_certainty_survives_its_way_through_the_store(project):
+    outcome = load(project, 1)
+    plain = project.run(1).result["certainty"]
+    for item in outcome.tested:
+        again = Certainty.from_json(item.certainty.to_json())
+        assert (again.values == item.certainty.values).all()
+        assert plain[item.id] == item.certainty.to_json()
+    damaged = item.certainty.to_json()
+    for change in ({"count": 3}, {"values": "no base64!"}, {"values": "AAAA"}):
+        with pytest.raises(ValueError):  # noqa: PT011 - whatever numpy, zlib or base64 call it
+            Certainty.from_json(damaged | change)
+
+
+DAMAGE = {
+    "no JSON": ("""'{"title": "foam", }'""", "found is damaged"),
+    "no tracks": ("json_remove(result, '$.tracks')", "cannot be reviewed"),
+    "no prediction": ("json_remove(result, '$.tracks[0].filtered')", "cannot be reviewed"),
+    "a stranger": (
+        "json_set(result, '$.tracks[0].demonstration', 'nobody')",
+        "cannot be reviewed",
+    ),
+    "half a certainty": (
+        "json_set(result, '$.certainty', json('{\"x\": 1}'), '$.proposals[0].certainty.count', 7)",
+        "cannot be reviewed",
+    ),
+    "settings": ("json_set(result, '$.settings.stride', 0)", "stride must be"),
+    "another kind": (None, "of the kind 'other'"),
+}
+
+
+@pytest.mark.parametrize("kind", DAMAGE)
+def test_a_damaged_run_is_refused_in_a_sentence_and_the_others_are_not(tmp_path, path, kind):
+    import shutil
+
+    copy = shutil.copytree(path, tmp_path / "copy.forcelab")
+    expression, sentence = DAMAGE[kind]
+    with closing(sqlite3.connect(copy / "project.sqlite")) as connection, connection:
+        change = "kind = 'other'" if expression is None else f"result = {expression}"
+        connection.execute(f"UPDATE run SET {change} WHERE id = 1")
+    with Project.open(copy) as project:
+        with pytest.raises(InputError, match=sentence) as caught:
+            load(project, 1)
+        assert str(caught.value).count(". ") == 0
+        assert latest(project).number == 2
+        assert len(project.run_summaries()) == 2
+
+
+def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    with Project.open(path) as project:
+        finish(evaluate_tasks(project, FAST, CHOICE))
+        outcome = latest(project)
+        first, _, bare = (info.id for info in project.demonstrations())
+        segments = project.track(first, "Ada").segments
+        assert edits_since(project, outcome) == 0
+        project.edit(first, "Bob", (), segments, "another coder")
+        assert edits_since(project, outcome) == 0
+        project.edit(first, "Ada", segments, segments[:-1], "deleted")
+        project.edit(bare, "Ada", (), segments, "painted")
+        assert edits_since(project, outcome) == 2
+        assert edits_since(project, replace(outcome, labels=())) == 3  # all are new then

@@ -1,0 +1,254 @@
+"""Training as the window does it, on a project of four demonstrations, one not labelled."""
+
+import json
+import threading
+from contextlib import closing
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+from trained_project import CHOICE, FAST, make
+
+from forcelab.cli import main
+from forcelab.errors import InputError
+from forcelab.jobs import Progress, finish
+from forcelab.labels import Segment, Track, from_codes
+from forcelab.processes import elsewhere
+from forcelab.project import Project
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.storage import load as load_recogniser
+from forcelab.recognition.training import Epoch
+from forcelab.review.outcome import edits_since, load
+from forcelab.review.steps import Steps
+from forcelab.review.training import reviewing
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return make(tmp_path_factory.mktemp("training") / "foam.forcelab")
+
+
+@pytest.fixture(scope="module")
+def trained(path):
+    """What was told while training in a process of its own, and the run's number."""
+    told = []
+    number = finish(elsewhere(reviewing, path, FAST, CHOICE, "foam"), told.append)
+    return told, number
+
+
+@pytest.fixture(scope="module")
+def outcome(path, trained):
+    with Project.open(path) as project:
+        return load(project, trained[1])
+
+
+def test_its_steps_lead_through_all_phases_and_never_back(trained):
+    steps = [step for before, step in pairwise(trained[0]) if step is not before][1:]
+    phases = list(dict.fromkeys(step.phase for step in steps))
+    assert phases == ["features", "fold", "final fit", "proposals", "storing"]
+    assert [step.fold for step in steps if step.phase == "fold"] == [1, 2, 3]
+    assert {step.folds for step in steps} == {3}
+    shares = [step.done / step.total for step in steps]
+    assert shares == sorted(shares)
+    assert shares[-1] == 1
+    assert all(step.seconds_left is None for step in steps if step.fold < 2)
+    assert all(step.seconds_left >= 0 for step in steps if step.fold >= 2)
+
+
+def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys, tmp_path):
+    arguments = [
+        "--task",
+        "foam",
+        "--classifier",
+        "naive-bayes",
+        "--max-scale",
+        "32",
+        "--jobs",
+        "1",
+    ]
+    assert main(["evaluate", str(path), *arguments, "--json", str(tmp_path / "out.json")]) in (
+        0,
+        None,
+    )
+    printed = json.loads((tmp_path / "out.json").read_text())
+    with Project.open(path) as project:
+        run = project.runs()[-1]
+        evaluated = load(project, run.id)
+    assert evaluated.number != outcome.number
+    for which in ("raw", "filtered"):
+        assert printed[which] == outcome.scores[which] == evaluated.scores[which]
+    for ours, theirs in zip(outcome.tested, evaluated.tested, strict=True):
+        assert (ours.id, ours.human) == (theirs.id, theirs.human)
+        assert ours.stages["raw"] == theirs.stages["raw"]
+        assert ours.predicted == theirs.predicted
+        assert (ours.start, ours.end) == (theirs.start, theirs.end)
+        assert theirs.certainty is None
+    assert evaluated.proposals == ()
+
+
+def test_the_certainty_is_the_mean_of_the_probabilities_of_each_fiftieth_of_a_second(path, outcome):
+    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(3, 100.0)]
+    tested = finish(leave_one_out(labelled, FAST)).tested
+    with Project.open(path) as project:
+        known = {item.name: item for item in outcome.tested}
+        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
+        (new,) = outcome.proposals
+        prediction = recogniser.predict(project.load(new.id))
+    assert set(known) == {item.name for item in tested}
+    seconds = new.certainty.times
+    for index in (0, 40, len(seconds) - 1):
+        since = prediction.times - seconds[index]
+        inside = (since > -0.01 - 1e-9) & (since < 0.01 - 1e-9)
+        expected = prediction.probabilities[inside].mean(axis=0)
+        assert new.certainty.values[index] / 255 == pytest.approx(expected, abs=0.003)
+    assert new.predicted == from_codes(prediction.filtered, prediction.times, prediction.actions)
+
+
+def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_rest(path, outcome):
+    with Project.open(path) as project:
+        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
+        bare = [i.id for i in project.demonstrations() if not i.labelled]
+        stored = project.recognisers()
+    assert set(recogniser.trained_on) == {item.id for item in outcome.tested}
+    assert [item.id for item in outcome.proposals] == bare
+    assert outcome.proposals[0].human == ()
+    assert set(outcome.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
+    assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
+
+
+def test_asking_how_certain_it_is_changes_no_prediction():
+    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    for settings in (FAST, FAST.replace(threshold=None)):
+        plain = finish(leave_one_out(labelled, settings))
+        sure = finish(leave_one_out(labelled, settings, certainty=True))
+        for one, other in zip(plain.tested, sure.tested, strict=True):
+            assert np.array_equal(one.raw, other.raw)
+            assert np.array_equal(one.filtered, other.filtered)
+            assert one.certainty is None
+            assert other.certainty.actions
+
+
+def test_an_svm_without_probabilities_has_no_certainty():
+    labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
+    settings = FAST.replace(classifier="svm", threshold=None, stride=5)
+    tested = finish(leave_one_out(labelled, settings, certainty=True)).tested
+    assert [item.certainty for item in tested] == [None, None]
+
+
+def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    job = reviewing(path, FAST, CHOICE, "foam")
+    next(step for step in job if step.phase == "fold")
+    with Project.open(path) as project:
+        info = project.demonstrations()[0]
+        before = project.track(info.id, "Ada").segments
+        project.edit(info.id, "Ada", before, before[1:], "deleted")
+        demonstration, _ = synthetic_set(3, 100.0)[2]
+        project.add(demonstration, [])
+        number = finish(job)
+        outcome = load(project, number)
+        assert project.track(info.id, "Ada").segments == before[1:]
+        assert outcome.find(info.id).human[0].action == before[0].action
+        assert edits_since(project, outcome) == 2
+        project.undo(info.id, "Ada")
+        assert edits_since(project, outcome) == 3
+
+
+def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=3, bare=0)
+    before = sorted(p.relative_to(path) for p in path.rglob("*"))
+    threads = threading.active_count()
+    for phase in ("features", "fold", "final fit"):
+        with closing(elsewhere(reviewing, path, FAST, CHOICE, "foam")) as job:
+            next(step for step in job if getattr(step, "phase", "") == phase)
+    with Project.open(path) as project:
+        assert project.run_summaries() == ()
+        assert project.recognisers() == ()
+    assert sorted(p.relative_to(path) for p in path.rglob("*")) == before
+    assert threading.active_count() == threads
+
+
+def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=1, bare=2)
+    with Project.open(path) as project:
+        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+    assert outcome.tested == ()
+    assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
+    assert outcome.scores == {}
+    assert any("Only one demonstration is labelled" in remark for remark in outcome.remarks)
+    assert set(outcome.actions) == {"still", "grab", "hold", "release"}
+
+
+def test_folds_that_cannot_be_trained_leave_the_final_recogniser(tmp_path):
+    path = tmp_path / "p.forcelab"
+    with Project.create(path) as project:
+        for (demo, _), action in zip(synthetic_set(2, 100.0), ("grab", "hold"), strict=True):
+            project.add(demo, [Track("Ada", (Segment(0.5, 1.5, action),))])
+        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+    assert outcome.tested == ()
+    assert set(outcome.actions) == {"grab", "hold"}
+    assert any(remark.startswith("Nothing could be tested: With") for remark in outcome.remarks)
+
+
+@pytest.mark.parametrize(
+    ("segments", "sentence"),
+    [
+        ((Segment(0.5, 1.5, "grab"),), "needs two actions and only 'grab' is labelled in foam"),
+        ((), "Nothing is labelled yet"),
+    ],
+)
+def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
+    tmp_path, segments, sentence
+):
+    path = tmp_path / "p.forcelab"
+    with Project.create(path) as project:
+        for demonstration, _ in synthetic_set(2, 100.0):
+            project.add(demonstration, [Track("Ada", segments)])
+        with pytest.raises(InputError, match=sentence):
+            finish(reviewing(path, FAST, CHOICE, "foam"))
+        assert project.run_summaries() == ()
+
+
+def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    with Project.open(path) as project:
+        info = project.demonstrations()[0]
+        before = project.track(info.id, "Ada").segments
+        slip = Segment(before[0].start, before[0].end, "slip")
+        project.edit(info.id, "Ada", before, (slip, *before[1:]), "relabelled")
+        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+    assert any("slip (only in foam 01)" in remark for remark in outcome.remarks)
+
+
+def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=2, bare=1)
+    with Project.open(path) as project:
+        for i, (demonstration, segments) in enumerate(synthetic_set(2, 100.0, "soft", seed=9)):
+            project.add(demonstration, [Track("Ada", segments)] if i else [])
+        choice = Choice(("foam",), test_task="soft")
+        outcome = load(project, finish(reviewing(path, FAST, choice, "foam")))
+    assert [item.task for item in outcome.tested] == ["soft"]
+    assert {item.task for item in outcome.proposals} == {"foam", "soft"}
+    assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")
+    assert {used.demonstration for used in outcome.labels} >= {i.id for i in outcome.tested}
+
+
+def test_the_time_left_is_what_the_fits_before_took():
+    now = [0.0]
+    steps = Steps(3, True, lambda: now[0])
+
+    def job():
+        yield Progress(1, 1, "features")
+        for fold in range(3):
+            for epoch in range(5):
+                now[0] += 2.0
+                yield Epoch(epoch + 1, 200, f"fit {fold + 1} of 3", 0.5)
+
+    left = [(step.fold, step.epoch, step.seconds_left) for step in steps.test(job())]
+    assert all(seconds is None for fold, _, seconds in left if fold < 2)
+    # Known to the first epoch after it: 12 s a fit, the first of the second being over.
+    assert left[6] == (2, 1, pytest.approx(12 + 12 + 12))
+    assert left[8] == (2, 3, pytest.approx(12 - 4 + 12 + 12))
