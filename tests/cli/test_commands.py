@@ -298,9 +298,11 @@ def test_every_command_of_the_parser_can_be_run():
     given = {
         "gui": [],
         "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
-        "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"], "agree": ["p"], "sync": ["p", "d"],
+        "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"],
+        "agree": ["p"], "sync": ["p", "d"],
         "evaluate": ["p"], "train": ["p", "--out", "o"],
-        "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"], "export": ["p", "--out", "o"],
+        "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"],
+        "export": ["p", "--out", "o"],
         "plan": ["p", "d"], "actions": [], "figures": ["d"], "measure": ["contact"],
         "realism": ["p"], "doctor": [],
     }  # fmt: skip
