@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.processes import interruptible
 
 
 def counted(total, pause=0.0):
@@ -28,6 +28,11 @@ def refused():
 def broken():
     yield Progress(1, 2, "before")
     return {}["no such key"]
+
+
+def untellable():
+    yield Progress(1, 2, "before")
+    return lambda: None
 
 
 def silent(path=None):

@@ -59,10 +59,21 @@ class Device(Protocol):
         Whether it gives a sample on change only: the last value holds then, and that is no gap.
     """
 
-    name: str
-    channels: tuple[Channel, ...]
-    rate: float
-    holds: bool
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """The columns of its blocks."""
+
+    @property
+    def rate(self) -> float:
+        """Samples a second that it was told to give (Hz)."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether its last value holds."""
 
     def open(self) -> None:
         """Connect and configure.

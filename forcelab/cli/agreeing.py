@@ -29,9 +29,7 @@ WORST_JSON = 100
 def run(arguments: argparse.Namespace) -> None:
     """Print how far coders agree, and where they do not."""
     same = tuple(arguments.same) if arguments.same else None
-    chosen = tuple(dict.fromkeys([*(arguments.authors or ()), *(same or ())]))
-    if not arguments.authors:
-        chosen = ()
+    chosen = dict.fromkeys([*arguments.authors, *(same or ())]) if arguments.authors else ()
     with Project.open(arguments.project) as project:
         if same is not None:
             coded_demonstrations(project, arguments.task, same)  # says who is not known

@@ -19,6 +19,8 @@ def run(arguments: argparse.Namespace) -> None:
         time=arguments.time,
         label=arguments.label,
         strict=arguments.strict,
+        format=arguments.format,
+        calibration=arguments.calibration,
     )
     with progress_bar() as watch:
         report = finish(importing(arguments.project, arguments.files, options), watch)
@@ -48,4 +50,5 @@ def _plain(report: ImportReport) -> dict[str, object]:
             for one in report.demonstrations
         ],
         "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
+        **report.statistics,
     }

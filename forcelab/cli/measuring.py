@@ -17,6 +17,8 @@ from forcelab.measure.rows import FRONT, Table
 #: What is measured by which module, each loaded only when it is asked for.
 MODULES = {
     "contact": "forcelab.measure.contact",
+    "stream": "forcelab.measure.stream",
+    "live": "forcelab.measure.live",
     "view": "forcelab.gui.measuring",
     "training": "forcelab.gui.measuring.training",
 }
@@ -27,7 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
     figure: Path | None = arguments.figure
     check_outputs([json_path(arguments.json), figure], [])
     if figure is not None and arguments.what != "contact":
-        raise InputError("There is no figure of how fast the window is; leave --figure away.")
+        raise InputError(f"There is no figure of '{arguments.what}'; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from forcelab import __version__
-from forcelab.cli import parser_projects, parser_recognition
+from forcelab.cli import parser_capture, parser_projects, parser_recognition
 from forcelab.cli.options import (
     Commands,
     Formatter,
@@ -54,6 +54,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser_projects.add_assign(commands)
     parser_projects.add_agree(commands)
     parser_projects.add_sync(commands)
+    parser_capture.add_capture(commands)
+    parser_projects.add_replay(commands)
     parser_recognition.add_evaluate(commands)
     parser_recognition.add_train(commands)
     parser_recognition.add_predict(commands)
@@ -140,6 +142,9 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "contact: the solvers of the simulated tongs. Every row has its error and against what,\n"
         "the median CPU time of five interleaved repetitions with its spread, and the memory;\n"
         "* marks those that no other beats in both error and time (Pareto front).\n"
+        "stream: wavelets of a stream, complete and early: error against latency and cost.\n"
+        "live: live recognition at 1 kHz x 6 channels: its share of a core, p50 and p99 of a\n"
+        "block, time from force to label, labels beside the offline ones.\n"
         "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
         "while panning and zooming 6 channels of 1e6 and 1e7 samples, steps and jumps in videos,\n"
         "from a key to the paint, start, opening projects: median, p95, p99 and worst in ms,\n"
@@ -150,8 +155,8 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "what",
         metavar="WHAT",
-        choices=("contact", "view", "training"),
-        help="contact, view, training",
+        choices=("contact", "stream", "live", "view", "training"),
+        help="contact, stream, live, view, training",
     )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"

@@ -19,6 +19,7 @@ __all__ = [
     "add_export",
     "add_import",
     "add_list",
+    "add_replay",
     "add_runs",
     "add_simulate",
     "add_sync",
@@ -87,9 +88,10 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "importing",
         "read recordings into a project",
         "The project is made if it does not exist. Formats are told apart by content: tables\n"
-        "(CSV, TSV, spaces), the paper's databases (*.pdl) and archives of projects. A recording\n"
-        "that is there already is updated, not doubled. If one file cannot be read, nothing is\n"
-        "imported at all. An archive alone, into a new project, brings back everything it holds.",
+        "(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, raw dumps of\n"
+        "OptoForce sensors. A recording that is there already is updated, not doubled. If one\n"
+        "file cannot be read, nothing is imported at all. An archive alone, into a new project,\n"
+        "brings back everything it holds.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
@@ -103,6 +105,17 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         type=float,
         help="samples a second, where a file has no stamps; "
         "otherwise the rate of the features' grid",
+    )
+    parser.add_argument(
+        "--format",
+        choices=("archive", "pdl", "table", "optoforce"),
+        help="read the files as this, whatever they look like",
+    )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=Path,
+        help="TOML file that turns an OptoForce dump's counts into newtons",
     )
     parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
@@ -123,6 +136,41 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--task", help="only this task")
+    json_flag(parser)
+
+
+def add_replay(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``replay`` to the commands."""
+    parser = command(
+        commands,
+        "replay",
+        "replaying",
+        "play a demonstration as if its sensors were plugged in",
+        "Each 3-axis sensor becomes a pseudo-terminal that sends what an OptoForce DAQ would\n"
+        "send, in real time, and answers what a DAQ answers. Nothing begins before all are\n"
+        "opened.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--as", dest="kind", choices=("optoforce",), default="optoforce", help="what to play it as"
+    )
+    parser.add_argument(
+        "--speed", metavar="X", type=float, default=1.0, help="recorded seconds a second (1)"
+    )
+    parser.add_argument(
+        "--lead",
+        metavar="SECONDS",
+        type=float,
+        default=1.0,
+        help="from the opening of the last port to the beginning (1)",
+    )
+    parser.add_argument(
+        "--calibration",
+        metavar="FILE",
+        type=Path,
+        help="TOML file that says what a count is worth (a sensor of 40 N)",
+    )
     json_flag(parser)
 
 

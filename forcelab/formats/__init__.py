@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.signatures import announced_kind, seems_to_be
 
-__all__ = ["HEAD_BYTES", "Format", "identify", "read"]
+__all__ = ["HEAD_BYTES", "Format", "format_names", "identify", "read"]
 
 #: Bytes of a file that are looked at to tell its format.
 HEAD_BYTES: Final = 64 * 1024
@@ -54,7 +54,8 @@ class _Reader(Protocol):
         """Read the whole file."""
 
 
-#: In the order in which they are tried. Tables come last because any text might be one.
+#: In the order in which they are tried. Tables come late because any text might be one; what is
+#: told by its packets wherever they start comes after them, and is never text.
 _FORMATS: Final = (
     Format(
         name="archive",
@@ -73,7 +74,17 @@ _FORMATS: Final = (
         description="tables as text (CSV, TSV, columns)",
         module="forcelab.formats.table",
     ),
+    Format(
+        name="optoforce",
+        description="raw dumps of OptoForce sensors",
+        module="forcelab.formats.optoforce",
+    ),
 )
+
+
+def format_names() -> tuple[str, ...]:
+    """The short names of all formats that can be read."""
+    return tuple(known.name for known in _FORMATS)
 
 
 def identify(path: str | os.PathLike[str]) -> Format:
@@ -122,13 +133,23 @@ def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> li
     InputError
         If the file cannot be read. The sentence is one line and names the file.
     """
-    path = Path(path)
-    module = _module(identify(path))
+    path, options = Path(path), options or ReadOptions()
+    known = identify(path) if options.format is None else _as_told(path, options.format)
     with _telling(path):
-        recordings = module.read(path, options or ReadOptions())
+        recordings = _module(known).read(path, options)
         if not recordings:
             raise InputError(f"'{path}' holds no recording; there is nothing to import.")
         return recordings
+
+
+def _as_told(path: Path, name: str) -> Format:
+    """The format of that name, for a file that can be opened."""
+    with _telling(path):
+        _head(path)
+        for known in _FORMATS:
+            if known.name == name:
+                return known
+        raise InputError(f"There is no format '{name}'; choose one of {', '.join(format_names())}.")
 
 
 def _head(path: Path) -> bytes:

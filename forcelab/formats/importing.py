@@ -47,10 +47,13 @@ class ImportReport:
     remarks : mapping of Path to tuple of str
         For each file that gave cause: a sentence for each thing that was dropped, repaired or is
         worth a look.
+    statistics : mapping of str to int
+        What the formats counted while they read, added up over all files.
     """
 
     demonstrations: tuple[Imported, ...] = ()
     remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
+    statistics: Mapping[str, int] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
@@ -110,7 +113,8 @@ def importing(
     if not paths:
         raise InputError("There is no file to import; name at least one.")
     project, options = Path(project_path), options or ReadOptions()
-    if len(paths) == 1 and Project.vacant(project) and _is_archive(paths[0]):
+    whole = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
+    if whole and _is_archive(paths[0]):
         return (yield from _unpacking(project, paths[0], options))
     total = len(paths) + 1
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
@@ -128,7 +132,7 @@ def importing(
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
-    return ImportReport(demonstrations, _remarks(read_files, demonstrations))
+    return ImportReport(demonstrations, _remarks(read_files, demonstrations), _counted(read_files))
 
 
 def _is_archive(path: Path) -> bool:
@@ -250,3 +254,13 @@ def _remarks(
     for one in demonstrations:
         remarks[one.file] += one.added.remarks
     return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}
+
+
+def _counted(read_files: Mapping[Path, list[Recording]]) -> dict[str, int]:
+    """What the formats counted, added up."""
+    total: dict[str, int] = {}
+    for recordings in read_files.values():
+        for recording in recordings:
+            for name, number in recording.statistics.items():
+                total[name] = total.get(name, 0) + number
+    return total

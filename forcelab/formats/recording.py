@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,10 @@ class ReadOptions:
         Name or 1-based number of the column that holds the labels; found by itself by default.
     strict : bool
         Refuse what would otherwise be repaired and reported.
+    format : str, optional
+        Short name of the files' format, where their content is not to decide it.
+    calibration : Path, optional
+        A calibration file, for formats that hold counts of a device.
     unpack : Path, optional
         Folder for videos that are packed inside a file, there as long as they are needed; without
         one they are left out.
@@ -44,6 +48,8 @@ class ReadOptions:
     time: str | None = None
     label: str | None = None
     strict: bool = False
+    format: str | None = None
+    calibration: Path | None = None
     unpack: Path | None = None
 
 
@@ -63,6 +69,8 @@ class Recording:
         Where the demonstration came from before it was in the file; empty where nobody knows.
     truth : mapping, optional
         What a simulation knows of it.
+    statistics : mapping of str to int
+        What a format counted while it read, such as ``"missing_samples"``.
     """
 
     demonstration: Demonstration
@@ -70,3 +78,4 @@ class Recording:
     remarks: tuple[str, ...] = ()
     source: str = ""
     truth: Mapping[str, Any] | None = None
+    statistics: Mapping[str, int] = field(default_factory=dict)

@@ -283,8 +283,11 @@ class Document(Reviewing):
         others = {track.author: track.segments for track in tracks if track.author != author}
         reviewed = None if self.outcome is None else self.outcome.find(demonstration.id)
         if reviewed is not None and not blind and self.outcome is not None:
-            others[self.outcome.proposer] = reviewed.predicted
-            painted += tuple(segment.action for segment in reviewed.predicted)
+            from forcelab.review.differences import spelt_as_coded
+
+            predicted = spelt_as_coded(reviewed.predicted, self.outcome, reviewed)
+            others[self.outcome.proposer] = predicted
+            painted += tuple(segment.action for segment in predicted)
         return _Seen(others, self.project.vocabulary(demonstration.task), painted)
 
     def _take_in(self, seen: _Seen) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
@@ -13,7 +12,6 @@ from forcelab.labels import Segment, Segments
 from forcelab.review.places import Place
 
 if TYPE_CHECKING:
-    from forcelab.review.certainty import Certainty
     from forcelab.review.outcome import Outcome, Reviewed
 
 __all__ = ["Reviewing"]
@@ -28,15 +26,25 @@ class Reviewing(Editing):
         What is reviewed.
     examined : Place or None
         The place that is being looked at.
+    training : bool
+        Whether a recogniser is being trained.
     """
 
     outcome_changed = Signal()
     examined_changed = Signal()
+    training_changed = Signal()
 
     def __init__(self, author: str, parent: QObject | None = None) -> None:
         super().__init__(author, parent)
         self.outcome: Outcome | None = None
         self.examined: Place | None = None
+        self.training = False
+
+    def set_training(self, training: bool) -> None:
+        """Tell everybody whether a recogniser is being trained."""
+        if training != self.training:
+            self.training = training
+            self.training_changed.emit()
 
     @property
     def reviewed(self) -> Reviewed | None:
@@ -77,21 +85,23 @@ class Reviewing(Editing):
         if reviewed is None or outcome is None:
             self.say(self.tr("There is no prediction to accept here; train a recogniser."), True)
             return False
-        certainty = reviewed.certainty
-        if at_least and certainty is None:
+        from forcelab.review.differences import spelt_as_coded
+        from forcelab.review.proposing import acceptable
+
+        if at_least and reviewed.certainty is None:
             self.say(self.tr("This run kept no probabilities; train again to have them."), True)
             return False
-        chosen = tuple(s for s in reviewed.predicted if s.start < end and start < s.end)
-        if at_least and certainty is not None:
-            sure = partial(_sure, certainty, at_least)
-            chosen = tuple(filter(sure, chosen))
+        chosen = acceptable(reviewed, start, end, at_least)
         if not chosen:
             self.say(self.tr("Nothing is predicted here that could be accepted."))
             return False
-        return self.adopt(*chosen, replace=replace)
+        return self.adopt(*spelt_as_coded(chosen, outcome, reviewed), replace=replace)
 
     def adopt(self, *segments: Segment, replace: bool = True) -> bool:
-        """Paint what the recogniser proposes; each segment remembers which one it was."""
+        """Paint what the recogniser proposes, in the coder's spelling.
+
+        Each segment remembers which recogniser it was.
+        """
         outcome = self.outcome
         if outcome is None or not self.add_actions(*dict.fromkeys(s.action for s in segments)):
             return False
@@ -100,8 +110,3 @@ class Reviewing(Editing):
             lambda track: track.accept(segments, proposer, replace=replace),
             self.tr("It is labelled like this already."),
         )
-
-
-def _sure(certainty: Certainty, at_least: float, segment: Segment) -> bool:
-    """Whether a segment is predicted with at least this mean probability."""
-    return certainty.of_action(segment.action, segment.start, segment.end) >= at_least

@@ -271,6 +271,7 @@ def _sheet(colours: Colours) -> str:
     QDockWidget::title {{ background: {c.panel}; padding: 0.4em 0.5em; text-align: left; }}
     QTabBar::tab {{ background: transparent; color: {c.muted}; padding: 0.45em 0.9em;
         border: none; border-bottom: 2px solid transparent; }}
+    QTabWidget#narrow QTabBar::tab {{ padding: 0.45em 0.5em; }}
     QTabBar::tab:hover {{ color: {c.text}; }}
     QTabBar::tab:selected {{ color: {c.text}; border-bottom-color: {c.accent}; }}
     QTabBar::tab:focus {{ background: {c.panel_edge}; }}

@@ -28,7 +28,7 @@ from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.menus import fill_menus, follow_tabs
 from forcelab.gui.opening import Opening, sample_place
-from forcelab.gui.review.tab import ReviewTab
+from forcelab.gui.review.tab import UNHURRIED, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
 from forcelab.gui.welcome import Welcome
@@ -93,7 +93,9 @@ class Window(QMainWindow):
         fill_menus(self, self.commands, panels, ShownTracks(self.document, self))
         follow_tabs(self._tabs, [self.commands[f"workspace_{w.name}"] for w in WORKSPACES])
         self.setAcceptDrops(True)
-        self.statusBar()  # there from the start: nothing moves when it first says something
+        # There from the start: nothing moves when it first says something.
+        self.statusBar().addPermanentWidget(self.review.standing)
+        self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self)
         self._listing.setSingleShot(True)
@@ -135,8 +137,11 @@ class Window(QMainWindow):
 
     @property
     def settled(self) -> bool:
-        """Whether everything that was asked for is on the screen."""
-        return not self.jobs.busy and self.label.settled
+        """Whether everything that can be asked for now is on the screen.
+
+        A training goes on behind it; what it brings comes when it is done.
+        """
+        return UNHURRIED.issuperset(self.jobs.busy) and self.label.settled
 
     # Qt
 

@@ -1,21 +1,15 @@
 """The project: one folder, one SQLite store, and every edit ever made."""
 
+from forcelab.project.decisions import Assignment, AssignmentEvent, StoredVerdict, Verdict
+from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.records import (
     Added,
-    Assignment,
-    AssignmentEvent,
     Author,
     DemonstrationInfo,
     Edit,
     Incoming,
-    LabelsUsed,
     Origin,
-    StoredRecogniser,
-    StoredRun,
-    StoredVerdict,
-    Verdict,
 )
-from forcelab.project.runs import RunSummary
 from forcelab.project.store import Project
 
 __all__ = [

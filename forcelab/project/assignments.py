@@ -13,8 +13,9 @@ from datetime import datetime
 from forcelab.errors import InputError
 from forcelab.labels import Track, is_model
 from forcelab.project.database import Database
+from forcelab.project.decisions import Assignment, AssignmentEvent, AssignmentKind
 from forcelab.project.loading import known_ids, row_of
-from forcelab.project.records import Assignment, AssignmentEvent, AssignmentKind, utc_now
+from forcelab.project.records import utc_now
 
 __all__ = ["Assignments"]
 

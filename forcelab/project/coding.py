@@ -7,8 +7,8 @@ from pathlib import Path
 
 from forcelab.project.assignments import Assignments
 from forcelab.project.database import Database
+from forcelab.project.decisions import Assignment, AssignmentEvent
 from forcelab.project.folder import ProjectFolder
-from forcelab.project.records import Assignment, AssignmentEvent
 
 __all__ = ["ProjectCoding"]
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from forcelab.project.coding import ProjectCoding
 from forcelab.project.database import Database
-from forcelab.project.records import LabelsUsed, StoredRecogniser, StoredRun
-from forcelab.project.runs import Made, Runs, RunSummary
+from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
+from forcelab.project.runs import Making, Runs
 
 __all__ = ["ProjectComputed"]
 
@@ -57,7 +57,7 @@ class ProjectComputed(ProjectCoding):
         InputError
             If it has no name, labels are not in the project or the file cannot be read.
         """
-        made = Made(settings, seed, labels, versions, time)
+        made = Making(settings, seed, labels, versions, time)
         return self._runs.add_recogniser(name, data, made)
 
     def recognisers(self) -> tuple[StoredRecogniser, ...]:
@@ -101,7 +101,7 @@ class ProjectComputed(ProjectCoding):
         InputError
             If it has no kind or labels are not in the project.
         """
-        return self._runs.add_run(kind, Made(settings, seed, labels, versions, time), result)
+        return self._runs.add_run(kind, Making(settings, seed, labels, versions, time), result)
 
     def add_training(
         self,
@@ -134,7 +134,7 @@ class ProjectComputed(ProjectCoding):
         InputError
             If labels are not in the project, or it cannot be written.
         """
-        made = Made(settings, seed, labels, versions)
+        made = Making(settings, seed, labels, versions)
         return self._runs.add_training(kind, made, result, (name, content, trained_on))
 
     def run_summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from forcelab.labels import Segment
 from forcelab.project.database import Database
+from forcelab.project.decisions import StoredVerdict, Verdict
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_id
 from forcelab.project.origins import Origins
-from forcelab.project.records import Origin, StoredVerdict, Verdict
+from forcelab.project.records import Origin
 from forcelab.project.verdicts import Verdicts
 
 __all__ = ["ProjectJudged"]

@@ -12,13 +12,8 @@ from forcelab.labels import Segment, Segments, Track
 from forcelab.vocabulary import Vocabulary
 
 __all__ = [
-    "ASSIGNMENT_KINDS",
     "EDIT_KINDS",
-    "VERDICT_KINDS",
     "Added",
-    "Assignment",
-    "AssignmentEvent",
-    "AssignmentKind",
     "Author",
     "AuthorKind",
     "DemonstrationInfo",
@@ -26,13 +21,7 @@ __all__ = [
     "EditKind",
     "Incoming",
     "Keepable",
-    "LabelsUsed",
     "Origin",
-    "StoredRecogniser",
-    "StoredRun",
-    "StoredVerdict",
-    "Verdict",
-    "VerdictKind",
     "segments_from_json",
     "segments_to_json",
     "utc_now",
@@ -40,18 +29,10 @@ __all__ = [
 
 AuthorKind = Literal["coder", "model"]
 EditKind = Literal["paint", "import", "predict", "undo", "redo"]
-AssignmentKind = Literal["blind", "open", "done", "reopened", "removed"]
-VerdictKind = Literal["human", "model", "ambiguous", "withdrawn"]
 Keepable = Literal["task", "grid_rate"]
 
 #: Every kind of edit.
 EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
-
-#: Every kind of event of an assignment.
-ASSIGNMENT_KINDS: Final[tuple[AssignmentKind, ...]] = get_args(AssignmentKind)
-
-#: Every kind of verdict.
-VERDICT_KINDS: Final[tuple[VerdictKind, ...]] = get_args(VerdictKind)
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,198 +205,6 @@ class Origin:
     changed: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Assignment:
-    """A demonstration that a coder is to label.
-
-    Parameters
-    ----------
-    demonstration, author : str
-        Its id, and the coder.
-    blind : bool
-        Whether the other tracks and all predictions are hidden from the coder until it is done.
-    assigned : datetime
-        Since when, in UTC.
-    done : datetime, optional
-        When it was marked as done, in UTC; None while it is not.
-    """
-
-    demonstration: str
-    author: str
-    blind: bool
-    assigned: datetime
-    done: datetime | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class AssignmentEvent:
-    """Something that happened to an assignment, kept for ever.
-
-    Parameters
-    ----------
-    demonstration, author : str
-        As of :class:`Assignment`.
-    kind : "blind", "open", "done", "reopened" or "removed"
-        Assigned blind or openly, or made so; done, or not done after all; taken back.
-    time : datetime
-        When, in UTC.
-    """
-
-    demonstration: str
-    author: str
-    kind: AssignmentKind
-    time: datetime
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """What somebody says about a place where a coder's labels and a prediction differ.
-
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    author : str
-        Who judged.
-    coder : str
-        Whose labels were judged.
-    start, end : float
-        The place, in seconds, ``start < end``.
-    human, predicted : str or None
-        The action that coder and model see there; None where it is unlabelled.
-    verdict : "human", "model", "ambiguous" or "withdrawn"
-        Who is right; or that it cannot be told; or that what was said before counts no more.
-    run : int, optional
-        The run that predicted, where there is one.
-    time : datetime, optional
-        When, in UTC; None for what is said now.
-    """
-
-    demonstration: str
-    author: str
-    coder: str
-    start: float
-    end: float
-    human: str | None
-    predicted: str | None
-    verdict: VerdictKind
-    run: int | None = None
-    time: datetime | None = None
-
-    @property
-    def place(self) -> tuple[str, str, float, float, str | None, str | None]:
-        """What the verdict is on: the latest one on the same place counts."""
-        return (
-            self.demonstration,
-            self.coder,
-            self.start,
-            self.end,
-            self.human,
-            self.predicted,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class StoredVerdict(Verdict):
-    """A verdict as it is kept for ever.
-
-    Parameters
-    ----------
-    id : int
-        Grows with every verdict of the project.
-    """
-
-    id: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class LabelsUsed:
-    """Which labels of a demonstration something was computed from.
-
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    author : str
-        Whose labels were used.
-    edit : int
-        The latest edit of that track at the time; 0 where there was none.
-    """
-
-    demonstration: str
-    author: str
-    edit: int
-
-
-@dataclass(frozen=True, slots=True)
-class StoredRecogniser:
-    """A trained recogniser's record; its file is opaque to the store.
-
-    Parameters
-    ----------
-    id : str
-        32 hex digits of the SHA-256 of its file.
-    name : str
-        For people; need not be unique.
-    time : datetime
-        When it was added, in UTC.
-    settings : dict
-        Everything that training was told, as JSON has it.
-    seed : int or None
-        The random seed, if there was one.
-    labels : tuple of LabelsUsed
-        What it was trained on.
-    versions : dict of str to str
-        Of the program and the libraries.
-    """
-
-    id: str
-    name: str
-    time: datetime
-    settings: dict[str, Any]
-    seed: int | None
-    labels: tuple[LabelsUsed, ...]
-    versions: dict[str, str]
-
-    @property
-    def demonstrations(self) -> tuple[str, ...]:
-        """Ids of the demonstrations used, each once."""
-        return _demonstrations(self.labels)
-
-
-@dataclass(frozen=True, slots=True)
-class StoredRun:
-    """An evaluation or another computation, with everything needed to repeat it.
-
-    Parameters
-    ----------
-    id : int
-        Number in the project.
-    kind : str
-        Such as ``"evaluate"``.
-    time : datetime
-        When it was added, in UTC.
-    settings, seed, labels, versions
-        As of :class:`StoredRecogniser`.
-    result : dict
-        What came out, as JSON has it.
-    """
-
-    id: int
-    kind: str
-    time: datetime
-    settings: dict[str, Any]
-    seed: int | None
-    labels: tuple[LabelsUsed, ...]
-    versions: dict[str, str]
-    result: dict[str, Any]
-
-    @property
-    def demonstrations(self) -> tuple[str, ...]:
-        """Ids of the demonstrations used, each once."""
-        return _demonstrations(self.labels)
-
-
 def utc_now() -> datetime:
     """The time now, in UTC."""
     return datetime.now(timezone.utc)
@@ -429,8 +218,3 @@ def segments_to_json(segments: Segments) -> list[list[float | str]]:
 def segments_from_json(rows: Iterable[tuple[float, float, str]]) -> Segments:
     """The inverse of :func:`segments_to_json`."""
     return tuple(Segment(start, end, action) for start, end, action in rows)
-
-
-def _demonstrations(labels: Iterable[LabelsUsed]) -> tuple[str, ...]:
-    """The demonstrations in order, each once."""
-    return tuple(dict.fromkeys(used.demonstration for used in labels))

@@ -15,9 +15,10 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database, Value
-from forcelab.project.records import LabelsUsed, StoredRecogniser, StoredRun, utc_now
+from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
+from forcelab.project.records import utc_now
 
-__all__ = ["DIGEST", "RECOGNISERS", "Made", "RunSummary", "Runs"]
+__all__ = ["DIGEST", "RECOGNISERS", "Making", "Runs"]
 
 #: Name of the folder that holds one file per recogniser.
 RECOGNISERS = "recognisers"
@@ -28,8 +29,8 @@ _FRONT = 4096
 
 
 @dataclass(frozen=True, slots=True)
-class Made:
-    """How a recogniser or a run was made; see :class:`~forcelab.project.StoredRecogniser`."""
+class Making:
+    """How a recogniser or a run is made; see :class:`~forcelab.project.made.Made`."""
 
     settings: Mapping[str, Any]
     seed: int | None
@@ -38,38 +39,14 @@ class Made:
     time: datetime | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RunSummary:
-    """A run without its result, which may be long.
-
-    Parameters
-    ----------
-    id, kind, time, settings, seed, labels, versions
-        As of :class:`~forcelab.project.StoredRun`.
-    digest : dict
-        What stands under ``"digest"`` in its result, if that comes first there; otherwise empty.
-    """
-
-    id: int
-    kind: str
-    time: datetime
-    settings: dict[str, Any]
-    seed: int | None
-    labels: tuple[LabelsUsed, ...]
-    versions: dict[str, str]
-    digest: dict[str, Any]
-
-
 class Runs:
     """All recognisers and runs of a project, each method as of :class:`Project`."""
 
     def __init__(self, database: Database) -> None:
         self._db = database
 
-    def add_recogniser(self, name: str, data: bytes | Path, made: Made) -> str:
+    def add_recogniser(self, name: str, data: bytes | Path, made: Making) -> str:
         """Keep a recogniser's file and how it was made; gives its id."""
-        if not name.strip():
-            raise InputError("A recogniser needs a name.")
         columns = self._columns(made)
         root = self._db.folder / RECOGNISERS
         with files.told(f"The recogniser '{name}' was not added to '{self._db.folder}'"):
@@ -82,7 +59,7 @@ class Runs:
     def add_training(
         self,
         kind: str,
-        made: Made,
+        made: Making,
         result: Mapping[str, Any],
         recogniser: tuple[str, bytes, Sequence[LabelsUsed]],
     ) -> int:
@@ -98,12 +75,20 @@ class Runs:
             files.staging(root) as staged,
             self._db.writing(),
         ):
-            number = self._insert("run", {"kind": kind, "result": text, **columns})
+            number = self._keep_run(kind, text, columns)
             self._keep(staged, row, content)
         return number
 
+    def _keep_run(self, kind: str, result: str, columns: Mapping[str, Value]) -> int:
+        """Write a run, in a transaction; gives its number."""
+        if not kind.strip():
+            raise InputError("A run needs a kind, such as 'evaluate'.")
+        return self._insert("run", {"kind": kind, "result": result, **columns})
+
     def _keep(self, staged: Path, row: Mapping[str, Value], content: bytes) -> None:
         """Write a recogniser, in a transaction, unless the same one is there."""
+        if not str(row["name"]).strip():
+            raise InputError("A recogniser needs a name.")
         if self._db.one("SELECT 1 FROM recogniser WHERE id = ?", row["id"]):
             return
         with (staged / f"{row['id']}.skops").open("xb") as stream:
@@ -127,13 +112,11 @@ class Runs:
             raise InputError(f"The file '{path}' is missing; train the recogniser again.")
         return path
 
-    def add_run(self, kind: str, made: Made, result: Mapping[str, Any]) -> int:
+    def add_run(self, kind: str, made: Making, result: Mapping[str, Any]) -> int:
         """Keep what was computed, and how; gives its number."""
-        if not kind.strip():
-            raise InputError("A run needs a kind, such as 'evaluate'.")
         columns = self._columns(made)
         with self._db.writing():
-            return self._insert("run", {"kind": kind, "result": _json(dict(result)), **columns})
+            return self._keep_run(kind, _json(dict(result)), columns)
 
     def runs(self) -> tuple[StoredRun, ...]:
         """Every run, the first one first."""
@@ -188,7 +171,7 @@ class Runs:
             raise InputError(f"There is no run {number} in '{self._db.folder}'.")
         return _run(row)
 
-    def _columns(self, made: Made) -> dict[str, Value]:
+    def _columns(self, made: Making) -> dict[str, Value]:
         """The columns that say how a thing was made; the labels must be there."""
         if made.seed is not None and not -(2**63) <= made.seed < 2**63:
             raise InputError(f"The seed {made.seed} does not fit into 64 bits; use a smaller one.")

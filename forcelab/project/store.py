@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
+
+from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
@@ -25,6 +27,7 @@ from forcelab.project.records import (
     Edit,
     Incoming,
 )
+from forcelab.project.stamps import attach_stamps, stamps
 from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
@@ -136,6 +139,35 @@ class Project(ProjectJudged, ProjectComputed):
             If there is no such demonstration or the file is damaged.
         """
         return truth(self._db, demonstration)
+
+    def attach_stamps(self, demonstration: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+        """Keep a recording's raw stamps beside it, in place of those there.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        arrays : mapping of str to ndarray
+            Numbers and names, such as of :class:`~forcelab.capture.gathering.Gathered`.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or they cannot be written.
+        """
+        attach_stamps(self._db, demonstration, arrays)
+
+    def stamps(self, demonstration: str) -> dict[str, NDArray[Any]] | None:
+        """The raw stamps beside a demonstration; None for all but recorded ones.
+
+        Archives leave them out.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or the file is damaged.
+        """
+        return stamps(self._db, demonstration)
 
     def rename(self, demonstration: str, name: str) -> None:
         """Give a demonstration another name.

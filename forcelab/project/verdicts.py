@@ -10,8 +10,9 @@ from datetime import datetime
 from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project.database import Database
+from forcelab.project.decisions import VERDICT_KINDS, StoredVerdict, Verdict
 from forcelab.project.loading import row_of
-from forcelab.project.records import VERDICT_KINDS, StoredVerdict, Verdict, utc_now
+from forcelab.project.records import utc_now
 
 __all__ = ["Verdicts"]
 

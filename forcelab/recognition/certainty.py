@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ __all__ = ["RATE", "Certainty"]
 RATE = 50.0
 #: Steps between the probabilities 0 and 1 that are told apart.
 STEPS = 255
+#: What a time may be off by rounding, as a share of a bin.
+ROUNDING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,10 +54,14 @@ class Certainty:
     ) -> Certainty:
         """Mean probabilities of `times` (n,), increasing, in bins of ``1 / rate`` seconds.
 
-        Bins in which no time step falls, as in gaps, are zero throughout.
+        Where time steps are farther apart than that, a bin is as long as a step. Bins in which no
+        time step falls, as in gaps, are zero throughout.
         """
         start = float(times[0])
-        bins = np.floor((times - start) * rate).astype(np.int64)
+        if len(times) > 1:
+            rate = min(rate, 1.0 / float(np.median(np.diff(times))))
+        # A step that lies on the edge of a bin must not fall before it for its last bits.
+        bins = np.floor((times - start) * rate + ROUNDING).astype(np.int64)
         count = int(bins[-1]) + 1
         firsts = np.flatnonzero(np.diff(bins, prepend=-1))
         means = np.add.reduceat(probabilities, firsts, axis=0, dtype=np.float64)
@@ -100,15 +107,35 @@ class Certainty:
         middles = np.arange(len(self.values), dtype=np.float64) + 0.5
         return np.asarray(self.start + middles / self.rate, dtype=np.float64)
 
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """In which bins anything is known, shape (n,); not so in gaps."""
+        return np.asarray(self.values.any(axis=1))
+
     def mean(self, start: float, end: float) -> NDArray[np.float64]:
-        """Mean probability of each action over ``[start, end)`` seconds, shape (K,)."""
-        first = int(np.clip(np.floor((start - self.start) * self.rate), 0, len(self.values) - 1))
-        last = int(np.clip(np.ceil((end - self.start) * self.rate), first + 1, len(self.values)))
-        means = self.values[first:last].mean(axis=0) / STEPS
-        return np.asarray(means, dtype=np.float64)
+        """Mean probability of each action over ``[start, end)`` seconds, shape (K,).
+
+        Of the bins in which anything is known; zero where there are none.
+        """
+        values = self._between(start, end)
+        return np.asarray(values.sum(axis=0) / (STEPS * _count(values)), dtype=np.float64)
 
     def of_action(self, action: str | None, start: float, end: float) -> float:
         """Mean probability of one action over ``[start, end)``; 0 for one that is not known."""
         if action not in self.actions:
             return 0.0
-        return float(self.mean(start, end)[self.actions.index(action)])
+        values = self._between(start, end)
+        column = values[:, self.actions.index(action)]  # alone: it is asked for in long lists
+        return float(column.sum()) / (STEPS * _count(values))
+
+    def _between(self, start: float, end: float) -> NDArray[np.uint8]:
+        """The bins of ``[start, end)``, at least one, shape (m, K)."""
+        begin, stop = (start - self.start) * self.rate, (end - self.start) * self.rate
+        first = min(max(math.floor(begin + ROUNDING), 0), len(self.values) - 1)
+        last = min(max(math.ceil(stop - ROUNDING), first + 1), len(self.values))
+        return self.values[first:last]
+
+
+def _count(values: NDArray[np.uint8]) -> int:
+    """In how many bins anything is known; 1 where in none, as what is divided by it is 0 then."""
+    return max(1, int(np.count_nonzero(values.any(axis=1))))

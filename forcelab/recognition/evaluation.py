@@ -26,6 +26,8 @@ Job = Generator[Progress, None, Evaluation]
 def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[Labelled]:
     """Give each demonstration's actions a suffix, so that ``grab`` of two tasks stays two actions.
 
+    No merge map changes them any more: what it is to merge is merged before.
+
     Parameters
     ----------
     labelled : sequence of Labelled
@@ -36,6 +38,7 @@ def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[La
         Labelled(
             item.demonstration,
             tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
+            apart=True,
         )
         for item, suffix in zip(labelled, suffixes, strict=True)
     ]

@@ -30,16 +30,20 @@ class Labelled:
     demonstration : Demonstration
     segments : tuple of Segment
         Empty where nothing is labelled.
+    apart : bool
+        Whether the actions have their task as a suffix. They were merged before they got it, and
+        no merge map must take it away again.
     """
 
     demonstration: Demonstration
     segments: Segments = ()
+    apart: bool = False
 
     def merged(self, merge: MergeMap | None) -> Labelled:
-        """The same with the actions spelled as a merge map says."""
-        return (
-            self if merge is None else replace(self, segments=merge.apply_segments(self.segments))
-        )
+        """The same with the actions spelled as a merge map says, unless they are kept apart."""
+        if merge is None or self.apart:
+            return self
+        return replace(self, segments=merge.apply_segments(self.segments))
 
 
 @dataclass(frozen=True)

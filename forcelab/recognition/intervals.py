@@ -99,7 +99,7 @@ def look_up(record: Mapping[str, Any], name: str) -> Any:
     """What stands in a JSON of scores under a name such as ``"f1.50"``; None if nothing does."""
     found: Any = record
     for part in name.split("."):
-        if not isinstance(found, Mapping):
+        if not isinstance(found, (dict, Mapping)):  # to ask for a dict alone is much faster
             return None
         found = found.get(part)
     return found

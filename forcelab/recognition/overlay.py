@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sized
+from collections.abc import Callable, Sized
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +38,36 @@ class Overlay:
     predicted_codes: NDArray[np.int64]
     actions: int
 
+    @classmethod
+    def gathered(
+        cls,
+        human: NDArray[np.int64],
+        predicted: NDArray[np.int64],
+        actions: int,
+        gather: Callable[[NDArray[np.int64]], Stretches],
+    ) -> Overlay:
+        """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
+
+        Parameters
+        ----------
+        human, predicted : ndarray of int64, shape (n,)
+            Codes of both tracks at the same places, below `actions`; negative ones are unlabelled.
+        actions : int
+        gather : callable
+            Makes stretches out of such codes.
+        """
+        masked = np.where(human < 0, UNLABELLED, np.maximum(predicted, UNLABELLED))
+        columns = actions + 1  # unlabelled is the first
+        pieces = gather(np.where(human < 0, UNLABELLED, human * columns + masked + 1))
+        return cls(
+            human=gather(human),
+            predicted=gather(masked),
+            pieces=pieces,
+            human_codes=pieces.codes // columns,
+            predicted_codes=pieces.codes % columns - 1,
+            actions=actions,
+        )
+
 
 def overlay(
     human: NDArray[np.int64],
@@ -69,17 +99,8 @@ def overlay(
         raise ValueError(
             f"{len(human)} human and {len(predicted)} predicted codes for {len(times)} times"
         )
-    masked = np.where(human < 0, UNLABELLED, np.maximum(predicted, UNLABELLED))
-    if len(human) and max(human.max(), masked.max()) >= k:
-        raise ValueError(f"a code of {max(human.max(), masked.max())} for {k} actions")
+    highest = max(human.max(initial=-1), predicted[human >= 0].max(initial=-1))
+    if highest >= k:
+        raise ValueError(f"a code of {highest} for {k} actions")
     ends = sample_ends(times)
-    pairs = np.where(human < 0, UNLABELLED, human * (k + 1) + masked + 1)
-    pieces = stretches(pairs, times, ends)
-    return Overlay(
-        human=stretches(human, times, ends),
-        predicted=stretches(masked, times, ends),
-        pieces=pieces,
-        human_codes=pieces.codes // (k + 1),
-        predicted_codes=pieces.codes % (k + 1) - 1,
-        actions=k,
-    )
+    return Overlay.gathered(human, predicted, k, lambda codes: stretches(codes, times, ends))

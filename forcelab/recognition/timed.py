@@ -42,18 +42,11 @@ def timed_overlay(human: Segments, predicted: Segments, actions: Sequence[str]) 
     edges = np.array([time for s in (*human, *predicted) for time in (s.start, s.end)])
     ticks, firsts = np.unique(np.rint(edges * TICKS).astype(np.int64), return_index=True)
     times = edges[firsts]
-    human_codes = _codes(human, number, ticks)
-    codes = np.where(human_codes < 0, UNLABELLED, _codes(predicted, number, ticks))
-    k = len(actions)
-    pairs = np.where(human_codes < 0, UNLABELLED, human_codes * (k + 1) + codes + 1)
-    pieces = _stretches(pairs, ticks, times)
-    return Overlay(
-        human=_stretches(human_codes, ticks, times),
-        predicted=_stretches(codes, ticks, times),
-        pieces=pieces,
-        human_codes=pieces.codes // (k + 1),
-        predicted_codes=pieces.codes % (k + 1) - 1,
-        actions=k,
+    return Overlay.gathered(
+        _codes(human, number, ticks),
+        _codes(predicted, number, ticks),
+        len(actions),
+        lambda codes: _stretches(codes, ticks, times),
     )
 
 

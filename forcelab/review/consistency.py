@@ -98,8 +98,8 @@ def consistency(coded: Sequence[Coded], author: str) -> Consistency:
     odd: list[tuple[float, Place]] = []
     rare: list[Place] = []
     for task in tasks:
-        tracks = {one.id: one.tracks[author] for one in coded if one.task == task
-                  and author in one.tracks}  # fmt: skip
+        theirs = (one for one in coded if one.task == task and author in one.tracks)
+        tracks = {one.id: one.tracks[author] for one in theirs}
         by_action: dict[str, list[tuple[str, Segment]]] = {}
         for id_, segments in tracks.items():
             for segment in segments:

@@ -18,7 +18,16 @@ from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.places import Place
 
-__all__ = ["Difference", "Kind", "compared", "current_tracks", "differences", "spelt", "spelt_back"]
+__all__ = [
+    "Difference",
+    "Kind",
+    "compared",
+    "current_tracks",
+    "differences",
+    "spelt",
+    "spelt_as_coded",
+    "spelt_back",
+]
 
 Kind = Literal["action", "missed", "invented", "boundary"]
 
@@ -86,8 +95,19 @@ def spelt(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
 
 
 def spelt_back(action: str, outcome: Outcome, reviewed: Reviewed) -> str:
-    """What a coder writes for an action that a recogniser has learnt."""
-    return action.removesuffix(f"_{reviewed.task}") if outcome.apart else action
+    """What a coder writes for an action that a recogniser has learnt, perhaps in another task."""
+    if not outcome.apart:
+        return action
+    # A task's name may end with another one's.
+    tasks = (reviewed.task, *sorted(outcome.tasks, key=len, reverse=True))
+    return action.removesuffix(next((f"_{t}" for t in tasks if action.endswith(f"_{t}")), ""))
+
+
+def spelt_as_coded(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> Segments:
+    """Predicted segments of a demonstration with the actions as a coder writes them."""
+    if not outcome.apart:
+        return segments
+    return tuple(replace(s, action=spelt_back(s.action, outcome, reviewed)) for s in segments)
 
 
 def differences(outcome: Outcome, tracks: Mapping[str, Segments]) -> tuple[Difference, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from forcelab.project import Project, StoredVerdict, Verdict
-from forcelab.project.records import VerdictKind
+from forcelab.project.decisions import VerdictKind
 from forcelab.review.differences import Difference, spelt_back
 from forcelab.review.outcome import Outcome
 

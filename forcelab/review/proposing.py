@@ -101,7 +101,7 @@ def calibration(outcome: Outcome) -> Calibration:
         # An action that the recogniser never met is predicted wrong wherever it is.
         actions = dict.fromkeys((*certainty.actions, *(s.action for s in reviewed.human)))
         human = to_codes(reviewed.human, certainty.times, tuple(actions))
-        known = (human != UNLABELLED) & _met(certainty)
+        known = (human != UNLABELLED) & certainty.known
         confidence = _confidence(certainty)[known]
         bins = np.minimum((confidence * BINS).astype(np.int64), BINS - 1)
         hit = certainty.values.argmax(axis=1)[known] == human[known]
@@ -172,7 +172,7 @@ def _rising(values: Real, weights: Real) -> Real:
 def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
     """What labelling one demonstration brings; None where no probability is known."""
     certainty = reviewed.certainty
-    if certainty is None or not (met := _met(certainty)).any():
+    if certainty is None or not (met := certainty.known).any():
         return None
     confidence = _confidence(certainty)
     return Proposal(
@@ -186,11 +186,6 @@ def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
     )
 
 
-def _met(certainty: Certainty) -> NDArray[np.bool_]:
-    """Where anything is known: what lies in a gap is zero throughout."""
-    return np.asarray(certainty.values.any(axis=1))
-
-
 def _confidence(certainty: Certainty) -> Real:
     """Probability of the most probable action over time."""
     return np.asarray(certainty.values.max(axis=1) / np.iinfo(certainty.values.dtype).max)
@@ -198,7 +193,7 @@ def _confidence(certainty: Certainty) -> Real:
 
 def _least_certain(reviewed: Reviewed, certainty: Certainty) -> Place:
     """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it."""
-    doubt = np.where(_met(certainty), 1.0 - _confidence(certainty), 0.0)
+    doubt = np.where(certainty.known, 1.0 - _confidence(certainty), 0.0)
     width = min(round(STRETCH * certainty.rate), len(doubt))
     sums = np.cumsum(np.concatenate([[0.0], doubt]))
     first = int(np.argmax(sums[width:] - sums[:-width]))

@@ -34,9 +34,9 @@ from numpy.typing import NDArray
 from forcelab.labels import Segments
 from forcelab.review.certainty import Certainty
 from forcelab.review.differences import Difference
-from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.outcome import Reviewed
 
-__all__ = ["SUSPECT", "Heard", "heard", "suspect_edges", "suspect_segments", "suspects"]
+__all__ = ["SUSPECT", "Heard", "heard", "suspect_edges", "suspect_segments"]
 
 Real = NDArray[np.float64]
 
@@ -107,14 +107,15 @@ def _shares(segments: Segments, start: float, end: float, actions: Sequence[str]
     return np.array(list(seconds.values())) / (end - start)
 
 
-def suspects(outcome: Outcome, tracks: Mapping[str, Segments]) -> tuple[Difference, ...]:
+def suspect_segments(all_heard: Iterable[Heard], actions: Sequence[str]) -> tuple[Difference, ...]:
     """Every human segment that the model would rather call something else, most suspect first.
 
     Parameters
     ----------
-    outcome : Outcome
-    tracks : mapping of str to tuple of Segment
-        The human's by the demonstration's id, spelt as the outcome's.
+    all_heard : iterable of Heard
+        Of each demonstration.
+    actions : sequence of str
+        The outcome's.
 
     Returns
     -------
@@ -122,20 +123,17 @@ def suspects(outcome: Outcome, tracks: Mapping[str, Segments]) -> tuple[Differen
         Of the whole segment; `suspicion` is as told above, `confidence` the mean probability of
         the other action.
     """
-    return suspect_segments(
-        [heard(d, tracks[d.id], outcome.actions) for d in outcome.tested if tracks.get(d.id)],
-        outcome.actions,
-    )
-
-
-def suspect_segments(all_heard: Iterable[Heard], actions: Sequence[str]) -> tuple[Difference, ...]:
-    """The same, of what was heard of each demonstration."""
     everything = [h for h in all_heard if h.segments]
-    if len(actions) < 2 or not everything:
+    if not everything:
+        return ()
+    said = np.concatenate([h.said for h in everything])
+    # Of an action that it never learnt, as of another task, the model cannot be a witness.
+    learnt = np.flatnonzero(said.any(axis=0))
+    said, actions = said[:, learnt], [actions[code] for code in learnt.tolist()]
+    if len(actions) < 2:
         return ()
     number = {action: code for code, action in enumerate(actions)}
     track = _Track([[number.get(s.action, -1) for s in h.segments] for h in everything])
-    said = np.concatenate([h.said for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
     result = [
         Difference(

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from forcelab.demonstration import Demonstration
+from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.labels import from_codes
-from forcelab.processes import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.corpus import Corpus
 from forcelab.recognition.project_runs import Choice, evaluating, idle, told, unlearnt
@@ -65,7 +65,7 @@ def reviewing(
 ) -> Generator[Step, None, int]:
     """Evaluate, train, and propose labels; kept in the project as one run.
 
-    Made for :func:`forcelab.processes.elsewhere`, so it opens the project by itself.
+    Made for :func:`forcelab.elsewhere.elsewhere`, so it opens the project by itself.
 
     Parameters
     ----------

@@ -46,7 +46,8 @@ class Trace:
 
 def trace(demonstration: Demonstration, start: float, end: float, columns: int = COLUMNS) -> Trace:
     """The forces of ``[start, end)`` seconds, without the frame."""
-    first, last = np.searchsorted(demonstration.times, (start, end))
+    first, last = np.searchsorted(demonstration.times, (start, end)).tolist()
+    first = min(first, len(demonstration.times) - 1)  # the last sample lasts on after its stamp
     values = np.array(demonstration.signals[first : max(last, first + 1)])
     values[~np.isfinite(values)] = np.nan
     firsts = np.unique(np.linspace(0, len(values), columns, endpoint=False).astype(np.int64))

@@ -172,6 +172,8 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     if certainty is None and (proba := judge.probabilities(examples.features)) is not None:
         certainty = Certainty.of(examples.times, proba, recogniser.actions)
     mean, sample = _rows(known, recogniser)
+    # What was tested is scored on its own stamps; a proposal is as the recogniser made it.
+    stamps = examples.times if own is None else held_out.demonstration.times
     return Withheld(
         run=outcome.number,
         how=how,
@@ -181,7 +183,7 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
         hertz=frequencies(settings.scales, examples.rate, settings.mother),
         certainty=certainty,
         kept=reviewed.certainty is not None,
-        same=_same(recogniser, examples, held_out.demonstration, reviewed.predicted),
+        same=_same(recogniser, examples, stamps, reviewed.predicted),
         mean=mean,
         sample=sample,
         training=training,
@@ -219,12 +221,9 @@ def _rows(known: Sequence[Examples], recogniser: Recogniser) -> tuple[Real, Real
     return mean, np.concatenate(sample)
 
 
-def _same(
-    recogniser: Recogniser, examples: Examples, demonstration: Demonstration, before: Segments
-) -> float:
+def _same(recogniser: Recogniser, examples: Examples, stamps: Real, before: Segments) -> float:
     """The share of samples on which the recogniser and the run's prediction agree."""
     prediction = recogniser.predict_examples(examples)
-    stamps = demonstration.times
     actions = tuple(dict.fromkeys((*recogniser.actions, *(s.action for s in before))))
     now = prediction.filtered[examples.nearest(stamps)]
     return float(np.mean(now == to_codes(before, stamps, actions)))

@@ -24,7 +24,8 @@ from forcelab.recognition.settings import CLASSIFIERS, PRESETS
 from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "sync", "evaluate",
+    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "sync", "capture",
+    "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "realism", "doctor",
 ]  # fmt: skip
@@ -299,7 +300,7 @@ def test_every_command_of_the_parser_can_be_run():
         "gui": [],
         "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
         "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"],
-        "agree": ["p"], "sync": ["p", "d"],
+        "agree": ["p"], "sync": ["p", "d"], "capture": ["p"], "replay": ["p", "d"],
         "evaluate": ["p"], "train": ["p", "--out", "o"],
         "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"],
         "export": ["p", "--out", "o"],

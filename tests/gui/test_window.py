@@ -87,6 +87,25 @@ print(json.dumps([loaded, threads, shown]))
     assert not shown
 
 
+def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):
+    """Otherwise no picture of it could be made for minutes."""
+    from forcelab.gui.review.learning import TRAINING
+
+    window, ended = windows(Start(project=study)), []
+
+    def training():
+        while not ended:
+            yield
+
+    window.jobs.run(training(), lambda _: None, key=TRAINING)
+    assert window.jobs.busy == (TRAINING,)
+    assert window.settled
+    window.jobs.run(training(), lambda _: None, key="anything that is to be seen")
+    assert not window.settled
+    ended.append(True)
+    until(lambda: window.settled and not window.jobs.busy)
+
+
 def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     first = windows(Start(project=study))
     first.label.toggles["scalogram"].setChecked(False)

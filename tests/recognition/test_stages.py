@@ -50,4 +50,6 @@ def test_gaps_have_no_certainty(labelled):
     inside = np.abs(made.certainty.times - 2.0) < 0.25
     assert inside.any()
     assert (made.certainty.values[inside] == 0).all()
-    assert (made.certainty.values[~inside].sum(axis=1) > 0).any()
+    outside = np.abs(made.certainty.times - 2.0) > 0.32
+    # Probabilities add up to one, in 255ths that are rounded each.
+    assert np.abs(made.certainty.values[outside].sum(axis=1, dtype=int) - 255).max() <= 2

@@ -164,3 +164,11 @@ def test_tracks_are_spelt_as_they_were_trained():
     assert spelt(track((0, 1, "grab")), apart, one) == track((0, 1, "grab_pen"))
     assert spelt_back("grab_pen", apart, one) == "grab"
     assert math.isclose(spelt(track((0, 1, "x")), apart, one)[0].duration, 1)
+
+
+def test_an_action_of_another_task_is_spelt_as_its_coder_does():
+    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": ()})
+    apart = outcome_of(one, apart=True, tasks=("pen", "foam", "soft foam"))
+    assert spelt_back("grab_soft foam", apart, one) == "grab"
+    assert spelt_back("grab_hard_foam", apart, one) == "grab_hard"
+    assert spelt_back("grab_pen", outcome_of(one, tasks=("pen",)), one) == "grab_pen"

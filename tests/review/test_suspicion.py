@@ -17,7 +17,7 @@ from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.certainty import Certainty
 from forcelab.review.differences import compared
 from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
+from forcelab.review.suspicion import SUSPECT, heard, suspect_edges, suspect_segments
 
 TONGS = Path("/work/shared/data/tongs")
 ORDER = ("still", "grab", "hold", "release", "still")
@@ -62,6 +62,13 @@ def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
     stages = {"raw": sees, "filtered": sees}
     name = f"{number:02d}"
     return Reviewed(name, name, "foam", 0.0, ends[-1], truth, stages, certainty)
+
+
+def suspects(outcome, tracks):
+    """Human segments, the most suspect first."""
+    labelled = [one for one in outcome.tested if tracks.get(one.id)]
+    all_heard = [heard(one, tracks[one.id], outcome.actions) for one in labelled]
+    return suspect_segments(all_heard, outcome.actions)
 
 
 def relabelled(segments, index, action):
@@ -128,6 +135,18 @@ def test_actions_that_the_outcome_does_not_know_are_passed_over():
     found = suspects(outcome_of(tested), tracks)
     assert all(d.human != "polish" for d in found)
     assert suspects(outcome_of(tested), {}) == ()
+
+
+def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
+    # Trained on a task without "release", which looks like "grab" to it, but not every time.
+    learnt = ("still", "grab", "hold")
+    seen = [{"release": "grab" if i else "hold"} for i in range(6)]
+    tested = [recording(i, actions=learnt, seen=one) for i, one in enumerate(seen)]
+    tracks = {one.id: one.human for one in tested}
+    tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
+    found = suspects(outcome_of(tested), tracks)
+    assert all("release" not in (d.human, d.predicted) for d in found)
+    assert (found[0].demonstration, found[0].human, found[0].predicted) == ("03", "grab", "hold")
 
 
 def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():

@@ -11,10 +11,10 @@ from synthetic import synthetic_set
 from trained_project import CHOICE, FAST, make
 
 from forcelab.cli import main
+from forcelab.elsewhere import elsewhere
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
-from forcelab.processes import elsewhere
 from forcelab.project import Project
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
@@ -210,6 +210,14 @@ def test_too_few_actions_are_refused_in_a_sentence_that_says_what_can_be_done(
         with pytest.raises(InputError, match=sentence):
             finish(reviewing(path, FAST, CHOICE, "foam"))
         assert project.run_summaries() == ()
+
+
+def test_a_recogniser_without_a_name_leaves_no_run_either(tmp_path):
+    path = make(tmp_path / "p.forcelab", labelled=2, bare=0)
+    with pytest.raises(InputError, match="needs a name"):
+        finish(reviewing(path, FAST, CHOICE, " "))
+    with Project.open(path) as project:
+        assert (project.run_summaries(), project.recognisers()) == ((), ())
 
 
 def test_an_action_of_a_single_demonstration_is_remarked(tmp_path):

@@ -11,6 +11,7 @@ import pytest
 from explained import FAST, made
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from trained_project import make
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -19,10 +20,12 @@ from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.influence import Network, Voter, judge_of, log_odds
+from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.review.certainty import Certainty
-from forcelab.review.outcome import Reviewed
+from forcelab.review.outcome import Reviewed, load
 from forcelab.review.places import Place
+from forcelab.review.training import reviewing
 from forcelab.review.why import explaining
 from forcelab.review.why_influence import influence
 from forcelab.review.why_places import action_over, place_at, place_of
@@ -287,6 +290,17 @@ def test_of_an_unlabelled_demonstration_all_others_are_trained_on(tmp_path):
     assert withheld.how == "final"
     places = {place.demonstration for place in withheld.training.places}
     assert places == {one.id for one in rest.tested}
+
+
+def test_the_final_recogniser_labels_a_proposal_as_the_run_did_on_any_grid(tmp_path):
+    path = make(tmp_path / "foam.forcelab", labelled=2)
+    number = finish(reviewing(path, BAYES.replace(rate=37.0), Choice(("foam",)), "foam"))
+    with Project.open(path) as project:
+        outcome = load(project, number)
+    for one in (*outcome.tested, *outcome.proposals):
+        withheld = finish(withholding(path, outcome, one.id))
+        assert withheld.same == 1.0
+        assert withheld.how == ("left out" if one in outcome.tested else "final")
 
 
 def test_it_can_be_stopped_between_any_two_epochs(mlp):

@@ -32,6 +32,12 @@ def test_a_short_stretch_has_a_column_for_each_sample(demonstration):
     assert np.array_equal(found.low, found.high)
 
 
+def test_a_stretch_after_the_last_stamp_has_the_last_sample(demonstration):
+    end = demonstration.end
+    found = trace(demonstration, demonstration.times[-1] + 1e-3, end)
+    assert np.array_equal(found.low, demonstration.signals[-1:])
+
+
 def test_what_is_missing_is_passed_over():
     signals = np.ones((100, 1))
     signals[:50], signals[70] = np.nan, np.inf

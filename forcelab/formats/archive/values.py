@@ -18,12 +18,8 @@ from forcelab.project import (
     StoredVerdict,
     Verdict,
 )
-from forcelab.project.records import (
-    ASSIGNMENT_KINDS,
-    EDIT_KINDS,
-    VERDICT_KINDS,
-    segments_to_json,
-)
+from forcelab.project.decisions import ASSIGNMENT_KINDS, VERDICT_KINDS
+from forcelab.project.records import EDIT_KINDS, segments_to_json
 
 __all__ = [
     "VERDICTS",

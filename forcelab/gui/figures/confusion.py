@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
 from forcelab.gui.figures.cell_texts import counts_alone, shares_first
-from forcelab.gui.figures.shades import STOPS, shade
+from forcelab.gui.figures.shades import STOPS, shades
 
 __all__ = ["ConfusionMatrix", "Words"]
 
@@ -225,10 +225,10 @@ class ConfusionMatrix(Figure):
         """A count as text: seconds to a tenth, whole numbers whole."""
         return f"{count:,.1f}" if self.unit == "s" else f"{count:,}"
 
-    def _shade(self, share: float) -> QColor:
-        """The colour of a share, from the ground's lightness away from it."""
+    def _shades(self, shares: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """The colours of shares, shape (..., 3), from the ground's lightness away from it."""
         dark = QColor(self.theme.background).lightnessF() < 0.5
-        return shade(1.0 - share if dark else share)
+        return shades(1.0 - shares if dark else shares)
 
     @property
     def _totals_right(self) -> float:
@@ -285,18 +285,19 @@ class ConfusionMatrix(Figure):
             known = np.where(self._wholes > 0, shares, np.nan)
             texts = shares_first(counts, known, self._cell)
         up = 0.0 if texts.below is None else 8.0
+        first, second = text.Writer(painter, texts.face), text.Writer(painter, texts.below_face)
+        grounds = self._shades(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):
             row, column = divmod(number, len(self.actions) + 1)
-            box, colour = self.box(row, column), self._shade(float(shares[row, column]))
+            box, colour = self.box(row, column), QColor(*grounds[number])
             painter.fillRect(box, colour)
             if not self.headed and texts.below is None and not self.counts[row, column]:
                 continue  # many small zeros on screen only stand in the way
             ink = text.ink_on(colour) if self.counts[row, column] else QColor(self.theme.frame)
             x, y = box.center().x(), box.center().y()
-            text.put(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
+            first.put_centred(x, y - up, label, ink)
             if texts.below is not None:
-                below = texts.below[number]
-                text.put(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
+                second.put_centred(x, y + 9, texts.below[number], ink)
 
     def _paint_bar(self, painter: QPainter) -> None:
         """Draw the scale of colours."""
@@ -304,9 +305,9 @@ class ConfusionMatrix(Figure):
         high = min(BAR_HEIGHT, matrix.height())
         box = QRectF(self._bar_left, matrix.top(), BAR_WIDTH, high)
         gradient = QLinearGradient(box.bottomLeft(), box.topLeft())
-        for i in range(len(STOPS)):
-            share = i / (len(STOPS) - 1)
-            gradient.setColorAt(share, self._shade(share))
+        stops = np.linspace(0.0, 1.0, len(STOPS))
+        for share, ground in zip(stops.tolist(), self._shades(stops).tolist(), strict=True):
+            gradient.setColorAt(share, QColor(*ground))
         painter.fillRect(box, gradient)
         largest = float(self.counts.max())
         for share in (0.0, 0.5, 1.0):

@@ -24,6 +24,7 @@ from PySide6.QtGui import (
 from forcelab.errors import InputError
 
 __all__ = [
+    "Writer",
     "contrast",
     "elided",
     "font",
@@ -156,6 +157,30 @@ def put(
     painter.drawText(QPointF(left, y + metrics.capHeight() / 2), line)
 
 
+class Writer:
+    """Writes many short lines in one face, which :func:`put` would measure anew each time.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to draw.
+    face : QFont
+        As of :func:`font`.
+    """
+
+    def __init__(self, painter: QPainter, face: QFont) -> None:
+        self._painter, self._face = painter, face
+        metrics = QFontMetricsF(face)
+        self._down = metrics.capHeight() / 2
+        self._width = cache(metrics.horizontalAdvance)
+
+    def put_centred(self, x: float, y: float, line: str, ink: QColor) -> None:
+        """Draw a line with its middle at `x` and that of its capital letters at `y`."""
+        self._painter.setFont(self._face)
+        self._painter.setPen(ink)
+        self._painter.drawText(QPointF(x - self._width(line) / 2, y + self._down), line)
+
+
 def put_upwards(
     painter: QPainter,
     x: float,
@@ -176,8 +201,8 @@ def put_upwards(
 
 def ink_on(ground: QColor) -> QColor:
     """Black or white, whichever has the higher contrast on `ground` (WCAG 2.2, section 1.4.3)."""
-    on_white = contrast(QColor("white"), ground)
-    return QColor("white" if on_white > contrast(QColor("black"), ground) else "black")
+    lightness = _luminance(ground) + 0.05  # see contrast; asked for each cell of large matrices
+    return QColor("white" if 1.05 / lightness > lightness / 0.05 else "black")
 
 
 def contrast(one: QColor, other: QColor) -> float:

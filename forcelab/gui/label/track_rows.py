@@ -198,7 +198,8 @@ class TrackRows(TimePanel):
     def _paint_kept(self, painter: QPainter, row: Row) -> None:
         """Draw a row that changes seldom, from a picture as long as it is the same."""
         document, ratio = self.document, self.devicePixelRatioF()
-        now = (row, document.start, document.end, document.vocabulary, colours(), ratio)
+        seen = (document.start, document.end, self.size(), ratio)
+        now = (row, seen, document.vocabulary, colours())
         kept = self._kept.get(row.author)
         if kept is None or kept[0] != now:
             picture = QPixmap(self.size() * ratio)

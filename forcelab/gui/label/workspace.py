@@ -91,6 +91,7 @@ class LabelWorkspace(QMainWindow):
         self._add_dock("history", self.tr("History"), self.history)
         self._arrange()
         self._standard = self.saveState(LAYOUT)
+        self._before_lending = self._standard
         self._shared_out = False
         document.demonstration_changed.connect(self._demonstration_changed)
         self._demonstration_changed()
@@ -109,14 +110,20 @@ class LabelWorkspace(QMainWindow):
 
     def lend(self) -> tuple[QWidget, QWidget]:
         """Give timeline and video to another workspace, until they are taken back."""
+        if self.centralWidget() is self._stack:
+            # The lists spread over the room that is left.
+            self._before_lending = self.saveState(LAYOUT)
+            self.takeCentralWidget()
         return self._stack, self.video
 
     def take_back(self) -> None:
         """Have timeline and video again."""
-        if self.centralWidget() is None:
+        if self.centralWidget() is not self._stack:
             self.setCentralWidget(self._stack)
+            self._stack.show()
             self._docks["video"].setWidget(self.video)
             self.video.show()
+            self.restoreState(self._before_lending, LAYOUT)
             self._show_docks()
 
     # Layout

@@ -204,9 +204,10 @@ class TrainBar(QWidget):
         name = self.tr("Settings…")
         if self.learning.task:
             preset, changed = self.learning.called
-            name = (self.tr("{0}, changed…") if changed else self.tr("{0}…")).format(preset)
+            told = self.tr("Settings: {0}, changed…") if changed else self.tr("Settings: {0}…")
+            name = told.format(preset)
         self.settings.setText(name)
-        self.settings.setAccessibleName(self.tr("Settings: {0}").format(name))
+        self.settings.setAccessibleName(name)
         self.settings.setEnabled(bool(self.learning.task))
 
     def _show_progress(self) -> None:
@@ -341,6 +342,7 @@ class TrainBar(QWidget):
         number = self.runs.itemData(index)
         if number is not None:
             self.learning.show_run(int(number))
+        self._outcome_changed()  # until it is there, and where it cannot be read
 
 
 def _wide(widget: QWidget) -> int:

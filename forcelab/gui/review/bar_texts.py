@@ -58,7 +58,8 @@ def progress_text(step: Step, *, short: bool = False) -> str:
     parts = [phases[step.phase]]
     if step.epoch is not None and not short:
         parts.append(translate("forcelab", "epoch {0}").format(step.epoch))
-    if step.seconds_left is not None:
+    # A fit that takes longer than those before it is not "0 s" from its end.
+    if step.seconds_left is not None and step.seconds_left >= 0.5:
         parts.append(translate("forcelab", "{0} left").format(_span(step.seconds_left)))
     return " · ".join(parts)
 

@@ -24,6 +24,7 @@ from forcelab.gui.review.coders_alone import AloneView
 from forcelab.gui.review.coders_matrix import CoderMatrix, word
 from forcelab.gui.review.coders_pair import PairDetails, sentence
 from forcelab.gui.review.consensus_bar import ConsensusBar
+from forcelab.gui.review.seen import blind_to
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 
@@ -89,7 +90,7 @@ class CodersView(QWidget):
         self._soon.setInterval(PAUSE)
         self._soon.timeout.connect(self.refresh)
         document.project_changed.connect(self._project_changed)
-        document.author_changed.connect(self._again)
+        document.author_changed.connect(self._author_changed)
         document.listing_changed.connect(self._listing_changed)
         document.tracks_changed.connect(self._tracks_changed)
         self._show()
@@ -98,6 +99,7 @@ class CodersView(QWidget):
         """Compare them: any demonstration may have been edited meanwhile."""
         super().showEvent(event)
         self._stale = True
+        self._forget_blind()
         self.refresh()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -146,6 +148,17 @@ class CodersView(QWidget):
         self._show()
         self._again()
 
+    def _author_changed(self) -> None:
+        """Compare for somebody else, who may not be to see what is shown."""
+        self._forget_blind()
+        self._again()
+
+    def _forget_blind(self) -> None:
+        """Show at once nothing of what whoever looks codes blind from now on."""
+        if self.found is not None and blind_to(self.document) & {d.id for d in self.found.coded}:
+            self.found = None
+            self._show()
+
     def _again(self) -> None:
         """Compare again, a moment after the last edit."""
         self._stale = True
@@ -168,6 +181,7 @@ class CodersView(QWidget):
     def _listing_changed(self) -> None:
         """Compare again if demonstrations, their labels or assignments are others now."""
         if self.isVisible() and self._listing() != self._listed:
+            self._forget_blind()
             self._again()
 
     def _listing(self) -> object:

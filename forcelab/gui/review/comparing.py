@@ -30,6 +30,7 @@ from forcelab.gui.review.comparing_table import (
 from forcelab.gui.review.confusion_switches import choice
 from forcelab.gui.review.metric_words import Metric, events, rates
 from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
+from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
 from forcelab.gui.theme import themes
 from forcelab.review.comparing import Comparison, comparing
@@ -226,10 +227,8 @@ class ComparingDialog(QDialog):
 
     def _seen(self) -> frozenset[str]:
         """The demonstrations that the coder may see predictions of."""
-        comparison, project, author = self.comparison, self.document.project, self.document.author
-        if comparison is None or project is None:
-            return frozenset()
-        return frozenset(id_ for id_ in comparison.shared if not project.is_blind(id_, author))
+        shared = () if self.comparison is None else self.comparison.shared
+        return frozenset(shared) - blind_to(self.document)
 
     def _open(self, index: QModelIndex) -> None:
         """Open the demonstration of a row."""

@@ -188,6 +188,7 @@ class ConfusionView(QWidget):
         try:
             outcome = seen_of(self.document)
         except ForcelabError as error:
+            self._outcome = None  # to be counted as soon as it can be read
             self._show_empty(str(error))
             return
         if outcome is None or not outcome.tested:
@@ -197,6 +198,8 @@ class ConfusionView(QWidget):
             return
         wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
         if self._outcome is not self.document.outcome or self._wanted != wanted:
+            if self._wanted[0] != wanted[0]:  # perhaps because some may not be seen any more
+                self.canvas.show_figure(None)
             self._outcome, self._wanted = self.document.outcome, wanted
             self.cells = None
             self.list.clear()
@@ -257,9 +260,9 @@ class ConfusionView(QWidget):
         )
         title = "" if outcome is None else outcome.title
         stage = self.switches.stage
-        words = Words(
-            self.tr("human"), self.tr("predicted"), self.tr("unlabelled"), self.tr("total")
-        )
+        # In the cells are shares: only the totals have a unit.
+        total = self.tr("total (s)") if unit == "time" else self.tr("total")
+        words = Words(self.tr("human"), self.tr("predicted"), self.tr("unlabelled"), total)
         return ConfusionMatrix(
             f"{title}, after the filters" if stage == "filtered" else f"{title}, raw predictions",
             self.cells.actions,

@@ -8,22 +8,15 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QMenu,
-    QPushButton,
-    QSpinBox,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.review.coders_pair import sentence
 from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
+from forcelab.gui.review.consensus_buttons import ConsensusButtons
 from forcelab.gui.review.consensus_choice import ConsensusChoice
-from forcelab.gui.review.consensus_keys import CTRL, SHIFT, KeyedButtons
+from forcelab.gui.review.seen import blind_to
 
 if TYPE_CHECKING:
     from forcelab.project import Edit
@@ -31,9 +24,6 @@ if TYPE_CHECKING:
     from forcelab.review.consensus import Consensus, Difference
 
 __all__ = ["ConsensusBar"]
-
-#: How many letters of "Take NAME" are shown at most.
-LONGEST = 20
 
 
 class ConsensusBar(QWidget):
@@ -53,76 +43,39 @@ class ConsensusBar(QWidget):
         self.consensus: Consensus | None = None
         self.current: Difference | None = None
         self._names: Mapping[str, str] = {}
-        self._keys = KeyedButtons()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(self.tr("Consensus"))
         self.state, self.now = sentence(), sentence(muted=True)
         self.places = PlaceTable(self.tr("Differences, in order of time"))
-        self.places.wanted.connect(self._row_wanted)
-        self._make_verbs()
-        self.choice = ConsensusChoice(self.begin)
-        self.choice.changed.connect(self._read)
+        self.buttons = ConsensusButtons()
+        self.choice = ConsensusChoice(self.buttons.begin)
         self._lay_out()
-        document.tracks_changed.connect(self._track_changed)
-
-    # Building
-
-    def _make_verbs(self) -> None:
-        """Make the buttons."""
-        verb, key = self._keys.add, Qt.Key
-        self.begin = verb(self.tr("Take what both say"), key.Key_B, self._begin)
-        self.take_a = verb("", key.Key_1, lambda: self._decide(lambda c, d: c.take(d, "a")))
-        self.take_b = verb("", key.Key_2, lambda: self._decide(lambda c, d: c.take(d, "b")))
-        self.mean = verb(
-            self.tr("Mean of both edges"),
-            key.Key_M,
-            lambda: self._decide(lambda c, d: c.mean(d)),
-        )
-        self.leave = verb(
-            self.tr("Unlabelled"), key.Key_U, lambda: self._decide(lambda c, d: c.leave(d))
-        )
-        self.other = verb(self.tr("Another action…"), key.Key_O, self._offer_actions)
-        self.next = verb(self.tr("Next"), key.Key_N, lambda: self.step(1))
-        self.previous = verb(self.tr("Previous"), key.Key_N, lambda: self.step(-1), SHIFT)
-        self.undo = verb(self.tr("Undo"), key.Key_Z, lambda: self._go_back(_undo), CTRL)
-        self.redo = verb(self.tr("Redo"), key.Key_Y, lambda: self._go_back(_redo), CTRL)
-        self.mean_all = QPushButton(self.tr("Edges up to this far apart: mean"))
-        self.mean_all.setMinimumWidth(40)
-        self.mean_all.clicked.connect(lambda _=False: self._mean_all())
-        self.tolerance = QSpinBox()
-        self.tolerance.setRange(1, 500)
-        self.tolerance.setValue(100)
-        self.tolerance.setSuffix(" ms")
-        self.tolerance.setAccessibleName(self.tr("How far apart edges may be"))
+        self._connect()
 
     def _lay_out(self) -> None:
         """Put choices above, decisions below them, the list at the bottom."""
-        decisions = QGridLayout()
-        decisions.addWidget(self.take_a, 0, 0)
-        decisions.addWidget(self.take_b, 0, 1)
-        decisions.addWidget(self.mean, 1, 0)
-        decisions.addWidget(self.leave, 1, 1)
-        decisions.addWidget(self.other, 2, 0, 1, 2)
-        decisions.addWidget(self.previous, 3, 0)
-        decisions.addWidget(self.next, 3, 1)
-        decisions.addWidget(self.undo, 4, 0)
-        decisions.addWidget(self.redo, 4, 1)
-        for half in (0, 1):
-            decisions.setColumnStretch(half, 1)
-        together = QHBoxLayout()
-        together.addWidget(self.mean_all, 1)
-        together.addWidget(self.tolerance)
         self.places.hideColumn(0)  # it is the same one throughout
-        decisions.setSpacing(4)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.setSpacing(6)
-        column.addWidget(self.choice)
-        column.addWidget(self.state)
-        column.addWidget(self.now)
-        column.addLayout(decisions)
-        column.addLayout(together)
+        for widget in (self.choice, self.state, self.now, self.buttons):
+            column.addWidget(widget)
         column.addWidget(self.places, 1)
+
+    def _connect(self) -> None:
+        """Listen to what is pressed, and to the document."""
+        buttons, document = self.buttons, self.document
+        self.places.wanted.connect(self._row_wanted)
+        self.choice.changed.connect(self._read)
+        buttons.begun.connect(self._begin)
+        buttons.decided.connect(self._decide)
+        buttons.taken_back.connect(self._go_back)
+        buttons.all_meant.connect(self._mean_all)
+        buttons.stepped.connect(self.step)
+        buttons.other_asked.connect(self._offer_actions)
+        document.tracks_changed.connect(self._track_changed)
+        document.author_changed.connect(self._viewer_changed)
+        document.listing_changed.connect(self._viewer_changed)
 
     # What is shown
 
@@ -147,7 +100,7 @@ class ConsensusBar(QWidget):
             return
         project, id_ = self.document.project, self.choice.id
         self.consensus = None
-        if project is not None and id_ and not project.is_blind(id_, self.document.author):
+        if project is not None and id_ and id_ not in blind_to(self.document):
             from forcelab.review.consensus import Consensus
 
             try:
@@ -155,6 +108,12 @@ class ConsensusBar(QWidget):
             except ForcelabError as error:
                 self.document.say(str(error), True)
         self._show()
+
+    def _viewer_changed(self) -> None:
+        """Show nothing of what whoever looks codes blind; read what became free to be seen."""
+        hidden = self.choice.id in blind_to(self.document)
+        if hidden == (self.consensus is not None):
+            self._read()
 
     def _track_changed(self) -> None:
         """Follow an edit of one of the three tracks that was made elsewhere."""
@@ -179,24 +138,10 @@ class ConsensusBar(QWidget):
         waiting = () if consensus is None else consensus.undecided
         if self.current not in every:
             self.current = waiting[0] if waiting else None
-        for button, coder in zip((self.take_a, self.take_b), self.choice.coders, strict=True):
-            whole = self.tr("Take {0}").format(coder)
-            room = LONGEST * self.fontMetrics().averageCharWidth()
-            cut = self.fontMetrics().elidedText(whole, Qt.TextElideMode.ElideMiddle, room)
-            self._keys.name(button, cut, whole)
+        self.buttons.name_coders(self.choice.coders)
+        self.buttons.offer(consensus, self.current)
         self.state.setText(self._state(len(every), len(waiting)))
         self.now.setText(self._now())
-        begun = consensus is not None and consensus.begun
-        chosen = begun and self.current is not None
-        for button in (self.take_a, self.take_b, self.leave, self.other):
-            button.setEnabled(chosen)
-        self.mean.setEnabled(chosen and self.current is not None and self.current.edge)
-        self.mean_all.setEnabled(begun and any(d.edge for d in waiting))
-        for button in (self.next, self.previous):
-            button.setEnabled(bool(every))
-        self.begin.setEnabled(consensus is not None)
-        for button in (self.undo, self.redo):
-            button.setEnabled(consensus is not None)
         open_ones = set(waiting)
         rows = [
             PlaceRow(
@@ -284,9 +229,8 @@ class ConsensusBar(QWidget):
             else:
                 self.document.say(self.tr("Every difference is decided."))
 
-    def _mean_all(self) -> None:
-        """Set all close edges to their means."""
-        tolerance = self.tolerance.value() / 1000
+    def _mean_all(self, tolerance: float) -> None:
+        """Set all edges that are up to so many seconds apart to their means."""
         self._carry_out(lambda consensus: consensus.mean_all(tolerance))
 
     def _carry_out(self, verb: Callable[[Consensus], Edit | None]) -> bool:
@@ -311,8 +255,8 @@ class ConsensusBar(QWidget):
 
     def _offer_actions(self) -> None:
         """Let any action of the task be chosen."""
-        menu = self.action_menu()
-        menu.exec(self.other.mapToGlobal(self.other.rect().bottomLeft()))
+        menu, other = self.action_menu(), self.buttons.other
+        menu.exec(other.mapToGlobal(other.rect().bottomLeft()))
         menu.deleteLater()
 
     def action_menu(self) -> QMenu:
@@ -352,15 +296,4 @@ class ConsensusBar(QWidget):
 
     def _does(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does; text that is being typed does nothing."""
-        typing = self.choice.author.hasFocus() or self.tolerance.hasFocus()
-        return None if typing else self._keys.does(event)
-
-
-def _undo(consensus: Consensus) -> Edit | None:
-    """Take back the latest decision."""
-    return consensus.undo()
-
-
-def _redo(consensus: Consensus) -> Edit | None:
-    """Take back the latest undo."""
-    return consensus.redo()
+        return None if self.choice.author.hasFocus() else self.buttons.does(event)

@@ -13,6 +13,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import remembered
 from forcelab.gui.review.edit_count import EditCount
 from forcelab.gui.review.training_jobs import BACKGROUND, Given, Kept, Work
+from forcelab.gui.review.whose import whose_labels
 
 if TYPE_CHECKING:
     from forcelab.recognition.project_runs import Choice
@@ -47,8 +48,6 @@ class Learning(QObject):
     ----------
     task : str
         Whose settings and choice count; ``""`` where there is none.
-    training : bool
-        Whether a training is under way.
     step : Step or None
         How far it is.
     trail : list of Step
@@ -92,7 +91,7 @@ class Learning(QObject):
     def _forget(self) -> None:
         """Begin with nothing."""
         self.task = ""
-        self.training = False
+        self.document.set_training(False)
         self.step: Step | None = None
         self.trail: list[Step] = []
         self.trouble = ""
@@ -102,6 +101,11 @@ class Learning(QObject):
         self._choice: Choice | None = None
 
     # What is asked for
+
+    @property
+    def training(self) -> bool:
+        """Whether a training is under way."""
+        return self.document.training
 
     @property
     def edits(self) -> int | None:
@@ -196,7 +200,8 @@ class Learning(QObject):
         if self._path is None or not self.task:
             self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
             return False
-        self.training, self.step, self.trail, self.trouble = True, None, [], ""
+        self.step, self.trail, self.trouble = None, [], ""
+        self.document.set_training(True)
         name = " + ".join(self.chosen[0])
         self.jobs.run(
             self._work.train(self._path, self._given(), name, self.trail),
@@ -215,7 +220,8 @@ class Learning(QObject):
         if not self.training:
             return
         self.jobs.cancel(TRAINING)
-        self.training, self.step = False, None
+        self.step = None
+        self.document.set_training(False)
         self.changed.emit()
 
     def show_run(self, number: int) -> None:
@@ -239,8 +245,9 @@ class Learning(QObject):
         if choice is not None:
             parts = choice.tasks, choice.test_task, choice.author, choice.apart
         tasks, test, author, apart = parts
-        if author is None and self._has_labels({*tasks, test}):
-            author = self.document.author  # his own come first, where there are some
+        if author is None:
+            author = whose_labels(self.document, {*tasks, test})
+            self._say_whose(author)
 
         def given() -> tuple[Settings, Choice]:
             from forcelab.recognition.project_runs import Choice
@@ -250,13 +257,12 @@ class Learning(QObject):
 
         return given
 
-    def _has_labels(self, tasks: set[str | None]) -> bool:
-        """Whether the coder of the window has labelled anything of some tasks."""
-        document = self.document
-        demonstration = document.demonstration
-        if demonstration is not None and demonstration.task in tasks and document.segments:
-            return True
-        return any(i.task in tasks and document.author in i.labelled for i in document.infos)
+    def _say_whose(self, author: str | None) -> None:
+        """Say that the labels of somebody else are taken."""
+        own = self.document.author
+        if author is not None and author != own:
+            told = self.tr("{0} has labelled nothing of this; training on the labels of {1}.")
+            self.document.say(told.format(own, author))
 
     def _progressed(self, step: object) -> None:
         """Take note of how far the training is."""
@@ -267,7 +273,8 @@ class Learning(QObject):
 
     def _trained(self, outcome: Outcome) -> None:
         """Put the new outcome in place of the old one."""
-        self.training, self.step = False, None
+        self.step = None
+        self.document.set_training(False)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING)
             self.document.set_outcome(outcome)
@@ -285,7 +292,8 @@ class Learning(QObject):
 
     def _failed(self, error: Exception) -> None:
         """Say why it did not come about."""
-        self.training, self.step = False, None
+        self.step = None
+        self.document.set_training(False)
         known = isinstance(error, ForcelabError)
         self._refuse(str(error) if known else self.tr("The training failed; the log says more."))
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QResizeEvent, QShowEvent
+from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QFileDialog, QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.errors import InputError
@@ -15,10 +15,11 @@ from forcelab.gui.figures.legend import looks_in_order
 from forcelab.gui.figures.timelines import TimelinePairs
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.colouring import vocabulary_of
 from forcelab.gui.review.pairs_area import PairsArea
 from forcelab.gui.review.pairs_export import figure_of, saving
 from forcelab.gui.review.pairs_hits import Hit, place_of
-from forcelab.gui.review.pairs_reading import CurrentTracks, blind_to, other_coders
+from forcelab.gui.review.pairs_reading import CurrentTracks, other_coders
 from forcelab.gui.review.pairs_rows import (
     Entry,
     arranged,
@@ -26,8 +27,10 @@ from forcelab.gui.review.pairs_rows import (
     entry_of,
 )
 from forcelab.gui.review.pairs_tools import AxisStrip, LegendStrip, PairsTools
+from forcelab.gui.review.pairs_words import Looks, actions_of, missing
+from forcelab.gui.review.seen import blind_to
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.theme import colours
+from forcelab.review.outcome import Outcome
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["PairsView"]
@@ -57,6 +60,8 @@ class PairsView(QWidget):
         self._hidden: frozenset[str] = frozenset()
         self._vocabulary = Vocabulary()
         self._looks: Mapping[str, Look] = {}
+        # The actions of an outcome: to list them takes a while, and edits add but few.
+        self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
         self.setAccessibleName(self.tr("Timeline pairs"))
         self.tools = PairsTools()
         self.legend = LegendStrip()
@@ -152,6 +157,7 @@ class PairsView(QWidget):
         """Listen to the document, and to what is pressed."""
         document = self.document
         document.outcome_changed.connect(self._start_anew)
+        document.training_changed.connect(self._say_what_is_missing)
         document.tracks_changed.connect(self._read_open)
         document.vocabulary_changed.connect(self._recolour)
         document.listing_changed.connect(self._check_blind)
@@ -165,8 +171,10 @@ class PairsView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Show what has changed while nobody saw it."""
         super().showEvent(event)
-        if self._stale:
+        if self._stale or blind_to(self.document) != self._hidden:
             self._build()
+        else:
+            self._recolour()
         self._read_all()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -207,7 +215,7 @@ class PairsView(QWidget):
 
     def _show(self) -> None:
         """Show the rows in order."""
-        self._looks = _Looks(looks_in_order(self._actions(), self._vocabulary))
+        self._looks = Looks(looks_in_order(self._actions(), self._vocabulary))
         looks, tools = self._looks, self.tools
         rows = arranged(self._entries, tools.chosen_order, tools.search.text())
         self.legend.show_looks(looks)
@@ -227,37 +235,36 @@ class PairsView(QWidget):
         through.
         """
         outcome = self.document.outcome
-        known = () if outcome is None else outcome.actions
-        tracks = [track for entry in self._entries for track in entry.whole_tracks]
-        return tuple(dict.fromkeys((*known, *(s.action for track in tracks for s in track))))
+        if outcome is not self._listed[0]:
+            self._listed = outcome, () if outcome is None else actions_of(outcome)
+        tracks = [
+            track
+            for entry in self._entries
+            for track in entry.whole_tracks
+            if track is not entry.reviewed.human and track is not entry.reviewed.predicted
+        ]
+        return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
 
     def _take_vocabulary(self) -> bool:
-        """Take the colours of the outcome's first task; gives whether they are other ones."""
+        """Take the colours of the outcome's tasks; gives whether they are other ones."""
         outcome, project = self.document.outcome, self.document.project
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        stored = project.vocabulary(outcome.tasks[0]) if outcome.tasks else Vocabulary()
-        self._vocabulary = stored.with_actions(*self._actions())
+        self._vocabulary = vocabulary_of(project, outcome).with_actions(*self._actions())
         return self._vocabulary != before
 
     def _say_what_is_missing(self, shown: int | None = None) -> None:
         """Say why there is nothing to see, or not all."""
         outcome = self.document.outcome
         shown = len(self.area.entries) if shown is None else shown
-        words = ""
-        if outcome is None:
-            bound = keys().shown("train")
-            name = f" ({bound})" if bound else ""
-            words = self.tr(
-                "Train a recogniser{key} and human and predicted timelines stand here in pairs."
-            ).format(key=name)
-        elif not self._entries and self._hidden:
-            words = self.tr("All demonstrations of this run are hidden while you code them blind.")
-        elif not self._entries:
-            words = self.tr("This run tested no demonstration; label a second one and train again.")
-        elif not shown:
-            words = self.tr("No demonstration fits the filter.")
+        words = missing(
+            outcome,
+            training=self.document.training,
+            entries=bool(self._entries),
+            hidden=bool(self._hidden),
+            shown=bool(shown),
+        )
         self._empty.setText(words)
         self._stack.setCurrentIndex(1 if words else 0)
         self.tools.setHidden(not self._entries)
@@ -318,11 +325,3 @@ class PairsView(QWidget):
         ):
             self._build()
             self._read_all()
-
-
-class _Looks(dict[str, Look]):
-    """Looks of actions; grey where an action is not known."""
-
-    def __missing__(self, action: str) -> Look:
-        """A look that is nobody's."""
-        return Look(0, QColor(colours().muted))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
-from PySide6.QtGui import QHelpEvent, QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QToolTip
+from collections.abc import Mapping
 
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
+from PySide6.QtGui import QHelpEvent, QKeyEvent, QMouseEvent, QResizeEvent
+from PySide6.QtWidgets import QToolTip, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.figures.tracks import Look
 from forcelab.gui.review.pairs_canvas import PairsCanvas
 from forcelab.gui.review.pairs_hits import Hit, hit, told
+from forcelab.gui.review.pairs_rows import Entry
 
 __all__ = ["PairsArea"]
 
@@ -36,6 +41,37 @@ class PairsArea(PairsCanvas):
     """
 
     chosen = Signal(object, object)
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(document, parent)
+        document.demonstration_changed.connect(self.follow)
+        document.examined_changed.connect(self.follow)
+
+    def follow(self) -> None:
+        """Have the open demonstration in view, whoever opened it."""
+        row = next((i for i, e in enumerate(self.entries) if e.id == self.document.id), None)
+        if row is None:
+            return
+        if row != self.row:
+            self.row, self.mark = row, None
+            self._describe()
+        self.reveal(row)
+        self.viewport().update()
+
+    def show_entries(
+        self, entries: list[Entry], looks: Mapping[str, Look], stretched: bool
+    ) -> None:
+        """Show these rows; where they are other ones, with the open demonstration in view."""
+        before = [entry.id for entry in self.entries]
+        super().show_entries(entries, looks, stretched)
+        if [entry.id for entry in entries] != before:
+            self.follow()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Lay out anew; the row with the focus stays in view."""
+        super().resizeEvent(event)
+        if self.row >= 0:
+            self.reveal(self.row)
 
     def hit_at(self, point: QPointF) -> Hit | None:
         """What is at a point of the viewport."""

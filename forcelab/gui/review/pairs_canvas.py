@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from time import perf_counter
 
-from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, Qt, QTimer
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleEvent,
@@ -70,8 +70,9 @@ class PairsCanvas(QAbstractScrollArea):
         self._looks: Mapping[str, Look] = {}
         self._layout: Layout | None = None
         self._cursor_at: QRect | None = None
-        self._opened = ""
+        self._opened = document.id
         self._scrolled = False
+        self._skipped: set[str] = set()
         self._ahead = QTimer(self)
         self._ahead.setSingleShot(True)
         self._ahead.setInterval(0)
@@ -87,6 +88,10 @@ class PairsCanvas(QAbstractScrollArea):
         document.cursor_moved.connect(self._cursor_moved)
         document.demonstration_changed.connect(self._open_changed)
         document.examined_changed.connect(self.viewport().update)
+
+    def minimumSizeHint(self) -> QSize:
+        """One row: in a small window the timeline needs the room."""
+        return QSize(160, 46)
 
     # What is shown
 
@@ -162,7 +167,10 @@ class PairsCanvas(QAbstractScrollArea):
             if picture is None and not self._scrolled and perf_counter() - began < BUDGET:
                 picture = self._painted(row)
             if picture is None:
-                continue  # it comes with an event of its own, so that scrolling never waits
+                # It comes with an event of its own, so that scrolling never waits. That is noted:
+                # an event that shows a part of it may be the one in which it is painted.
+                self._skipped.add(self.entries[row].id)
+                continue
             top = layout.tops[row] - offset
             painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
             if row == layout.first_proposal:
@@ -190,8 +198,12 @@ class PairsCanvas(QAbstractScrollArea):
         seen = self.arrangement.visible(top, top + page)
         near = self.arrangement.visible(top - AHEAD * page, top + (1 + AHEAD) * page)
         for row in (*seen, *(row for row in near if row not in seen)):
-            if self.pictures.known(self.entries[row].id) is None:
+            id_ = self.entries[row].id
+            unknown = self.pictures.known(id_) is None
+            if unknown:
                 self._painted(row)
+            if unknown or id_ in self._skipped:
+                self._skipped.discard(id_)
                 if row in seen:
                     box = self.arrangement.row_box(row).translated(0, -top)
                     self.viewport().update(box.toAlignedRect())
@@ -252,7 +264,7 @@ class PairsCanvas(QAbstractScrollArea):
         self.viewport().update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay out anew; the row with the focus stays in view."""
+        """Lay out anew."""
         self.repaint_all()
 
     @property

@@ -12,7 +12,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.pairs_rows import read_tracks, tracks_of
 from forcelab.labels import Segments, is_model
 
-__all__ = ["CurrentTracks", "blind_to", "other_coders"]
+__all__ = ["CurrentTracks", "other_coders"]
 
 KEY = "pairs tracks"
 
@@ -93,17 +93,6 @@ class CurrentTracks(QObject):
         if changed:
             self._painted.add(reviewed.id)
         return changed
-
-
-def blind_to(document: Document) -> frozenset[str]:
-    """The demonstrations that the document's coder codes blind."""
-    if document.project is None:
-        return frozenset()
-    return frozenset(
-        one.demonstration
-        for one in document.project.assignments()
-        if one.author == document.author and one.blind and one.done is None
-    )
 
 
 def other_coders(document: Document, hidden: Collection[str]) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ class PairsTools(QWidget):
         self.search.setPlaceholderText(self.tr("Filter by name or task"))
         self.search.setAccessibleName(self.tr("Filter timeline pairs by name or task"))
         self.search.setClearButtonEnabled(True)
-        self.search.setMinimumWidth(90)
+        self.search.setMinimumWidth(60)
         self.order = QComboBox()
         self.order.setAccessibleName(self.tr("Order of the timeline pairs"))
         for title, key in (

@@ -24,6 +24,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.proposals_model import NAME, UNCERTAINTY, BarDelegate, ProposalModel
+from forcelab.gui.review.seen import blind_to
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import themes
 
@@ -122,8 +123,8 @@ class ProposalsView(QWidget):
         table.activated.connect(self._go)
         return table
 
-    def _accepting(self) -> QHBoxLayout:
-        """The buttons that take predictions over."""
+    def _accepting(self) -> QVBoxLayout:
+        """The buttons that take predictions over, in two rows: beside the pairs is little room."""
         self.here = QPushButton()
         self.here.clicked.connect(self.accept_here)
         self.in_view = QPushButton()
@@ -141,15 +142,19 @@ class ProposalsView(QWidget):
         self.at_least.editingFinished.connect(
             lambda: settings.put("review/accept_above", self.at_least.value())
         )
-        row = QHBoxLayout()
-        row.setSpacing(4)
-        for widget in (self.here, self.in_view, self.above, self.at_least):
-            row.addWidget(widget)
-        row.addStretch(1)
+        rows = QVBoxLayout()
+        rows.setSpacing(4)
+        for widgets in ((self.here, self.in_view), (self.above, self.at_least)):
+            row = QHBoxLayout()
+            row.setSpacing(4)
+            for widget in widgets:
+                row.addWidget(widget)
+            row.addStretch(1)
+            rows.addLayout(row)
         for button in (self.here, self.in_view, self.above):
             button.setAutoDefault(False)
             button.setMinimumWidth(0)
-        return row
+        return rows
 
     def _name_buttons(self) -> None:
         """Print the keys on the buttons."""
@@ -252,12 +257,8 @@ class ProposalsView(QWidget):
 
     def _list(self) -> None:
         """Show what may be seen."""
-        project, author = self.document.project, self.document.author
-        seen = tuple(
-            one
-            for one in self._found
-            if project is not None and not project.is_blind(one.id, author)
-        )
+        blind = blind_to(self.document)
+        seen = tuple(one for one in self._found if one.id not in blind)
         if seen != self.model.rows:
             self.model.set_rows(seen, self._labelled())
         self._say_empty()

@@ -13,8 +13,9 @@ from forcelab.gui.review.queue_buttons import VerdictButtons
 from forcelab.gui.review.queue_list import QueueList
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_reading import QueueReader
+from forcelab.gui.review.queue_undo import Repainted
 from forcelab.labels import Segment
-from forcelab.project.records import StoredVerdict, VerdictKind
+from forcelab.project.decisions import StoredVerdict, VerdictKind
 from forcelab.review.differences import Difference
 from forcelab.review.judging import change_for, judge, report, withdraw
 from forcelab.review.outcome import Outcome
@@ -41,6 +42,7 @@ class QueueView(QWidget):
         self.document = document
         self.reader = QueueReader(document, jobs, self)
         self._steps = 0  # asked for before the comparison was there
+        self._repainted = Repainted(document)
         self.setAccessibleName(self.tr("Disagreement queue"))
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
@@ -59,6 +61,7 @@ class QueueView(QWidget):
         self._lay_out()
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)
+        document.training_changed.connect(self._training_changed)
         self._show()
 
     def _lay_out(self) -> None:
@@ -138,10 +141,19 @@ class QueueView(QWidget):
         self.reader.put_away(self.queue.after(said, difference))
         if after is not None:
             self._examine(after)
-        elif not self.list.open_items():
+        elif not self.list.waiting:
             self.document.say(self.tr("That was the last one; everything listed is judged."))
         self.reader.track_changed()
         return True
+
+    def undo(self) -> bool:
+        """Take back what the last verdict painted, wherever that was; else the latest edit here."""
+        place = self._repainted.take()
+        if place is not None:
+            self._examine(place)
+        undone = self.document.undo()
+        self._repainted.undone()
+        return undone
 
     def withdraw(self) -> bool:
         """Take back what was said of the item that is chosen; it is open again."""
@@ -178,6 +190,8 @@ class QueueView(QWidget):
             document.erase(change.start, change.end)
         else:
             document.adopt(Segment(change.start, change.end, change.action))
+        if not document.refused:
+            self._repainted.add(difference)
         return not document.refused
 
     def _step(self, direction: int) -> None:
@@ -186,8 +200,7 @@ class QueueView(QWidget):
             self._steps = direction
             self.reader.compare()
             return
-        items = self.list.open_items()
-        if not items:
+        if not self.list.waiting:
             if self.list.unfold_one():
                 self._step(direction)
                 return
@@ -214,6 +227,11 @@ class QueueView(QWidget):
             open_=item is not None and not item.judged, judged=bool(item and item.judged)
         )
 
+    def _training_changed(self) -> None:
+        """Where there is nothing to list yet, say that it will come."""
+        if self.document.outcome is None:
+            self._show()
+
     def _compared(self) -> None:
         """Show what was found, and go where one wanted to go meanwhile."""
         self._show()
@@ -226,7 +244,6 @@ class QueueView(QWidget):
         read = self.reader.read
         names = {} if read is None else {d.id: d.name for d in read.outcome.tested}
         if self.model.show(self.queue, names, self.filter.text()):
-            self.list.unfold()
             self.list.mark(self.document.examined, unfold=False)
         self.list.viewport().update()
         missing = self._missing()
@@ -244,6 +261,11 @@ class QueueView(QWidget):
     def _missing(self) -> str:
         """Why there is nothing to list, if that is so."""
         outcome, read = self.document.outcome, self.reader.read
+        if outcome is None and self.document.training:
+            return self.tr(
+                "A recogniser is being trained; every place where you and it differ will be listed "
+                "here."
+            )
         if outcome is None:
             return self.tr(
                 "Train a recogniser, and every place where you and it differ is listed here."

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QModelIndex, Qt, Signal
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QAbstractItemView, QTreeView, QWidget
+from PySide6.QtCore import QEvent, QModelIndex, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QPalette
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
-from forcelab.gui.review.queue_model import Item, QueueModel, Section
-from forcelab.gui.review.queue_painting import QueuePainter
+from forcelab.gui.review.queue_model import Item, QueueModel
+from forcelab.gui.review.queue_painting import QueuePainter, row_height
 from forcelab.gui.theme import themes
 from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["QueueList"]
 
-#: Sections that are folded at first: many and small, or no mistakes, or done with.
-FOLDED = frozenset({"boundaries", "invented", "judged"})
 
-
-class QueueList(QTreeView):
+class QueueList(QTableView):
     """The rows.
 
     Parameters
@@ -46,26 +43,41 @@ class QueueList(QTreeView):
     ) -> None:
         super().__init__(parent)
         self._model = model
-        self._folded = set(FOLDED)
         self._last = 0  # where in the order the marked item stood last
         self.setModel(model)
         self.setItemDelegate(QueuePainter(model, vocabulary, self))
         self.setAccessibleName(self.tr("Where labels and predictions differ"))
-        self.setHeaderHidden(True)
-        self.setIndentation(0)
-        self.setUniformRowHeights(True)
-        self.setRootIsDecorated(False)
-        self.setExpandsOnDoubleClick(False)
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setFrameShape(QTreeView.Shape.NoFrame)
+        self.setFrameShape(QTableView.Shape.NoFrame)
+        self.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        self.setShowGrid(False)
+        self.setWordWrap(False)
         self.setMouseTracking(True)
+        # The painter shows what is selected; the view's own ground would hide its words.
+        ground = self.palette()
+        ground.setColor(QPalette.ColorRole.Highlight, Qt.GlobalColor.transparent)
+        self.setPalette(ground)
         self.setTabKeyNavigation(False)
+        self.horizontalHeader().hide()
+        self.horizontalHeader().setStretchLastSection(True)
+        rows = self.verticalHeader()
+        rows.hide()
+        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        self._size_rows()
         self.clicked.connect(self._clicked)
-        self.expanded.connect(lambda index: self._fold(index, False))
-        self.collapsed.connect(lambda index: self._fold(index, True))
         themes().changed.connect(self.viewport().update)
+
+    def changeEvent(self, event: QEvent) -> None:
+        """A larger font takes higher rows."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.FontChange:
+            self._size_rows()
+
+    def _size_rows(self) -> None:
+        """Make rows as high as two lines."""
+        self.verticalHeader().setDefaultSectionSize(row_height(self.font()))
 
     @property
     def current(self) -> Item | None:
@@ -73,67 +85,80 @@ class QueueList(QTreeView):
         found = self._model.at(self.currentIndex())
         return found if isinstance(found, Item) else None
 
-    def open_items(self) -> list[tuple[QModelIndex, Item]]:
-        """What is not judged and not folded away, in order."""
-        folded = {s.kind for s in self._model.sections if s.kind in self._folded}
+    @property
+    def _open(self) -> list[int]:
+        """The sections of which something is to be judged and not folded away."""
+        folded = self._model.folded
         return [
-            (index, item)
-            for index, item in self._model.items()
-            if not item.judged and self._model.sections[index.parent().row()].kind not in folded
+            number
+            for number, section in enumerate(self._model.sections)
+            if section.kind != "judged" and section.kind not in folded
         ]
+
+    @property
+    def waiting(self) -> int:
+        """How many items are to be judged, without those that are folded away."""
+        return sum(len(self._model.sections[number]) for number in self._open)
 
     def beside(self, direction: int) -> tuple[Place, bool]:
         """The place of the next open item or of the one before, and whether it wrapped around.
 
         Where the marked one has gone, its place in the order counts. There must be an open item.
         """
-        items = self.open_items()
-        here = self._position(items)
+        here, waiting = self._position(), self.waiting
         if here is None:
             here = self._last - (direction > 0)
         there = here + direction
-        return items[there % len(items)][1].place, not 0 <= there < len(items)
+        return self._place(there % waiting), not 0 <= there < waiting
 
     def after(self) -> Place | None:
         """Where one goes when the current item is done; None where it is the only one."""
-        items = self.open_items()
-        if self._position(items) is None or len(items) < 2:
+        if self._position() is None or self.waiting < 2:
             return None
         return self.beside(1)[0]
 
-    def _position(self, items: list[tuple[QModelIndex, Item]]) -> int | None:
-        """Which of these is marked."""
-        current = self.currentIndex()
-        return next((i for i, (index, _) in enumerate(items) if index == current), None)
+    def _position(self) -> int | None:
+        """Which of the open items is marked."""
+        index = self.currentIndex()
+        if not index.isValid():
+            return None
+        marked, item = self._model.where(index.row())
+        before = self._open
+        if item < 0 or marked not in before:
+            return None
+        return item + sum(len(self._model.sections[n]) for n in before if n < marked)
+
+    def _place(self, position: int) -> Place:
+        """The place of an open item."""
+        for number in self._open:
+            section = self._model.sections[number]
+            if position < len(section):
+                return section.item(position).place
+            position -= len(section)
+        raise IndexError(position)
 
     def mark(self, place: Place | None, unfold: bool = True) -> None:
         """Mark a place, if it stands here, and bring it into view, unfolding its section."""
-        index = QModelIndex() if place is None else self._model.index_of(place)
-        if index.isValid() and not self.isExpanded(index.parent()):
+        found = None if place is None else self._model.find(place)
+        if found is not None and self._model.sections[found[0]].kind in self._model.folded:
             if unfold:
-                self.expand(index.parent())
+                self._model.fold(found[0], False)
             else:
-                index = QModelIndex()
+                found = None
+        index = QModelIndex() if found is None else self._model.index(self._model.row(*found))
         if not index.isValid():
             self.clearSelection()
         if index != self.currentIndex():
             self.setCurrentIndex(index)
         if index.isValid():
-            self._last = self._position(self.open_items()) or 0
+            self._last = self._position() or 0
             self.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
-
-    def unfold(self) -> None:
-        """Unfold what is not folded, after other rows have come."""
-        self.blockSignals(True)
-        for row, section in enumerate(self._model.sections):
-            self.setExpanded(self._model.index(row, 0), section.kind not in self._folded)
-        self.blockSignals(False)
 
     def unfold_one(self) -> bool:
         """Unfold the first section with something to judge; gives whether there is one."""
-        for row, section in enumerate(self._model.sections):
-            if section.kind in self._folded and section.kind != "judged":
-                self.expand(self._model.index(row, 0))
+        for number, section in enumerate(self._model.sections):
+            if section.kind in self._model.folded and section.kind != "judged":
+                self._model.fold(number, False)
                 return True
         return False
 
@@ -153,10 +178,5 @@ class QueueList(QTreeView):
         if isinstance(found, Item):
             self.chosen.emit(found.place)
         elif found is not None:
-            self.setExpanded(index, not self.isExpanded(index))
-
-    def _fold(self, index: QModelIndex, folded: bool) -> None:
-        """Remember which sections are folded."""
-        section = self._model.at(index)
-        if isinstance(section, Section):
-            (self._folded.add if folded else self._folded.discard)(section.kind)
+            number, _ = self._model.where(index.row())
+            self._model.fold(number, found.kind not in self._model.folded)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
+from itertools import accumulate
 from typing import Any, Literal, get_args
 
 from PySide6.QtCore import (
-    QAbstractItemModel,
+    QAbstractListModel,
     QCoreApplication,
     QModelIndex,
     QObject,
@@ -27,8 +30,8 @@ __all__ = ["Item", "QueueModel", "Section", "action_name", "place_of", "verdict_
 Index = QModelIndex | QPersistentModelIndex
 Kind = Literal["suspected", "actions", "missed", "boundaries", "invented", "judged"]
 
-#: What an index of a section holds; that of an item holds its section's place and one more.
-_SECTION = 0
+#: Sections that are folded at first: many and small, or no mistakes, or done with.
+FOLDED = frozenset({"boundaries", "invented", "judged"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +54,31 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """One part of the queue; `total` counts also what the filter leaves out."""
+    """One part of the queue.
+
+    Parameters
+    ----------
+    kind : str
+    listed : tuple of Difference or StoredVerdict
+        What the filter lets through; rows are made of it when they are looked at.
+    total : int
+        How many there are without the filter.
+    names : mapping of str to str
+        The demonstrations' names by their ids.
+    """
 
     kind: Kind
-    items: tuple[Item, ...]
+    listed: tuple[Difference | StoredVerdict, ...]
     total: int
+    names: Mapping[str, str]
+
+    def __len__(self) -> int:
+        return len(self.listed)
+
+    def item(self, row: int) -> Item:
+        """One of its rows."""
+        about = self.listed[row]
+        return Item(about, self.names.get(about.demonstration, ""))
 
     @property
     def title(self) -> str:
@@ -122,35 +145,51 @@ def sections_of(queue: Queue, names: Mapping[str, str], sought: str = "") -> tup
     sought : str
         Part of an action or of a demonstration's name, in capitals or not.
     """
-    sought = sought.strip().casefold()
+    fits = _filter(names, sought.strip().casefold())
     found = []
     for kind in get_args(Kind):
-        everything = [Item(a, names.get(a.demonstration, "")) for a in getattr(queue, kind)]
-        shown = tuple(item for item in everything if sought in _searched(item))
+        everything = tuple(getattr(queue, kind))
+        shown = tuple(filter(fits, everything)) if sought.strip() else everything
         if shown:
-            found.append(Section(kind, shown, len(everything)))
+            found.append(Section(kind, shown, len(everything), names))
     return tuple(found)
 
 
-def _searched(item: Item) -> str:
-    """What a filter looks at."""
-    place = item.place
-    words = (action_name(place.human), action_name(place.predicted), item.name)
-    return "\n".join(words).casefold()
+def _filter(names: Mapping[str, str], sought: str) -> Callable[[Difference | StoredVerdict], bool]:
+    """What tells whether an action or a demonstration's name holds what is sought."""
+
+    @cache
+    def action(name: str | None) -> bool:
+        return sought in action_name(name).casefold()
+
+    @cache
+    def demonstration(id_: str) -> bool:
+        return sought in names.get(id_, "").casefold()
+
+    def fits(about: Difference | StoredVerdict) -> bool:
+        return action(about.human) or action(about.predicted) or demonstration(about.demonstration)
+
+    return fits
 
 
-class QueueModel(QAbstractItemModel):
-    """Sections of items as a tree of two levels and one column.
+class QueueModel(QAbstractListModel):
+    """Sections one below the other, each a heading and, unless it is folded, its rows.
+
+    Flat, and no row is made before it is looked at: a queue of thousands is there at once.
 
     Attributes
     ----------
     sections : tuple of Section
         What is shown; empty ones are left away.
+    folded : set of str
+        The kinds of the sections of which only the heading is shown.
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.sections: tuple[Section, ...] = ()
+        self.folded: set[str] = set(FOLDED)
+        self._heads: tuple[int, ...] = (0,)  # the rows of the headings, and how many rows there are
 
     def show(self, queue: Queue, names: Mapping[str, str], sought: str = "") -> bool:
         """Show a queue; gives whether anything changed."""
@@ -159,75 +198,85 @@ class QueueModel(QAbstractItemModel):
             return False
         self.beginResetModel()
         self.sections = sections
+        self._count()
         self.endResetModel()
         return True
+
+    def fold(self, number: int, folded: bool) -> None:
+        """Fold a section, or unfold it."""
+        section = self.sections[number]
+        if folded == (section.kind in self.folded):
+            return
+        first, nowhere = self._heads[number] + 1, QModelIndex()
+        if folded:
+            self.beginRemoveRows(nowhere, first, first + len(section) - 1)
+            self.folded.add(section.kind)
+            self._count()
+            self.endRemoveRows()
+        else:
+            self.beginInsertRows(nowhere, first, first + len(section) - 1)
+            self.folded.discard(section.kind)
+            self._count()
+            self.endInsertRows()
+
+    def _count(self) -> None:
+        """Say anew where the headings stand."""
+        rows = (1 + (0 if s.kind in self.folded else len(s)) for s in self.sections)
+        self._heads = tuple(accumulate(rows, initial=0))
+
+    def where(self, row: int) -> tuple[int, int]:
+        """Of which section a row is, and which of its items; -1 for its heading."""
+        number = bisect_right(self._heads, row) - 1
+        return number, row - self._heads[number] - 1
+
+    def row(self, number: int, item: int = -1) -> int:
+        """The row of a section's heading, or of an item of a section that is not folded."""
+        return self._heads[number] + 1 + item
+
+    def find(self, place: Place) -> tuple[int, int] | None:
+        """The section and the item that a place is, also in folded sections; None if in none."""
+        for number, section in enumerate(self.sections):
+            for item, about in enumerate(section.listed):
+                if (
+                    about.start == place.start
+                    and about.end == place.end
+                    and about.demonstration == place.demonstration
+                ):
+                    return number, item
+        return None
 
     def at(self, index: Index) -> Item | Section | None:
         """What stands there."""
         if not index.isValid():
             return None
-        inside = int(index.internalId())
-        if inside == _SECTION:
-            return self.sections[index.row()]
-        return self.sections[inside - 1].items[index.row()]
-
-    def index_of(self, place: Place) -> QModelIndex:
-        """Where a place stands, the sections in order; invalid where it does not."""
-        wanted = (place.demonstration, place.start, place.end)
-        for index, item in self.items():
-            about = item.about
-            if (about.demonstration, about.start, about.end) == wanted:
-                return index
-        return QModelIndex()
-
-    def items(self) -> Iterator[tuple[QModelIndex, Item]]:
-        """All items in order."""
-        for s, section in enumerate(self.sections):
-            for row, item in enumerate(section.items):
-                yield self.createIndex(row, 0, s + 1), item
+        number, item = self.where(index.row())
+        section = self.sections[number]
+        return section if item < 0 else section.item(item)
 
     # What Qt asks
 
-    def index(self, row: int, column: int, parent: Index = QModelIndex()) -> QModelIndex:  # noqa: B008
-        """The index of a row below a parent."""
-        if column != 0 or not 0 <= row < self.rowCount(parent):
-            return QModelIndex()
-        return self.createIndex(row, column, parent.row() + 1 if parent.isValid() else _SECTION)
-
-    def parent(self, index: Index = QModelIndex()) -> QModelIndex:  # type: ignore[override]  # noqa: B008
-        """The index of the section of an item."""
-        inside = int(index.internalId()) if index.isValid() else _SECTION
-        if inside == _SECTION:
-            return QModelIndex()
-        return self.createIndex(inside - 1, 0, _SECTION)
-
     def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        """How many sections there are, or items of one."""
-        if not parent.isValid():
-            return len(self.sections)
-        inside = parent.internalId() == _SECTION
-        return len(self.sections[parent.row()].items) if inside else 0
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        """One column."""
-        return 1
+        """How many headings and items there are."""
+        return 0 if parent.isValid() else self._heads[-1]
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         """What is shown, told and read aloud of a row."""
-        item = self.at(index)
-        if item is None:
+        found = self.at(index)
+        if found is None:
             return None
-        if isinstance(item, Section):
-            told = {
-                Qt.ItemDataRole.DisplayRole: item.title,
-                Qt.ItemDataRole.AccessibleTextRole: f"{item.title}: {item.total}",
-                Qt.ItemDataRole.ToolTipRole: item.explained,
-            }
-            return told.get(Qt.ItemDataRole(role))
+        if isinstance(found, Section):
+            told = f"{found.title}: {found.total}"
+            if found.kind in self.folded:
+                told = translate("forcelab", "{0}, folded").format(told)
+            return {
+                Qt.ItemDataRole.DisplayRole: found.title,
+                Qt.ItemDataRole.AccessibleTextRole: told,
+                Qt.ItemDataRole.ToolTipRole: found.explained,
+            }.get(Qt.ItemDataRole(role))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
-            return "; ".join(facts(item))
+            return "; ".join(facts(found))
         if role == Qt.ItemDataRole.ToolTipRole:
-            return "\n".join(facts(item))
+            return "\n".join(facts(found))
         return None
 
 

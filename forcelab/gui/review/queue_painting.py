@@ -20,9 +20,10 @@ from forcelab.gui.review.queue_model import (
 )
 from forcelab.gui.theme import colours
 from forcelab.project import StoredVerdict
+from forcelab.review.suspicion import SUSPECT
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["QueuePainter"]
+__all__ = ["QueuePainter", "row_height"]
 
 #: Space at the sides, between things in a line and above each line, as shares of a text's height.
 SIDE, GAP, ABOVE = 0.6, 0.4, 0.3
@@ -56,9 +57,8 @@ class QueuePainter(QStyledItemDelegate):
         self._model, self._vocabulary = model, vocabulary
 
     def sizeHint(self, option: QStyleOptionViewItem, _index: Index) -> QSize:
-        """Two lines for everything: the view asks only once then, however many rows there are."""
-        height = QFontMetricsF(option.font).height()
-        return QSize(0, round(height * (1 + SMALL + 3 * ABOVE)))
+        """Two lines, for sections as for items."""
+        return QSize(0, row_height(option.font))
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Paint one row."""
@@ -67,7 +67,7 @@ class QueuePainter(QStyledItemDelegate):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         _paint_ground(painter, option, isinstance(item, Item))
         if isinstance(item, Section):
-            _paint_section(painter, option, item)
+            _paint_section(painter, option, item, item.kind not in self._model.folded)
         elif item is not None:
             place = item.place
             looks = self._look(place.human), self._look(place.predicted)
@@ -79,6 +79,11 @@ class QueuePainter(QStyledItemDelegate):
         if action is None:
             return Look(0, QColor(colours().unlabelled))
         return look_of(self._vocabulary(), action)
+
+
+def row_height(font: QFont) -> int:
+    """Pixels of a row: two lines, and what is left free around them."""
+    return round(QFontMetricsF(font).height() * (1 + SMALL + 3 * ABOVE))
 
 
 def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_item: bool) -> None:
@@ -99,17 +104,18 @@ def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_item: bool
         painter.drawRect(box.adjusted(0.5, 0.5, -0.5, -0.5))
 
 
-def _paint_section(painter: QPainter, option: QStyleOptionViewItem, section: Section) -> None:
+def _paint_section(
+    painter: QPainter, option: QStyleOptionViewItem, section: Section, expanded: bool
+) -> None:
     """A section: whether it is folded, its name and how many there are; what it holds below."""
     theme, box = colours(), QRectF(option.rect)
     height = QFontMetricsF(option.font).height()
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
     line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
     line.setRight(right)
-    expanded = bool(option.state & QStyle.StateFlag.State_Open)
     centre = QPointF(left + 0.25 * height, line.center().y())
     _paint_chevron(painter, centre, height, expanded)
-    shown = len(section.items)
+    shown = len(section)
     count = str(shown) if shown == section.total else f"{shown}/{section.total}"
     small = _smaller(option.font)
     _put(painter, line, count, small, theme.muted, RIGHT)
@@ -156,6 +162,8 @@ def _told(item: Item) -> str:
     about = item.about
     if isinstance(about, StoredVerdict):
         return verdict_name(about.verdict)
+    if about.suspicion >= SUSPECT:  # by which these are in order
+        return f"{100 * about.suspicion:.0f} %"
     return "" if about.confidence is None else f"{100 * about.confidence:.0f} %"
 
 

@@ -13,7 +13,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.seen import seen_of
+from forcelab.gui.review.colouring import vocabulary_of
+from forcelab.gui.review.seen import blind_to, seen_of
 from forcelab.labels import Segments
 from forcelab.project import Project
 from forcelab.review.differences import current_tracks, spelt
@@ -125,7 +126,7 @@ class QueueReader(QObject):
         self._soon.timeout.connect(self.compare)
         document.outcome_changed.connect(self._all_changed)
         document.listing_changed.connect(self._listing_changed)
-        document.author_changed.connect(self._all_changed)
+        document.author_changed.connect(self._author_changed)
         document.tracks_changed.connect(self.track_changed)
         document.vocabulary_changed.connect(self._look_up)
 
@@ -180,8 +181,22 @@ class QueueReader(QObject):
         self._upheavals += 1
         self.track_changed()
 
+    def _author_changed(self) -> None:
+        """Somebody else looks, who may not be to see what is shown."""
+        self._forget_blind()
+        self._all_changed()
+
+    def _forget_blind(self) -> None:
+        """Show at once nothing of what is coded blind from now on."""
+        if self.read is not None:
+            blind = blind_to(self._document)
+            if any(one.id in blind for one in self.read.outcome.tested):
+                self.read = None
+                self.changed.emit()
+
     def _listing_changed(self) -> None:
         """The list was read again; where only the open one was, its track has said so already."""
+        self._forget_blind()
         here = self._document.id
         others = [
             [i for i in infos if i.id != here] for infos in (self._infos, self._document.infos)
@@ -204,6 +219,4 @@ class QueueReader(QObject):
         project = self._document.project
         if self.read is None or project is None:
             return
-        tasks, actions = self.read.outcome.tasks, self.read.outcome.actions
-        known = project.vocabulary(tasks[0]) if tasks else Vocabulary()
-        self.vocabulary = known.with_actions(*actions)
+        self.vocabulary = vocabulary_of(project, self.read.outcome)

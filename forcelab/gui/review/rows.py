@@ -26,6 +26,19 @@ Index = QModelIndex | QPersistentModelIndex
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
+#: Views ask for these thousands of times for one page: as plain numbers they compare fast.
+_DISPLAY, _ALIGNMENT, _TIP, _COLOUR, _FONT = map(
+    int,
+    (
+        Qt.ItemDataRole.DisplayRole,
+        Qt.ItemDataRole.TextAlignmentRole,
+        Qt.ItemDataRole.ToolTipRole,
+        Qt.ItemDataRole.ForegroundRole,
+        Qt.ItemDataRole.FontRole,
+    ),
+)
+_ASKED = frozenset({_DISPLAY, _ALIGNMENT, _TIP, _COLOUR, _FONT})
+
 #: Of a column's texts only so many of the longest are measured; what is left free beside them.
 LONGEST, ROOM = 3, 8
 
@@ -83,16 +96,16 @@ class TextModel(QAbstractTableModel):
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         """What a cell shows."""
         row, column = self.rows[index.row()], index.column()
-        if role == Qt.ItemDataRole.DisplayRole:
+        if role == _DISPLAY:
             return row.cells[column]
-        if role == Qt.ItemDataRole.TextAlignmentRole:
+        if role == _ALIGNMENT:
             return _RIGHT if self.columns[column].number else _LEFT
-        if role == Qt.ItemDataRole.ToolTipRole:
+        if role == _TIP:
             return row.tip or self.columns[column].tip or None
-        if role == Qt.ItemDataRole.ForegroundRole and column < len(row.colours):
+        if role == _COLOUR and column < len(row.colours):
             colour = row.colours[column]
             return None if colour is None else QBrush(QColor(colour))
-        if role == Qt.ItemDataRole.FontRole and row.bold:
+        if role == _FONT and row.bold:
             font = QGuiApplication.font()
             font.setBold(True)
             return font
@@ -105,14 +118,16 @@ class TextModel(QAbstractTableModel):
         role: int = Qt.ItemDataRole.DisplayRole,
     ) -> Any:
         """Names of columns and rows, and what explains them."""
+        if role not in _ASKED:
+            return None
         across = orientation == Qt.Orientation.Horizontal
         if section >= len(self.columns if across else self.rows):
             return None
-        if role == Qt.ItemDataRole.DisplayRole:
+        if role == _DISPLAY:
             return self.columns[section].name if across else self.rows[section].name
-        if role == Qt.ItemDataRole.ToolTipRole:
+        if role == _TIP:
             return (self.columns[section].tip if across else self.rows[section].tip) or None
-        if role == Qt.ItemDataRole.TextAlignmentRole:
+        if role == _ALIGNMENT:
             return _RIGHT if across and self.columns[section].number else _LEFT
         return None
 

@@ -169,6 +169,7 @@ class ScoresView(QWidget):
         try:
             seen = seen_of(self.document)
         except ForcelabError as error:
+            self._outcome = None  # to be shown as soon as it can be read
             self._show_empty(str(error))
             return
         outcome = self.document.outcome
@@ -182,7 +183,7 @@ class ScoresView(QWidget):
         if outcome is not self._outcome:
             self._outcome, self.intervals = outcome, {}
             self._jobs.run(computing(outcome), self._take, key=KEY)
-        elif self._seen == () or [d.id for d in self._seen] == [d.id for d in seen.tested]:
+        elif [d.id for d in self._seen] == [d.id for d in seen.tested]:
             return
         self._seen = seen.tested
         self._show()

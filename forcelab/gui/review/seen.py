@@ -7,7 +7,24 @@ from dataclasses import replace
 from forcelab.gui.document import Document
 from forcelab.review.outcome import Outcome
 
-__all__ = ["seen_of"]
+__all__ = ["blind_to", "seen_of"]
+
+
+def blind_to(document: Document) -> frozenset[str]:
+    """The demonstrations that the document's coder is assigned to code blind, and has not yet.
+
+    Raises
+    ------
+    ForcelabError
+        If the project cannot be read.
+    """
+    if document.project is None:
+        return frozenset()
+    return frozenset(
+        one.demonstration
+        for one in document.project.assignments(document.author)
+        if one.blind and one.done is None
+    )
 
 
 def seen_of(document: Document) -> Outcome | None:
@@ -20,16 +37,8 @@ def seen_of(document: Document) -> Outcome | None:
     ForcelabError
         If the project cannot be read.
     """
-    outcome, project = document.outcome, document.project
-    if outcome is None or project is None:
-        return outcome
-    author = document.author
-    blind = {
-        assignment.demonstration
-        for assignment in project.assignments(author)
-        if project.is_blind(assignment.demonstration, author)
-    }
-    if not blind:
+    outcome, blind = document.outcome, blind_to(document)
+    if outcome is None or not blind:
         return outcome
     return replace(
         outcome,

@@ -10,13 +10,18 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.learning import TRAINING, Learning
+from forcelab.gui.review.standing import Standing
 
 if TYPE_CHECKING:
     from forcelab.gui.label.workspace import LabelWorkspace
     from forcelab.gui.review.workspace import ReviewWorkspace
 
-__all__ = ["ReviewTab"]
+__all__ = ["UNHURRIED", "ReviewTab"]
+
+WARMING = "warming up"
+#: Jobs that nobody waits for in front of the screen: it is complete without what they will bring.
+UNHURRIED = frozenset({TRAINING, WARMING})
 
 
 class ReviewTab(QWidget):
@@ -34,6 +39,8 @@ class ReviewTab(QWidget):
     ----------
     learning : Learning
         Trains, whichever workspace is in front.
+    standing : Standing
+        Says how far that is, for the window's status bar.
     """
 
     def __init__(
@@ -46,6 +53,7 @@ class ReviewTab(QWidget):
         super().__init__(parent)
         self.document = document
         self.learning = Learning(document, jobs, self)
+        self.standing = Standing(self.learning)
         self._jobs = jobs
         self._label = label
         self._built: ReviewWorkspace | None = None
@@ -64,11 +72,12 @@ class ReviewTab(QWidget):
             assert layout is not None
             layout.addWidget(self._built)
             self._built.restore_layout()
-            self._jobs.run(_warming_up(), lambda _: None, key="warming up")
+            self._jobs.run(_warming_up(), lambda _: None, key=WARMING)
         return self._built
 
     def come_to_front(self, front: bool) -> None:
         """Borrow timeline and video, or give them back."""
+        self.standing.set_elsewhere(not front)
         if front:
             self.workspace.borrow()
         else:
@@ -94,6 +103,7 @@ class ReviewTab(QWidget):
             "previous_review": partial(self._step, -1),
             "accept": document.accept_here,
             "accept_all": document.accept_in_view,
+            "undo": self._undo,
             "verdict_human": partial(self._judge, "human"),
             "verdict_model": partial(self._judge, "model"),
             "verdict_ambiguous": partial(self._judge, "ambiguous"),
@@ -104,6 +114,10 @@ class ReviewTab(QWidget):
         queue = self.workspace.queue
         (queue.next if direction > 0 else queue.previous)()
 
+    def _undo(self) -> bool:
+        """Take back the latest edit; in front of the queue also that of the last verdict."""
+        return self.workspace.queue.undo() if self.isVisible() else self.document.undo()
+
     def _judge(self, verdict: Literal["human", "model", "ambiguous"]) -> None:
         """Say who is right about the place that is examined."""
         self.workspace.queue.judge(verdict)
@@ -111,7 +125,7 @@ class ReviewTab(QWidget):
 
 def _warming_up() -> Generator[None, None, None]:
     """Load what training needs, so that it begins at once."""
-    from forcelab.processes import warm_up
+    from forcelab.elsewhere import warm_up
     from forcelab.review.training import reviewing
 
     yield

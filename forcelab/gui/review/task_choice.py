@@ -149,7 +149,7 @@ class TaskChoice(QWidget):
         form.setContentsMargins(0, 0, 0, 0)
         self.coder = QComboBox()
         self.coder.setAccessibleName(self.tr("Whose labels"))
-        self.coder.addItem(self.tr("mine, or those of the only coder"), "")
+        self.coder.addItem(self.tr("mine, or of whoever labelled most"), "")
         for name in self._coders():
             self.coder.addItem(name, name)
         self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))

@@ -14,6 +14,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import why_words
+from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.why_choice import at_cursor, chosen, reason
 from forcelab.gui.review.why_jobs import Shelf, explain, withhold
 from forcelab.gui.review.why_page import WhyPage
@@ -60,6 +61,7 @@ class WhyView(QWidget):
         self.why: Why | None = None
         self.shelf = Shelf()
         self._outcome: Outcome | None = None
+        self._hidden: frozenset[str] = frozenset()  # what is coded blind by whoever looks
         self._away: Place | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
@@ -89,6 +91,8 @@ class WhyView(QWidget):
         document.selection_changed.connect(self._selected)
         document.demonstration_changed.connect(self._ask)
         document.tracks_changed.connect(self._ask)
+        document.author_changed.connect(self._ask)
+        document.listing_changed.connect(self._ask)
         document.cursor_moved.connect(self._moved)
 
     def sizeHint(self) -> QSize:
@@ -102,6 +106,8 @@ class WhyView(QWidget):
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what was asked for meanwhile."""
         super().showEvent(event)
+        if blind_to(self.document) != self._hidden:
+            self.refresh()  # before anything is painted that may not be seen any more
         self._ask()
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -166,8 +172,12 @@ class WhyView(QWidget):
             self.empty.setText(reason(self.document))
             self._pages.setCurrentIndex(0)
             return
-        if place == self.place and document.outcome is self._outcome:
+        hidden = blind_to(document)
+        if (place, hidden) == (self.place, self._hidden) and document.outcome is self._outcome:
             return
+        if hidden - self._hidden:  # a neighbour may be among those
+            self.page.forget()
+        self._hidden = hidden
         if document.outcome is not self._outcome:
             self.shelf.clear()
         self.place, self._outcome, self._stopped = place, document.outcome, False
@@ -208,10 +218,8 @@ class WhyView(QWidget):
         assert project is not None
         assert place is not None
         assert outcome is not None
-        author = self.document.author
-        hidden = {info.id for info in self.document.infos if project.is_blind(info.id, author)}
         self.page.state.hide()
-        job = explain(withheld, outcome, place, hidden)
+        job = explain(withheld, outcome, place, self._hidden)
         self._run(EXPLAINING, job, self._show)
 
     def _show(self, why: Why) -> None:

@@ -13,7 +13,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.label.swatches import look_of, paint_swatch
+from forcelab.gui.review.colouring import vocabulary_seen
 from forcelab.gui.theme import colours, themes
+from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
     from forcelab.review.certainty import Certainty
@@ -53,7 +55,8 @@ class ProbabilityChart(QWidget):
         self.missing = ""
         self._names = 0.0
         document.cursor_moved.connect(self._cursor_moved)
-        document.vocabulary_changed.connect(self.update)
+        self._vocabulary = Vocabulary()
+        document.vocabulary_changed.connect(self._recolour)
         themes().changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
@@ -82,7 +85,7 @@ class ProbabilityChart(QWidget):
         self.missing = missing
         actions = () if certainty is None else certainty.actions
         self._names = text.widest(actions, text.font(SMALL))
-        self.update()
+        self._recolour()
 
     @property
     def plot(self) -> QRectF:
@@ -179,7 +182,7 @@ class ProbabilityChart(QWidget):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         named = []
         for column in np.argsort(values.max(axis=0), kind="stable").tolist():
-            look = look_of(self.document.vocabulary, certainty.actions[column])
+            look = look_of(self._vocabulary, certainty.actions[column])
             ys = [self._y(value) for value in values[:, column].tolist()]
             line = QPolygonF([QPointF(x, y) for x, y in zip(xs, ys, strict=True)])
             if text.contrast(look.colour, QColor(colours().unlabelled)) < FAINT:
@@ -207,7 +210,7 @@ class ProbabilityChart(QWidget):
             swatch = QRectF(box.right() + 12, height - 4, 9, 9)
             painter.setPen(QPen(QColor(theme.frame), 0.8))
             painter.drawLine(QLineF(box.right(), y, swatch.left() - 2, height))
-            paint_swatch(painter, swatch, look_of(self.document.vocabulary, action))
+            paint_swatch(painter, swatch, look_of(self._vocabulary, action))
             name = text.elided(action, face, self._room + 8)
             ink = QColor(theme.text)
             text.put(painter, swatch.right() + 4, height, name, face=face, ink=ink)
@@ -219,6 +222,12 @@ class ProbabilityChart(QWidget):
             painter.setPen(QPen(QColor(colours().cursor), 1.4))
             x = axis.at(here)
             painter.drawLine(QLineF(x, self.plot.top(), x, self.plot.bottom()))
+
+    def _recolour(self) -> None:
+        """The actions may look otherwise."""
+        if self.certainty is not None:
+            self._vocabulary = vocabulary_seen(self.document)
+        self.update()
 
     def _cursor_moved(self, *_: object) -> None:
         """Follow it, where anybody sees that."""

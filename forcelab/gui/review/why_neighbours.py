@@ -21,6 +21,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.label.force_axes import curve_colour
 from forcelab.gui.label.swatches import look_of, paint_swatch
+from forcelab.gui.review.colouring import vocabulary_seen
 from forcelab.gui.theme import colours, themes
 from forcelab.review.places import Place
 
@@ -155,7 +156,8 @@ class Heading(QWidget):
         self, document: Document, action: str, role: str, parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self.document, self.action, self.role = document, action, role
+        self.action, self.role = action, role
+        self._look = look_of(vocabulary_seen(document), action)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(f"{action}, {role}")
         themes().changed.connect(self.update)
@@ -168,7 +170,7 @@ class Heading(QWidget):
         """Draw swatch, action and role."""
         painter, theme = QPainter(self), colours()
         painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-        paint_swatch(painter, QRectF(1, 4, 12, 12), look_of(self.document.vocabulary, self.action))
+        paint_swatch(painter, QRectF(1, 4, 12, 12), self._look)
         face, small = text.font(NAME, bold=True), text.font(SMALL)
         name = text.elided(self.action, face, max(self.width() - 18, 20))
         text.put(painter, 18, 10, name, face=face, ink=QColor(theme.text))

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["ReviewWorkspace"]
 
 #: What each side gets at first: pairs and lists; pairs and the place; lists and the video.
-BESIDE, BELOW, LISTS = (3, 2), (2, 3), (3, 2)
+BESIDE, BELOW, LISTS = (11, 9), (2, 3), (3, 2)
 
 
 class ReviewWorkspace(QWidget):
@@ -70,6 +70,7 @@ class ReviewWorkspace(QWidget):
         self.coders = CodersView(document, jobs)
         self.loss = LossView(document, learning)
         self.lists = QTabWidget()
+        self.lists.setObjectName("narrow")  # all of them fit beside the pairs
         self.lists.setDocumentMode(True)
         self.lists.setUsesScrollButtons(True)
         self.lists.setAccessibleName(self.tr("What to review"))

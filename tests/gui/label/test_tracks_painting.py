@@ -56,6 +56,16 @@ def test_the_others_tracks_are_seen_too(document, panel):
     assert colour_at(panel, 7.2, round(other.box.top()) + 3) == lifted
 
 
+def test_a_row_that_did_not_fit_is_whole_when_there_is_room(document, panel):
+    panel.resize(1096, panel.minimumSizeHint().height() - 12)
+    (other,) = panel.rows()[1:]
+    panel.grab()
+    panel.resize(1096, panel.minimumSizeHint().height())
+    lifted = QColor(document.vocabulary["lift"].colour)
+    assert panel.rows()[1].box == other.box
+    assert colour_at(panel, 7.2, round(other.box.bottom()) - 3) == lifted
+
+
 def test_what_is_dragged_is_seen_at_its_new_place(document, panel):
     document.set_action("hold")
     hand = Hand(panel)

@@ -60,3 +60,21 @@ def test_contacts_of_a_demonstration_that_was_left_reach_no_other(
     until(lambda: not workspace.jobs.busy)
     app.processEvents()  # what is still to be delivered
     assert len(document.contacts) == 0
+
+
+def test_the_lists_keep_their_width_while_the_timeline_is_lent(app, workspace, path, until):
+    workspace.document.open_project(path)
+    workspace.document.open_demonstration("early")
+    workspace.resize(1000, 600)
+    workspace.show()
+    until(lambda: workspace.segments.isVisible() and workspace.settled)
+    app.processEvents()
+    before = workspace.segments.width()
+    for lent in workspace.lend():
+        lent.setParent(None)
+    workspace.resize(1300, 700)
+    app.processEvents()
+    workspace.take_back()
+    app.processEvents()
+    assert workspace.centralWidget().isVisible()
+    assert workspace.segments.width() == pytest.approx(before, abs=2)

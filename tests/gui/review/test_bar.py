@@ -161,15 +161,26 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     assert bar.runs.currentData() == 1
 
 
+def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, learning, work, document, until):
+    work.kept = (kept(2), kept(1))
+    work.outcomes = {2: outcome_of(document.project, 2)}
+    learning._list_runs()
+    until(lambda: bar.runs.currentData() == 2)
+    bar.runs.setCurrentIndex(1)
+    bar.runs.activated.emit(1)
+    assert bar.runs.currentData() == 2
+    assert bar.runs.currentIndex() == 0
+
+
 def test_settings_and_tasks_are_named_as_they_were_changed(bar, learning, until):
-    assert bar.settings.text() == "paper…"
+    assert bar.settings.text() == "Settings: paper…"
     learning.set_settings(Settings(stride=10))
-    assert bar.settings.text() == "paper, changed…"
+    assert bar.settings.text() == "Settings: paper, changed…"
     learning.set_choice(Choice(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar._task_chosen(1)
     assert learning.task == "stylus"
-    assert bar.settings.text() == "paper…"
+    assert bar.settings.text() == "Settings: paper…"
     assert bar.task.currentText() == "stylus"
 
 

@@ -145,6 +145,24 @@ def test_what_is_to_be_labelled_blind_is_neither_compared_nor_offered(app, until
         assert b.bar.consensus is None
 
 
+@pytest.mark.parametrize("visible", [True, False])
+def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, visible):
+    both = {"Ann": ANN, "Ben": BEN}
+    with bench(app, until, both, both) as b:
+        b.view.pages.setCurrentIndex(1)
+        assert b.bar.consensus is not None
+        for id_ in b.ids:
+            b.document.project.assign(id_, "Cleo")
+        b.view.setVisible(visible)
+        b.document.set_author("Cleo")
+        b.view.show()
+        assert not b.view.pages.isVisible()
+        assert b.bar.consensus is None or not visible
+        until(lambda: b.view.found is not None)
+        assert b.view.note.isVisible()
+        assert not b.view.pages.isVisible()
+
+
 def test_one_coder_alone_is_told_how_to_get_a_second(app, until):
     with bench(app, until, {"Ann": ANN}) as b:
         assert b.view.empty.isVisible()
@@ -175,10 +193,10 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         bar = b.bar
         b.view.pages.setCurrentIndex(1)
         app.processEvents()
-        assert not bar.take_a.isEnabled()
-        assert "[1]" in bar.take_a.text()
-        assert "Ann" in bar.take_a.text()
-        bar.begin.click()
+        assert not bar.buttons.take_a.isEnabled()
+        assert "[1]" in bar.buttons.take_a.text()
+        assert "Ann" in bar.buttons.take_a.text()
+        bar.buttons.begin.click()
         assert b.track("consensus") == [(0, 1, "grab"), (1.06, 3, "hold"), (4, 5, "hold")]
         assert bar.state.text() == "0 of 3 differences decided"
         assert b.document.examined.start == 1
@@ -186,7 +204,7 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         assert b.track("consensus")[:2] == [(0, 1.03, "grab"), (1.03, 3, "hold")]
         assert b.document.examined.start == 3
         assert b.document.others["consensus"]  # the tracks on screen follow
-        assert not bar.mean.isEnabled()
+        assert not bar.buttons.mean.isEnabled()
         QTest.keyClick(bar, Qt.Key.Key_2)
         assert (3, 4, "slip") in b.track("consensus")
         QTest.keyClick(bar, Qt.Key.Key_U)
@@ -207,19 +225,19 @@ def test_another_action_and_all_close_edges_at_once(app, until):
         bar = b.bar
         b.view.pages.setCurrentIndex(1)
         app.processEvents()
-        bar.begin.click()
-        bar.tolerance.setValue(50)
-        bar.mean_all.click()
+        bar.buttons.begin.click()
+        bar.buttons.tolerance.setValue(50)
+        bar.buttons.mean_all.click()
         assert bar.state.text().startswith("0 of 3")
-        bar.tolerance.setValue(60)
-        bar.mean_all.click()
+        bar.buttons.tolerance.setValue(60)
+        bar.buttons.mean_all.click()
         assert bar.state.text().startswith("1 of 3")
         bar.places.wanted.emit(1)
         menu = bar.action_menu()
         next(action for action in menu.actions() if action.text() == "hold").trigger()
         assert (1.03, 5, "hold") in b.track("consensus")
         bar.step(1)
-        bar.take_a.click()  # Ann has nothing there
+        bar.buttons.take_a.click()  # Ann has nothing there
         assert bar.state.text().startswith("3 of 3")
         assert b.track("consensus")[-1] == (1.03, 5, "hold")
 
@@ -228,7 +246,7 @@ def test_letters_typed_as_a_name_decide_nothing(app, until):
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         b.view.pages.setCurrentIndex(1)
         app.processEvents()
-        b.bar.begin.click()
+        b.bar.buttons.begin.click()
         b.view.activateWindow()
         b.bar.choice.author.setFocus()
         b.bar.choice.author.clear()

@@ -216,10 +216,13 @@ def test_the_coders_own_labels_are_trained_on_where_there_are_some(learning, doc
     learning.train()
     until(lambda: not learning.training)
     assert work.asked[-1][2].author == "Ann"
-    document.set_author("Ben")  # has no labels: whoever is the only coder
+    said = []
+    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.set_author("Ben")  # has no labels: those of who labelled most, and it is said
     learning.train()
     until(lambda: not learning.training)
-    assert work.asked[-1][2].author is None
+    assert work.asked[-1][2].author == "Ann"
+    assert any("Ben" in sentence and "Ann" in sentence for sentence in said)
     learning.set_choice(Choice(("foam",), author="Ann"))
     learning.train()
     until(lambda: not learning.training)
@@ -246,3 +249,41 @@ def test_labels_painted_while_it_trains_are_not_overwritten(learning, document, 
     until(lambda: not learning.training)
     assert document.segments[-1] == Segment(8.0, 9.0, "grab")
     until(lambda: learning.edits == 1, 3.0)
+
+
+def test_the_status_bar_says_in_other_workspaces_how_training_stands(
+    learning, document, work, until
+):
+    from forcelab.gui.review.standing import Standing
+
+    line = Standing(learning)
+    assert line.isHidden()  # nothing was trained
+    work.gate = False
+    learning.train()
+    until(lambda: learning.step is not None and learning.step.epoch == 3)
+    assert not line.isHidden()
+    assert "epoch 3" in line.text()
+    line.set_elsewhere(False)  # the review says it itself
+    assert line.isHidden()
+    line.set_elsewhere(True)
+    work.gate = True
+    until(lambda: not learning.training and learning.edits == 0)
+    assert line.text() == "Recogniser: up to date"
+    document.paint(6.0, 7.0, "grab")
+    until(lambda: learning.edits == 1)
+    assert line.text().startswith("Recogniser: 1 edit since")
+
+
+def test_who_labelled_most_is_trained_on(document):
+    from forcelab.gui.review.whose import whose_labels
+
+    project = document.project
+    other = [info for info in document.infos if info.task == "foam"][:1]
+    for info in other:
+        project.edit(info.id, "Cleo", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.set_author("Ben")
+    document.refresh()
+    assert whose_labels(document, {"foam"}) == "Ann"
+    document.set_author("Cleo")
+    assert whose_labels(document, {"foam"}) == "Cleo"
+    assert whose_labels(document, {"no such task"}) is None

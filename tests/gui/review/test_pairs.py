@@ -2,12 +2,13 @@
 
 import os
 import tempfile
+from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 
@@ -16,6 +17,8 @@ from forcelab.gui import settings, theme
 from forcelab.gui.document import Document
 from forcelab.gui.figures.fading import opacity
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import pairs_canvas
+from forcelab.gui.review.colouring import vocabulary_of
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_hits import told
 from forcelab.labels import Segment
@@ -415,6 +418,31 @@ def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
     assert not view.note.isVisible()
 
 
+def test_who_looks_next_sees_nothing_that_he_codes_blind(shown, study):
+    """Also where the coder changed while another workspace was in front."""
+    study.project.assign(study.infos[1].id, "Bob", blind=True)
+    view = shown()
+    assert len(view.area.entries) == 3
+    view.hide()
+    study.set_author("Bob")
+    view.show()
+    assert [entry.id for entry in view.area.entries] == [study.infos[i].id for i in (0, 2)]
+    assert view.note.isVisible()
+    shown.settle(view)
+    assert len(view.area.entries) == 2
+
+
+def test_colours_that_changed_while_it_was_hidden_are_the_new_ones(shown, study):
+    view = shown()
+    view.hide()
+    study.open_demonstration(study.infos[0].id)
+    actions = list(study.vocabulary)
+    other = replace(actions[0], colour="#123456")
+    assert study.set_vocabulary(Vocabulary((other, *actions[1:])))
+    view.show()
+    assert view._looks["grab"].colour.name() == "#123456"
+
+
 def test_nothing_is_made_for_a_hidden_view(shown, study):
     view = shown()
     view.hide()
@@ -463,3 +491,84 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     view.tools.search.setText("nothing like it")
     view.export_to(tmp_path / "pairs.svg")
     assert "No timeline pair" in said[2][0]
+
+
+# What was found while using it
+
+
+class Painted(QObject):
+    """Notes which regions are painted."""
+
+    def __init__(self):
+        super().__init__()
+        self.regions = []
+
+    def eventFilter(self, _, event):  # noqa: N802
+        if event.type() == QEvent.Type.Paint:
+            self.regions.append(event.region().boundingRect())
+        return False
+
+
+def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_first(
+    shown, monkeypatch
+):
+    view = shown(outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(6))), size=(600, 420))
+    area = view.area
+    monkeypatch.setattr(pairs_canvas, "BUDGET", -1.0)
+    area.repaint_all()
+    area.viewport().repaint()  # all rows are skipped
+    assert area.pictures.known("id 2") is None
+    monkeypatch.setattr(pairs_canvas, "BUDGET", 1.0)
+    events = Painted()
+    area.viewport().installEventFilter(events)
+    area._painted(2)  # as an event does that shows a part of it
+    QTest.qWait(30)
+    area.viewport().removeEventFilter(events)
+    row = area.arrangement.row_box(2).toAlignedRect()
+    assert any(region.contains(row) for region in events.regions)
+
+
+def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
+    view = shown(size=(600, 230))
+    area, bar = view.area, view.area.verticalScrollBar()
+    last = area.entries[-1]
+    assert bar.maximum() > 0
+    for id_ in (last.id, area.entries[0].id):
+        study.examine(Place(id_, 3.0, 4.0, "grab", "hold", 0.9))
+        row = next(i for i, entry in enumerate(area.entries) if entry.id == id_)
+        box = area.arrangement.row_box(row)
+        assert box.top() >= bar.value() - 1
+        assert box.bottom() <= bar.value() + area.viewport().height() + 1
+        assert area.row == row
+
+
+def test_only_the_open_demonstration_looks_open(shown, study):
+    study.open_demonstration(study.infos[0].id)
+    view = shown()
+    area = view.area
+
+    def ground(row):
+        image = area.viewport().grab().toImage()
+        at = QPointF(area.viewport().width() - 3, area.arrangement.row_box(row).center().y())
+        return image.pixelColor((at * image.devicePixelRatio()).toPoint()).getRgb()
+
+    opened = ground(0)
+    assert opened != ground(1)
+    study.open_demonstration(area.entries[1].id)
+    shown.settle(view)
+    assert ground(1) == opened
+    assert ground(0) != opened
+
+
+def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
+    foam = study.project.vocabulary("foam")
+    other = Vocabulary().with_actions("hold", "push", "grab")
+    study.project.set_vocabulary("LEGO", other)
+    both = vocabulary_of(study.project, replace(outcome(), tasks=("LEGO",), test_task="foam"))
+    assert all(both[name].look == foam[name].look for name in foam.names)
+    # Its colour is taken already: it keeps it, with a texture.
+    assert both["push"].colour == other["push"].colour
+    assert both["push"].look != foam["hold"].look
+    apart = vocabulary_of(study.project, replace(outcome(), tasks=("foam", "LEGO"), apart=True))
+    assert apart["grab_foam"].colour == foam["grab"].colour
+    assert apart["hold_LEGO"].colour == other["hold"].colour

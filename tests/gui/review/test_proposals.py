@@ -111,6 +111,21 @@ def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
     assert document.segments[-1] == PREDICTED[-1]
 
 
+def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
+    from dataclasses import replace
+
+    outcome = outcome_of(document.project)
+    (one,) = outcome.proposals
+    stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
+    apart = replace(outcome, apart=True, proposals=(replace(one, stages=stages),))
+    document.set_outcome(apart)
+    document.open_demonstration(one.id)
+    view.in_view.click()
+    assert document.segments == one.predicted
+    stored = document.project.vocabulary(one.task).names
+    assert not any(name.endswith(one.task) for name in stored)
+
+
 def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
     assert not view.here.isEnabled()
     document.set_outcome(outcome_of(document.project))

@@ -92,7 +92,7 @@ def bench(app, until):
 
 
 def kinds(view):
-    return [(section.kind, len(section.items)) for section in view.model.sections]
+    return [(section.kind, len(section)) for section in view.model.sections]
 
 
 def examined(view):
@@ -108,7 +108,7 @@ EDGE = (2, 2.1, "hold", "grab")
 def test_what_differs_is_listed_by_section(bench):
     with bench() as view:
         assert kinds(view) == [("actions", 1), ("missed", 1), ("boundaries", 1), ("invented", 1)]
-        assert view.model.sections[0].items[0].name == "01"
+        assert view.model.sections[0].item(0).name == "01"
 
 
 def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
@@ -131,6 +131,20 @@ def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench
         view.next()
         until(lambda: view.document.examined is not None)
         assert examined(view) == WRONG
+
+
+@pytest.mark.parametrize("visible", [True, False])
+def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(bench, until, visible):
+    with bench() as view:
+        document = view.document
+        document.project.assign(document.id, "Bob", blind=True)
+        view.setVisible(visible)
+        document.set_author("Bob")
+        assert kinds(view) == []
+        assert not view.judge("model")
+        view.show()
+        until(lambda: not view.reader.stale)
+        assert kinds(view) == []
 
 
 def test_human_right_keeps_the_label_and_goes_on(bench, until):
@@ -188,7 +202,7 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
         view.next()
         view.judge("ambiguous")
         until(lambda: not view.reader.stale)
-        view.document.examine(view.model.sections[-1].items[0].place)
+        view.document.examine(view.model.sections[-1].item(0).place)
         assert not view.buttons.withdraw.isHidden()
         assert view.withdraw()
         until(lambda: not view.reader.stale)
@@ -229,10 +243,56 @@ def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
     from PySide6.QtTest import QTest
 
     with bench() as view:
-        missed = view.model.index(0, 0, view.model.index(1, 0))
+        missed = view.model.index(view.model.row(1, 0))
         view.list.setCurrentIndex(missed)
         QTest.keyClick(view.list, Qt.Key.Key_Return)
         assert examined(view) == MISSED
+
+
+def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(bench, app, monkeypatch):
+    """Otherwise each step and each verdict would take a fifth of a second."""
+    from forcelab.gui.review.queue_model import Section
+    from forcelab.review.differences import Difference
+    from forcelab.review.queue import Queue
+
+    made = []
+    item = Section.item
+    with bench() as view:
+        many = tuple(
+            Difference(view.document.id, t, t + 0.01, "grab", "hold", 0.5)
+            for t in np.linspace(0.5, 9.5, 4000).tolist()
+        )
+        monkeypatch.setattr(Section, "item", lambda *args: made.append(args) or item(*args))
+        view.reader.put_away(Queue(actions=many))
+        app.processEvents()
+        assert view.model.rowCount() == 4001
+        view.next()
+        view.previous()
+        assert view.told[-1] == "Back at the last."
+        assert view.list.currentIndex().row() == 4000
+        app.processEvents()
+        assert len(made) < 200
+
+
+def test_a_heading_folds_and_unfolds_its_section_and_folded_rows_are_passed_over(bench):
+    from PySide6.QtCore import Qt
+    from PySide6.QtTest import QTest
+
+    with bench() as view:
+        rows = view.model.rowCount()
+        heading = view.model.index(view.model.row(0))
+        box = view.list.visualRect(heading)
+        left = Qt.MouseButton.LeftButton
+        QTest.mouseClick(view.list.viewport(), left, pos=box.center())
+        assert view.model.rowCount() == rows - 1
+        assert "folded" in heading.data(Qt.ItemDataRole.AccessibleTextRole)
+        view.next()
+        assert examined(view) == MISSED
+        view.list.setCurrentIndex(view.model.index(view.model.row(0)))
+        QTest.keyClick(view.list, Qt.Key.Key_Return)
+        assert view.model.rowCount() == rows
+        view.next()
+        assert examined(view) == WRONG
 
 
 def test_without_an_outcome_it_says_what_to_do(bench):

@@ -166,6 +166,17 @@ def test_blind_demonstrations_have_no_row(view, document):
     assert f"foam {document.infos[0].id}" in names(view)
 
 
+def test_rows_come_when_the_last_blind_demonstration_is_done(view, document, until):
+    one = document.infos[0].id
+    document.project.assign(one, "Ada", blind=True)
+    document.set_outcome(drawn_outcome([one], ACTIONS, number=3))
+    until(lambda: view.intervals)
+    assert len(view.model.rows) == 2
+    document.project.set_done(one, "Ada", True)
+    document.refresh_listing()
+    assert names(view)[2:] == [f"foam {one}"]
+
+
 def test_nothing_is_computed_while_it_is_hidden(view, document, app, jobs, until):
     view.hide()
     document.set_outcome(drawn_outcome(["a", "b", "c"], ACTIONS, number=2))

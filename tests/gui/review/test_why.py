@@ -151,6 +151,25 @@ def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
         document.project.unassign(other, "Bob")
 
 
+@pytest.mark.parametrize("visible", [True, False])
+def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
+    explained, document, study, until, visible
+):
+    view, other = explained, study[1].tested[1].id
+    assert other in {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
+    document.project.assign(other, "Cleo", blind=True)
+    try:
+        view.setVisible(visible)
+        document.set_author("Cleo")
+        view.show()
+        until(lambda: view.settled and not view.page.stale, 20.0)
+        shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
+        assert shown == {study[1].tested[2].id}
+    finally:
+        document.project.unassign(other, "Cleo")
+        document.set_author("Bob")
+
+
 def test_nothing_is_computed_while_it_is_hidden(view, document, study, app, trainings, jobs):
     document.set_outcome(study[1])
     document.examine(place_in(study))

@@ -1,0 +1,259 @@
+"""Live: when a device's samples were taken, on the host's monotonic clock.
+
+A sample arrives when it was taken plus a delay that is never negative: the earliest arrivals tell
+the time, late ones tell only how busy the computer was. Each window gives its earliest arrival to
+a line of host time against the device's counter, fitted by recursive least squares that forgets.
+What is kept is the weighted mean and the spread about it (West, 1979: Updating mean and variance
+estimates, CACM 22), never sums of raw clock readings, so that hours of ticks cost no digits.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["HALF_LIFE", "STEP", "WINDOW", "ArrivalClock"]
+
+#: Seconds after which a window counts half.
+HALF_LIFE = 90.0
+#: Seconds of which only the earliest arrival is used.
+WINDOW = 0.25
+#: Seconds by which a jump of the counter must contradict the arrivals to begin a new stretch.
+STEP = 0.02
+
+_LATE = 0.005  # s behind the line, at least, of windows that say nothing of the device's clock
+_PATIENCE = 16  # late windows in a row after which it is the line that is wrong
+_SETTLED = 2.0  # s of ticks before the slope of the line is believed
+_STARTING = 8  # windows that are all looked at again with each further one, as many may be late
+
+
+class ArrivalClock:
+    """Host time against a device's counter, by recursive least squares with forgetting.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second that the device was told to give; used for the first seconds only.
+    half_life : float
+        Seconds after which a window counts half.
+    window : float
+        Seconds of which only the earliest arrival is used.
+
+    Attributes
+    ----------
+    rate : float
+        Seconds of the host that one tick takes.
+    residual : float
+        Weighted root mean square distance, in s, of the windows' earliest arrivals from the line
+        as it was before them.
+    stretches : int
+        How many times the ticks have begun anew: by :meth:`restart`, or by a jump of the counter.
+
+    Notes
+    -----
+    Not for several threads at once.
+    """
+
+    def __init__(self, rate: float, half_life: float = HALF_LIFE, window: float = WINDOW) -> None:
+        self._told = 1.0 / rate if rate > 0 else 1e-3
+        self._decay = math.log(2.0) / half_life
+        self._window = window
+        self.stretches = 0
+        self.residual = 0.0
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin a new stretch of ticks: the device was plugged in again, or its counter jumped."""
+        self.stretches += 1
+        self._zero: tuple[int, float] | None = None  # ticks and host time that are counted from
+        self._last: int | None = None
+        self._pending: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        self._begun = math.nan
+        self._forget()
+
+    @property
+    def known(self) -> bool:
+        """Whether anything has arrived in this stretch."""
+        return self._zero is not None
+
+    @property
+    def newest(self) -> int | None:
+        """The last tick that arrived in this stretch; None before the first."""
+        return self._last
+
+    @property
+    def offset(self) -> float:
+        """Host time (s) at which the counter reads zero; NaN before the first sample."""
+        return float(self.to_host(np.zeros(1, dtype=np.int64))[0])
+
+    def to_host(self, ticks: NDArray[np.int64]) -> NDArray[np.float64]:
+        """When samples were taken, by what is known now.
+
+        Parameters
+        ----------
+        ticks : ndarray of int64, shape (n,)
+            Of the present stretch.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+            Seconds of the host's monotonic clock; NaN before the first sample.
+        """
+        if self._zero is None:
+            return np.full(len(ticks), np.nan)
+        x = (ticks - self._zero[0]).astype(np.float64)
+        return self._zero[1] + self._line(x)
+
+    def update(self, arrived: NDArray[np.float64], ticks: NDArray[np.int64]) -> None:
+        """Take in samples as they arrive.
+
+        Parameters
+        ----------
+        arrived : ndarray of float64, shape (n,)
+            When each was read, in seconds of the host's monotonic clock.
+        ticks : ndarray of int64, shape (n,)
+            The device's counter.
+        """
+        if not len(ticks):
+            return
+        for first, last in self._pieces(arrived, ticks):
+            if first > 0 or self._broken(arrived[0], ticks[0]):
+                self.restart()
+            self._take(arrived[first:last], ticks[first:last])
+
+    def _pieces(
+        self, arrived: NDArray[np.float64], ticks: NDArray[np.int64]
+    ) -> list[tuple[int, int]]:
+        """Where within a block the counter jumps."""
+        steps = np.diff(ticks)
+        broken = steps != 1
+        if not broken.any():
+            return [(0, len(ticks))]
+        ahead = np.diff(arrived) - self.rate * steps
+        # The delay of what came before the break is in `ahead` too; delays end, jumps do not, and
+        # those that stay behind are found by their lateness.
+        jumps = np.flatnonzero((steps <= 0) | (broken & (ahead < -STEP - self._delay(arrived))))
+        edges = [0, *(jumps + 1).tolist(), len(ticks)]
+        return list(pairwise(edges))
+
+    def _delay(self, arrived: NDArray[np.float64]) -> float:
+        """How long the bytes of a block may have waited before they were read, at most (s)."""
+        return float(arrived[-1] - arrived[0]) + self._window
+
+    def _broken(self, arrived: float, tick: int) -> bool:
+        """Whether the counter jumped between two blocks."""
+        if self._last is None or tick == self._last + 1:
+            return False
+        if tick <= self._last:
+            return True
+        early = float(self.to_host(np.array([tick]))[0]) - arrived
+        return self._seen > 0 and early > STEP
+
+    def _take(self, arrived: NDArray[np.float64], ticks: NDArray[np.int64]) -> None:
+        """Take in samples without a jump, window by window."""
+        if self._zero is None:
+            self._zero = (int(ticks[0]), float(arrived[0]))
+        self._last = int(ticks[-1])
+        x = (ticks - self._zero[0]).astype(np.float64)
+        y = arrived - self._zero[1]
+        at = x * self._told  # windows are cut by ticks: arrivals come in bursts
+        if math.isnan(self._begun):
+            self._begun = at[0]
+        cuts = np.flatnonzero(np.diff(np.floor((at - self._begun) / self._window))) + 1
+        edges = [0, *cuts.tolist(), len(x)]
+        for first, last in pairwise(edges):
+            if at[first] - self._begun >= self._window:
+                self._close()
+                passed = math.floor((at[first] - self._begun) / self._window)
+                self._begun += passed * self._window
+            self._pending.append((x[first:last], y[first:last]))
+
+    def _close(self) -> None:
+        """Give the earliest arrival of the window that has ended to the line."""
+        x = np.concatenate([part[0] for part in self._pending])
+        y = np.concatenate([part[1] for part in self._pending])
+        self._pending.clear()
+        earliest = int(np.argmin(y - self._line(x)))
+        self._learn(float(x[earliest]), float(y[earliest]))
+
+    def _forget(self) -> None:
+        """No window has been seen."""
+        self.rate = self._told
+        self._begin()
+        self._starting: list[tuple[float, float]] = []
+        self._late: list[tuple[float, float]] = []
+
+    def _begin(self) -> None:
+        """The line goes through nothing yet."""
+        self._seen = 0
+        self._weight = self._xx = self._xy = self._squares = 0.0
+        self._x = self._y = self._latest = self._first = 0.0
+
+    def _line(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The line, in s from the stretch's first arrival against ticks from its first tick."""
+        return self._y + self.rate * (x - self._x)
+
+    def _learn(self, x: float, y: float) -> None:
+        """Take in one window's earliest arrival."""
+        if len(self._starting) < _STARTING:
+            self._start((x, y))
+            return
+        off = self._off(x, y)
+        if abs(off) <= max(_LATE, 6.0 * self.residual):
+            self._late.clear()
+            self._fit(x, y, off)
+            return
+        # Nothing arrives before it was taken: one early window shows that all before was late.
+        self._late.append((x, y))
+        if off < 0 or len(self._late) >= _PATIENCE:
+            points = self._late if off > 0 else [(x, y)]
+            self._forget()
+            for point in points:
+                self._learn(*point)
+
+    def _start(self, point: tuple[float, float]) -> None:
+        """Fit the first windows anew without those that are late, such as a backlog's."""
+        self._starting.append(point)
+        x, y = (np.array(values) for values in zip(*self._starting, strict=True))
+        self._begin()
+        self.rate = self._told
+        if len(x) > 1 and abs(y[-1] - y[-2] - self._told * (x[-1] - x[-2])) > _LATE:
+            slope = float(np.median(np.diff(y) / np.diff(x)))
+            if slope > 0:
+                self.rate = slope
+        late = y - self.rate * x
+        for a, b in zip(*(v[late <= late.min() + _LATE].tolist() for v in (x, y)), strict=True):
+            self._fit(a, b, self._off(a, b))
+
+    def _off(self, x: float, y: float) -> float:
+        """How far (s) a window's earliest arrival is behind the line."""
+        return y - (self._y + self.rate * (x - self._x)) if self._seen else 0.0
+
+    def _fit(self, x: float, y: float, off: float) -> None:
+        """One step of the recursion."""
+        fade = math.exp(-self._decay * self.rate * (x - self._latest)) if self._seen else 0.0
+        if not self._seen:
+            self._first = x
+        self._latest, self._seen = x, self._seen + 1
+        old = fade * self._weight
+        self._weight = old + 1.0
+        dx, dy = x - self._x, y - self._y
+        share = old / self._weight
+        self._xx = fade * self._xx + share * dx * dx
+        self._xy = fade * self._xy + share * dx * dy
+        self._squares = fade * self._squares + off * off
+        self._x += dx / self._weight
+        self._y += dy / self._weight
+        self.residual = math.sqrt(self._squares / self._weight)
+        if self._xx > 0:
+            self.rate = self._slope(x)
+
+    def _slope(self, x: float) -> float:
+        """Seconds a tick, by the line; as told while the line is too short to tell."""
+        slope = self._xy / self._xx
+        if slope <= 0 or self.rate * (x - self._first) < _SETTLED:
+            return self.rate
+        return slope

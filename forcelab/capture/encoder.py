@@ -1,0 +1,242 @@
+"""US Digital's QSB-D, which reads a quadrature encoder: the opening of the tongs.
+
+It speaks lines of text at 230,400 baud. A command is a letter, two hexadecimal digits for a
+register, and up to eight for a value: ``R0E`` reads, ``W0B1`` writes, ``S0E`` sends register 0E
+again and again. The answer has the letter in lower case, or ``e`` for an error, the register, eight
+digits of value, eight of the device's clock if it was told to, and an exclamation mark; blanks may
+stand between them. Its clock counts 1/512 s.
+
+A stream comes at a fixed interval, but only when the count has changed by more than a threshold:
+in between the last value holds, which is no gap. Facts from US Digital's public "QSB Commands
+List"; what a register does that is not named here was not needed.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.lines import LineSplitter
+from forcelab.errors import InputError
+
+__all__ = [
+    "BAUD",
+    "CLOCK_RATE",
+    "COUNT",
+    "Counts",
+    "EncoderParser",
+    "Reply",
+    "read_register",
+    "set_up",
+    "stream_register",
+    "write_register",
+]
+
+BAUD: Final = 230_400
+#: Ticks a second of its clock, and so the fastest stream.
+CLOCK_RATE: Final = 512.0
+
+_MODE, _QUADRATURE, _DIRECTION = 0x00, 0x03, 0x04
+_THRESHOLD, _INTERVAL, _CLOCK = 0x0B, 0x0C, 0x0D
+#: The register of the encoder's count.
+COUNT: Final = 0x0E
+_VERSION, _FORMAT = 0x14, 0x15
+#: LF, CR, clock and blanks in each answer.
+_FULL_FORMAT = 0x0F
+
+_ANSWER = re.compile(
+    rb"\s*([rwse])\s*([0-9A-F]{2})\s*([0-9A-F]{8})(?:\s*([0-9A-F]{8}))?\s*!?\s*", re.I
+)
+_GREETING = re.compile(rb"\s*QSB-[DMS]\b.*", re.I)
+_TURN = 1 << 32
+_PRODUCTS = ("QSB-D", "QSB-M", "QSB-S")
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """An answer to a command.
+
+    Parameters
+    ----------
+    letter : str
+        ``"r"``, ``"w"`` or ``"s"``; ``"e"`` for an error.
+    register : int
+        The register that it is about.
+    value : int
+        0 to 2 ** 32 - 1.
+    """
+
+    letter: str
+    register: int
+    value: int
+
+    def device(self) -> tuple[str, str]:
+        """Name and serial number of the device, for the answer to reading register 14."""
+        product = self.value >> 8 & 15
+        name = _PRODUCTS[product] if product < len(_PRODUCTS) else "QSB"
+        return name, str(self.value >> 12)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """Counts that were streamed.
+
+    Parameters
+    ----------
+    counts : ndarray of int64, shape (n,)
+        Of the encoder, signed, and not wrapping where the device does at 32 bits.
+    times : ndarray of float64, shape (n,), or None
+        Seconds of the device's clock, not wrapping either; None if it was not told to send them.
+    """
+
+    counts: NDArray[np.int64]
+    times: NDArray[np.float64] | None
+
+    def __len__(self) -> int:
+        return len(self.counts)
+
+
+def read_register(register: int) -> bytes:
+    """The command that reads a register, 0 to 255."""
+    return f"R{_checked(register):02X}\r\n".encode()
+
+
+def write_register(register: int, value: int) -> bytes:
+    """The command that writes a value of 32 bits into a register, 0 to 255.
+
+    Raises
+    ------
+    InputError
+        If the value does not fit.
+    """
+    if not 0 <= value < _TURN:
+        raise InputError(f"A register of the encoder takes 0 to 4,294,967,295, not {value}.")
+    return f"W{_checked(register):02X}{value:08X}\r\n".encode()
+
+
+def stream_register(register: int = COUNT) -> bytes:
+    """The command that has a register sent again and again."""
+    return f"S{_checked(register):02X}\r\n".encode()
+
+
+def set_up(
+    *, quadrature: int = 4, reverse: bool = False, threshold: int = 0, rate: float = CLOCK_RATE
+) -> tuple[bytes, ...]:
+    """The commands that make a device stream its count, in their order.
+
+    Parameters
+    ----------
+    quadrature : int
+        Counts a line of the encoder: 1, 2 or 4.
+    reverse : bool
+        Count the other way round.
+    threshold : int
+        How much the count has to change before it is sent; 0 sends it at every interval.
+    rate : float
+        The most that is sent, in Hz: 512 / n.
+
+    Returns
+    -------
+    tuple of bytes
+        Each is answered by a line of its own, except that the stream begins after the last one.
+
+    Raises
+    ------
+    InputError
+        If the device has no such setting.
+    """
+    codes = {1: 1, 2: 2, 4: 3}
+    if quadrature not in codes:
+        raise InputError(f"An encoder gives 1, 2 or 4 counts a line, not {quadrature}.")
+    if not 0 < rate <= CLOCK_RATE:
+        raise InputError(f"The encoder sends at most {CLOCK_RATE:g} counts a second, not {rate:g}.")
+    return (
+        write_register(_FORMAT, _FULL_FORMAT),
+        read_register(_VERSION),
+        write_register(_MODE, 0),
+        write_register(_QUADRATURE, codes[quadrature]),
+        write_register(_DIRECTION, 0x80 if reverse else 0),
+        write_register(_THRESHOLD, threshold),
+        write_register(_INTERVAL, max(1, round(CLOCK_RATE / rate))),
+        write_register(_CLOCK, 1),  # the clock starts at zero, so that it does not wrap soon
+        stream_register(),
+    )
+
+
+class EncoderParser:
+    """Turns the bytes of one QSB-D into counts.
+
+    Attributes
+    ----------
+    junk_lines : int
+        Lines that were no answer.
+    """
+
+    def __init__(self) -> None:
+        self.junk_lines = 0
+        self._splitter = LineSplitter()
+        self._replies: list[Reply] = []
+        self._count: int | None = None
+        self._tick: int | None = None
+
+    def feed(self, data: bytes) -> Counts | None:
+        """The counts that are complete with these bytes; None if there are none.
+
+        A count that was asked for with ``R0E`` comes as one that was streamed.
+
+        Parameters
+        ----------
+        data : bytes
+            What follows on what was given before; an unfinished line is kept.
+        """
+        counts: list[int] = []
+        ticks: list[int | None] = []
+        for line in self._splitter.feed(data):
+            answer = _ANSWER.fullmatch(line)
+            if answer is None:
+                self.junk_lines += _GREETING.fullmatch(line) is None
+                continue
+            letter, register = answer[1].decode().lower(), int(answer[2], 16)
+            value, clock = int(answer[3], 16), answer[4]
+            if letter in "rs" and register == COUNT:
+                self._count = _going_on(self._count, value, signed=True)
+                if clock is not None:
+                    self._tick = _going_on(self._tick, int(clock, 16), signed=False)
+                counts.append(self._count)
+                ticks.append(None if clock is None else self._tick)
+            else:
+                self._replies.append(Reply(letter, register, value))
+        if not counts:
+            return None
+        timed = [tick for tick in ticks if tick is not None]
+        times = np.array(timed) / CLOCK_RATE if len(timed) == len(counts) else None
+        return Counts(np.array(counts, np.int64), times)
+
+    def take_replies(self) -> list[Reply]:
+        """The answers to other commands since this was asked last."""
+        taken, self._replies = self._replies, []
+        return taken
+
+    def restart(self) -> None:
+        """Go on after the cable was plugged in again, when counts and clock may start anew."""
+        self._splitter.forget()
+        self._count = self._tick = None
+
+
+def _checked(register: int) -> int:
+    """A register that exists."""
+    if not 0 <= register <= 0xFF:
+        raise InputError(f"The encoder's registers are 0 to 255, not {register}.")
+    return register
+
+
+def _going_on(before: int | None, value: int, *, signed: bool) -> int:
+    """A value of 32 bits as the nearest one (the next one, unsigned) to what was before."""
+    if before is None:
+        return value - _TURN if signed and value >= _TURN // 2 else value
+    going = (value - before) % _TURN
+    return before + (going - _TURN if signed and going >= _TURN // 2 else going)

@@ -1,0 +1,147 @@
+"""Recordings into a project: their names, their files while they last, and what was left behind."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from forcelab.capture.gathering import gather
+from forcelab.capture.journal import SUFFIX, Contents, read
+from forcelab.capture.journal_writer import being_written
+from forcelab.errors import InputError
+from forcelab.project import Added, Project
+from forcelab.project.records import Incoming
+
+__all__ = ["CAPTURES", "Kept", "Recovered", "keep", "next_name", "recover", "unfinished"]
+
+#: Name of the folder in a project that holds recordings while they last.
+CAPTURES = "captures"
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A recording that has become a demonstration.
+
+    Parameters
+    ----------
+    added : Added
+        What became of it.
+    samples : int
+    seconds : float
+    remarks : tuple of str
+        What is to be said of it, a sentence each.
+    """
+
+    added: Added
+    samples: int
+    seconds: float
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Recovered:
+    """What became of an unfinished recording.
+
+    Parameters
+    ----------
+    path : Path
+        Its journal, which is still there where nothing was kept.
+    kept : Kept or None
+    trouble : str
+        Why nothing was kept; empty where it was.
+    """
+
+    path: Path
+    kept: Kept | None
+    trouble: str = ""
+
+
+def next_name(project: Project, task: str) -> str:
+    """The next name of a task's demonstrations: the task and the number after the largest one."""
+    names = [one.name for one in project.demonstrations(task)]
+    names += [path.stem for path in (project.path / CAPTURES).glob(f"*{SUFFIX}")]
+    numbered = re.compile(re.escape(task) + r" (\d+)(?: \(\d+\))?")
+    numbers = [int(match[1]) for name in names if (match := numbered.fullmatch(name))]
+    return f"{task} {max(numbers, default=0) + 1:02d}"
+
+
+def keep(path: Path, contents: Contents) -> Kept:
+    """Make a demonstration of what a journal held and add it to its project.
+
+    To do it twice does no harm: the same recording is the same demonstration.
+
+    Parameters
+    ----------
+    path : Path
+        The project's folder.
+    contents : Contents
+        What the journal held; videos lie where it says.
+
+    Raises
+    ------
+    InputError
+        If it holds no demonstration or the project cannot be written; nothing was added.
+    """
+    gathered = gather(contents, path / CAPTURES)
+    demonstration = gathered.demonstration
+    devices = ", ".join(str(one) for one in gathered.stamps["devices"])
+    incoming = Incoming(
+        demonstration,
+        () if gathered.track is None else (gathered.track,),
+        source=f"captured {contents.header.get('started', '')} from {devices}",
+    )
+    with Project.open(path) as project:
+        (added,) = project.add_all([incoming])
+        project.attach_stamps(added.id, gathered.stamps)
+    remarks = (*gathered.remarks, *added.remarks)
+    return Kept(added, len(demonstration.times), demonstration.duration, remarks)
+
+
+def videos(folder: Path, contents: Contents) -> tuple[Path, ...]:
+    """The video files that belong to a journal."""
+    cameras = contents.header.get("cameras", ())
+    return tuple(folder / Path(str(camera["file"])).name for camera in cameras)
+
+
+def delete_videos(files: tuple[Path, ...]) -> None:
+    """Remove a recording's videos: they are in the project, or not wanted."""
+    for file in files:
+        with contextlib.suppress(OSError):  # it only takes up room
+            file.unlink(missing_ok=True)
+
+
+def unfinished(path: Path) -> tuple[Path, ...]:
+    """Journals of a project that nobody is writing: of recordings that a crash ended.
+
+    Parameters
+    ----------
+    path : Path
+        The project's folder.
+    """
+    found = sorted((path / CAPTURES).glob(f"*{SUFFIX}"))
+    return tuple(journal for journal in found if not being_written(journal))
+
+
+def recover(path: Path) -> tuple[Recovered, ...]:
+    """Make demonstrations of all unfinished recordings of a project.
+
+    Parameters
+    ----------
+    path : Path
+        The project's folder.
+    """
+    return tuple(_recovered(path, journal) for journal in unfinished(path))
+
+
+def _recovered(path: Path, journal: Path) -> Recovered:
+    try:
+        contents = read(journal)
+        kept = keep(path, contents)
+    except InputError as error:
+        return Recovered(journal, None, str(error))
+    delete_videos(videos(journal.parent, contents))
+    with contextlib.suppress(OSError):  # it is offered again, which does no harm
+        journal.unlink()
+    return Recovered(journal, kept)

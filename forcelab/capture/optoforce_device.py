@@ -1,0 +1,345 @@
+"""An OptoForce DAQ at a serial port."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.blocks import Block, UnpluggedError
+from forcelab.capture.calibration import Calibration, channels_of, read_calibrations
+from forcelab.capture.discovery import optoforce_ports
+from forcelab.capture.events import Events
+from forcelab.capture.optoforce import (
+    BAUD,
+    FILTERS,
+    Stream,
+    configure,
+    serial_request,
+    speed_for,
+)
+from forcelab.capture.optoforce_talk import ANSWER, Talk
+from forcelab.capture.serial_port import Port
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.formats.optoforce.packets import Kind
+from forcelab.formats.optoforce.status import sentences
+
+__all__ = ["OptoForce"]
+
+#: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
+GATHER = 0.004
+#: Seconds without a packet after which that is remarked.
+SILENCE = 1.0
+#: Seconds over which the readings are averaged that a zeroing takes for zero.
+ZEROING = 0.03
+
+
+@dataclass(frozen=True)
+class _Zeroed(Calibration):
+    """A calibration of a DAQ that has forgotten its zero.
+
+    Parameters
+    ----------
+    offset : ndarray of float64, shape (c,)
+        Counts that it reads where zero was taken.
+    """
+
+    offset: NDArray[np.float64]
+
+    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
+        left = counts - self.offset
+        return left * np.where(left < 0, self.negative, self.positive)
+
+
+class OptoForce:
+    """A DAQ with its sensors; see :class:`~forcelab.capture.blocks.Device`.
+
+    A zero that was taken survives an unplugged cable: the DAQ forgets it, and what it read at that
+    moment is subtracted here from then on. Not for several threads at once.
+
+    Parameters
+    ----------
+    path : str
+        Its port.
+    rate : float
+        Samples a second: 1000 / n.
+    cutoff : float
+        Of its filter, in Hz; 0 for none.
+    calibration : Path, optional
+        File that says how many newtons a count is; without it the readings are counts.
+    serial : str, optional
+        Refuse any other DAQ. By default the one that is found first is remembered.
+    first : int
+        Number of its first sensor, which the names of the channels end with.
+    ports : callable
+        Ports at which it may be after it was plugged in again.
+
+    Attributes
+    ----------
+    serial : str or None
+        Serial number, once it was opened and if it told it.
+    connections : int
+        How often it was connected.
+
+    Raises
+    ------
+    InputError
+        If the DAQ has no such rate or filter, or the calibration file is not right.
+    """
+
+    holds = False
+
+    def __init__(
+        self,
+        path: str,
+        *,
+        rate: float = 1000.0,
+        cutoff: float = 15.0,
+        calibration: Path | None = None,
+        serial: str | None = None,
+        first: int = 1,
+        ports: Callable[[], Sequence[str]] = optoforce_ports,
+    ) -> None:
+        if cutoff not in FILTERS:
+            raise InputError(
+                f"An OptoForce DAQ has no filter of {cutoff:g} Hz; choose one of "
+                f"{', '.join(f'{one:g}' for one in FILTERS)} (0 is none)."
+            )
+        self.rate = rate
+        self.serial = serial
+        self.first = first
+        self.connections = 0
+        self._path = path
+        if not rate > 0:
+            raise InputError(f"An OptoForce DAQ needs a rate above zero, not {rate:g}.")
+        self._speed, self._filter = speed_for(rate), FILTERS.index(cutoff)
+        self._calibrations = None if calibration is None else read_calibrations(calibration)
+        self._calibration: Calibration | None = None
+        self._ports = ports
+        self._kind: Kind | None = None
+        self._stream = Stream(rate)
+        self._offset: NDArray[np.float64] | None = None
+        self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more
+        self._port = Port(path, BAUD, GATHER)
+        self._left = b""
+        self._heard = 0.0
+        self._events = Events()
+
+    @property
+    def name(self) -> str:
+        """Such as ``"optoforce:/dev/ttyACM0"``; the port is the present one."""
+        return f"optoforce:{self._path}"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Such as ``fx1 fy1 fz1``; none before it was opened, as its packets tell how many."""
+        if self._kind is None:
+            return ()
+        return channels_of(self._kind, calibrated=self._calibrations is not None, first=self.first)
+
+    @property
+    def sensors(self) -> int:
+        """How many sensors its packets tell of; 0 before it was opened."""
+        return self._kind.sensors if self._kind else 0
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """What became of the bytes and samples since it was opened first."""
+        read = self._stream.statistics
+        return {
+            "packets": read.packets,
+            "bad_checksums": read.bad_checksums,
+            "skipped_bytes": read.skipped_bytes,
+            "missing_samples": self._stream.missing_samples,
+            "doubled_samples": self._stream.doubled_samples,
+            "counter_jumps": self._stream.counter_jumps,
+            "connections": self.connections,
+        }
+
+    def open(self) -> None:
+        """Connect, learn what it is, and configure it; see ``Device.open``."""
+        self._stream, self._offset, self.connections = Stream(self.rate), None, 0
+        try:
+            self._connect(self._path)
+        except UnpluggedError as error:
+            raise InputError(str(error)) from error
+
+    def reopen(self) -> None:
+        """Find the same DAQ again, by its serial number at whatever port, and configure it.
+
+        Raises
+        ------
+        UnpluggedError
+            While it is not back.
+        """
+        self.close()
+        others = [path for path in self._ports() if path != self._path] if self.serial else []
+        for path in (self._path, *others):
+            try:
+                self._connect(path)
+            except (InputError, UnpluggedError):
+                continue
+            return
+        raise UnpluggedError(f"{self._called()} is not plugged in again yet.")
+
+    def read(self, timeout: float) -> Block | None:
+        """What has arrived; see ``Device.read``."""
+        try:
+            data, arrived = self._port.read(timeout)
+        except UnpluggedError:
+            self._port.close()
+            withheld = self._stream.flush()
+            if withheld is not None:
+                return withheld  # the next call says that it is gone
+            raise
+        if self._left:
+            data, self._left = self._left + data, b""
+        if not data:
+            self._silent()
+            return None
+        return self._told(data, arrived)
+
+    def zero(self) -> None:
+        """Take the present readings for zero; samples that come meanwhile are dropped.
+
+        Raises
+        ------
+        UnpluggedError
+            If the DAQ is gone.
+        """
+        self._offset = None
+        self._order(configure(self._speed, self._filter, 0))
+        self._stream.calibration = None
+        readings: list[NDArray[np.float64]] = []
+        until = time.monotonic() + ANSWER
+        wanted = max(1, round(ZEROING * self.rate))
+        while sum(map(len, readings)) < wanted and time.monotonic() < until:
+            block = self._stream.feed(*self._port.read(0.1))
+            if block is not None:
+                readings.append(block.values)
+        self._order(configure(self._speed, self._filter, 255))
+        if readings:
+            self._offset, self._zeroed = np.concatenate(readings).mean(axis=0), self.connections
+        self._calibrate()
+
+    def remarks(self) -> tuple[str, ...]:
+        """What went wrong since the last time this was asked; see ``Device.remarks``."""
+        return self._events.take()
+
+    def close(self) -> None:
+        """Let go of it; see ``Device.close``."""
+        self._port.close()
+
+    def _called(self) -> str:
+        """What sentences call it."""
+        return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
+
+    def _connect(self, path: str) -> None:
+        """Open a port, and configure what is behind it if it is the right DAQ."""
+        port = Port(path, BAUD, GATHER)
+        port.open()
+        try:
+            talk = Talk(port)
+            serial = talk.ask(serial_request(), lambda reply: reply.serial is not None)
+            found = serial.serial if serial else None
+            if self.serial is not None and found != self.serial:
+                raise InputError(
+                    f"The device at {path} is {found or 'one without a serial number'}, not "
+                    f"OptoForce DAQ {self.serial}; name the port that this one is at."
+                )
+            code = talk.ask(
+                configure(self._speed, self._filter, 0), lambda reply: reply.code is not None
+            )
+            kind = talk.kind()
+        except BaseException:
+            port.close()
+            raise
+        self._take(path, port, talk.left, kind, found)
+        if found is None:
+            self._events.say(
+                f"{self._called()} does not tell its serial number; after unplugging it is looked "
+                f"for at the same port only."
+            )
+        if code is None or code.code:
+            why = "did not confirm" if code is None else f"refused (code {code.code})"
+            self._events.say(f"{self._called()} {why} its configuration.")
+
+    def _take(self, path: str, port: Port, left: bytes, kind: Kind, serial: str | None) -> None:
+        """From now on, read from this port."""
+        if self._calibrations is not None:
+            try:
+                self._calibration = self._calibrations.find(serial, kind)
+            except InputError:
+                port.close()
+                raise
+        self._port, self._path, self._kind, self.serial = port, path, kind, serial
+        self._left, self._heard = left, time.monotonic()
+        if self.connections:
+            self._stream.flush()
+            self._stream.restart(self.rate)
+        self.connections += 1
+        self._calibrate()
+
+    def _calibrate(self) -> None:
+        """Let the stream give what the channels promise."""
+        calibration = self._calibration
+        if self._offset is not None and self._zeroed != self.connections:
+            ones = np.ones(len(self._offset))
+            known = calibration or Calibration("counts", ones, ones)
+            calibration = _Zeroed(known.source, known.positive, known.negative, self._offset)
+        self._stream.calibration = calibration
+
+    def _order(self, message: bytes) -> None:
+        """Send a configuration, and drop what comes until it is confirmed."""
+        self._port.write(message)
+        until = time.monotonic() + ANSWER
+        while time.monotonic() < until:
+            data, arrived = self._port.read(0.1)
+            self._stream.feed(self._left + data, arrived)
+            self._left = b""
+            codes = [reply.code for reply in self._stream.take_replies() if reply.code is not None]
+            if codes:
+                self._heard = arrived
+                if codes[-1] != 0:
+                    self._events.say(f"{self._called()} refused to be zeroed (code {codes[-1]}).")
+                return
+        self._events.say(f"{self._called()} did not confirm that it was zeroed; zero it again.")
+
+    def _told(self, data: bytes, arrived: float) -> Block | None:
+        """What the DAQ told."""
+        block = self._stream.feed(data, arrived)
+        for reply in self._stream.take_replies():
+            if reply.code:
+                self._events.say(f"{self._called()} refused a configuration (code {reply.code}).")
+        if block is None:
+            self._silent()
+            return None
+        self._heard = arrived
+        if block.status is not None:
+            self._note(block.status[block.status != 0], arrived)
+        return block
+
+    def _note(self, status: NDArray[np.uint16], arrived: float) -> None:
+        """Remark what status words say, each event once."""
+        for number in np.unique(status & 0xF):
+            word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
+            for sentence in sentences(word & ~0x03F0):
+                self._events.during(sentence, f"{self._called()}: {sentence}", arrived)
+            for sentence in sentences(word & 0x03FF):
+                self._events.during(int(number), f"{self._called()}: {sentence}", arrived)
+
+    def _silent(self) -> None:
+        """Remark it once when nothing has come for long."""
+        now = time.monotonic()
+        if now - self._heard > SILENCE:
+            self._events.during(
+                "silence",
+                f"{self._called()} has sent no valid packet for {SILENCE:g} s; check its cable.",
+                now,
+            )

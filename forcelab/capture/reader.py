@@ -1,0 +1,275 @@
+"""A thread that reads one device: journal, clock, last seconds, and what is wrong with it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.blocks import Block, Device, UnpluggedError
+from forcelab.capture.clocks import ArrivalClock
+from forcelab.capture.journal import Kind
+from forcelab.capture.journal_writer import JournalWriter
+from forcelab.capture.ring import Ring, Window
+from forcelab.demonstration import Channel
+from forcelab.errors import ForcelabError
+
+__all__ = ["OVERLOAD", "PLUGGED", "UNPLUGGED", "DeviceReader", "DeviceState"]
+
+#: What events in the journal are called.
+UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
+#: Bits of a sample's status that mean that a reading is beyond what the sensor can tell.
+OVERLOAD = 0x03F0
+
+_WAIT = 0.1  # s that a read waits at most
+_RETRY = 0.25  # s between two tries to find a device again
+_RECENT = 2.0  # s for which an alarm is shown after its cause
+_STALLED = 1.0  # s without a sample after which a device is called stalled
+_DRIFT = 0.002  # s of residual, and
+_FAST = 1e-3  # share of the rate, beyond which a clock is said to drift
+_UNKNOWN = 1000.0  # Hz, at most, of a device that was told no rate
+_PENDING = 200  # remarks that are kept for whoever asks
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceState:
+    """How a device does.
+
+    Parameters
+    ----------
+    name : str
+    channels : tuple of Channel
+    plugged : bool
+        Whether it is there.
+    samples, lost, saturated : int
+        Samples that came, were missing by the counter, and were beyond the sensor's range, since
+        the recording began; before that, since it was opened.
+    rate : float
+        Samples a second as measured, in Hz; 0 while not known.
+    offset : float
+        Host time (s) at which its counter reads zero; NaN where there is no clock.
+    clock_rate : float
+        Its seconds as told in seconds of the host: 1 + 200e-6 for a clock 200 ppm slow; NaN where
+        there is no clock.
+    residual : float
+        Root mean square distance (s) of the earliest arrivals from the clock.
+    alarms : tuple of str
+        Of ``unplugged``, ``stalled``, ``saturation``, ``lost samples`` and ``drift``.
+    """
+
+    name: str
+    channels: tuple[Channel, ...]
+    plugged: bool
+    samples: int
+    lost: int
+    saturated: int
+    rate: float
+    offset: float
+    clock_rate: float
+    residual: float
+    alarms: tuple[str, ...]
+
+
+class DeviceReader:
+    """Reads one device that is open, in a thread of its own.
+
+    Parameters
+    ----------
+    number : int
+        Of the device in the journal.
+    device : Device
+        Open; used by this thread alone from now on, until :meth:`close`.
+    seconds : float
+        That are kept for views.
+    """
+
+    def __init__(self, number: int, device: Device, seconds: float) -> None:
+        self.device = device
+        self._number = number
+        self._clock = ArrivalClock(device.rate)
+        rate = device.rate if device.rate > 0 else _UNKNOWN
+        self._ring = Ring(max(int(seconds * rate), 64), len(device.channels))
+        self._lock = threading.Lock()
+        self._ended, self._zero = threading.Event(), threading.Event()
+        self._journal: JournalWriter | None = None
+        self._remarks: list[str] = []
+        self._last: Block | None = None
+        self._plugged = True
+        self._counted = 0  # samples so far of a device without a counter: they count themselves
+        self._heard = time.monotonic()
+        self._lost_at = self._saturated_at = -np.inf
+        self._samples = self._lost = self._saturated = 0
+        self._thread = threading.Thread(target=self._run, name=f"forcelab {device.name}")
+        self._thread.start()
+
+    # For the recorder
+
+    def record_to(self, journal: JournalWriter | None) -> None:
+        """Give what comes from now on to a journal, or to none."""
+        with self._lock:
+            self._journal = journal
+            if journal is None:
+                return
+            self._samples = self._lost = self._saturated = 0
+            if self.device.holds and self._last is not None and self._plugged:
+                journal.block(self._number, self._last)  # its value holds since before
+            if not self._plugged:
+                journal.note(Kind.EVENT, self._number, at=time.monotonic(), what=UNPLUGGED)
+
+    def zero(self) -> None:
+        """Let the device take its present readings for zero, soon."""
+        self._zero.set()
+
+    def latest(self, seconds: float) -> Window:
+        """The samples of the last seconds; see :class:`~forcelab.capture.ring.Ring`."""
+        with self._lock:
+            return self._ring.latest(seconds)
+
+    def since(self, number: int) -> Window:
+        """All samples from one on; see :class:`~forcelab.capture.ring.Ring`."""
+        with self._lock:
+            return self._ring.since(number)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What happened since the last time this was asked, a sentence each."""
+        with self._lock:
+            told = tuple(self._remarks)
+            self._remarks.clear()
+        return told
+
+    def state(self) -> DeviceState:
+        """How the device does."""
+        now = time.monotonic()
+        told = self.device.rate
+        with self._lock:
+            clocked = self._clock.known and not self.device.holds
+            rate = 1.0 / self._clock.rate if clocked else 0.0
+            pace = told / rate if clocked and told > 0 else np.nan
+            residual = self._clock.residual if clocked else np.nan
+            silent = now - self._heard > _STALLED + (2 / told if told > 0 else 0)
+            drifts = clocked and (residual > _DRIFT or abs(pace - 1) > _FAST)
+            alarms = {
+                "unplugged": not self._plugged,
+                "stalled": self._plugged and silent and not self.device.holds,
+                "saturation": now - self._saturated_at < _RECENT,
+                "lost samples": now - self._lost_at < _RECENT,
+                "drift": drifts,
+            }
+            return DeviceState(
+                self.device.name,
+                self.device.channels,
+                self._plugged,
+                self._samples,
+                self._lost,
+                self._saturated,
+                rate,
+                self._clock.offset if clocked else np.nan,
+                pace,
+                residual,
+                tuple(name for name, there in alarms.items() if there),
+            )
+
+    def close(self) -> None:
+        """End the thread and let go of the device."""
+        self._ended.set()
+        self._thread.join()
+        self.device.close()
+
+    # In the thread
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                if self._zero.is_set():
+                    self._zero.clear()
+                    self.device.zero()
+                block = self.device.read(_WAIT)
+            except UnpluggedError as error:
+                self._wait_for_it(error)
+                continue
+            if block is not None and len(block):
+                self._take(block)
+            for sentence in self.device.remarks():
+                self._say(sentence)
+
+    def _take(self, block: Block) -> None:
+        """Take in what came."""
+        with self._lock:
+            if self._journal is not None:
+                self._journal.block(self._number, block)
+            self._last = Block(
+                block.arrived[-1:].copy(),
+                None if block.ticks is None else block.ticks[-1:].copy(),
+                block.values[-1:].copy(),
+                None if block.status is None else block.status[-1:].copy(),
+            )
+            self._heard = time.monotonic()
+            self._samples += len(block)
+            self._ring.extend(self._times(block), block.values)
+            if block.status is not None:
+                over = int(np.count_nonzero(block.status & OVERLOAD))
+                self._saturated += over
+                if over:
+                    self._saturated_at = self._heard
+
+    def _times(self, block: Block) -> NDArray[np.float64]:
+        """When the samples were taken, by the clock as it is now."""
+        if self.device.holds:
+            return block.arrived
+        ticks = block.ticks
+        if ticks is None:
+            ticks = np.arange(self._counted, self._counted + len(block), dtype=np.int64)
+            self._counted += len(block)
+        before, stretches = self._clock.newest, self._clock.stretches
+        self._clock.update(block.arrived, ticks)
+        if before is not None and self._clock.stretches == stretches:
+            missing = int(ticks[-1]) - before - len(block)
+            if missing > 0:
+                self._lost += missing
+                self._lost_at = self._heard
+        return self._clock.to_host(ticks)
+
+    def _wait_for_it(self, error: UnpluggedError) -> None:
+        """Say that the device is gone, and wait until it is back."""
+        gone = time.monotonic()
+        with self._lock:
+            self._plugged = False
+            self._note(UNPLUGGED)
+        self._say(str(error))
+        while not self._ended.wait(_RETRY):
+            try:
+                self._reopen()
+            except ForcelabError:  # it is not there yet
+                continue
+            with self._lock:
+                self._plugged = True
+                self._heard = time.monotonic()
+                self._clock.restart()
+                self._note(PLUGGED)
+            self._say(f"{self.device.name} is back after {self._heard - gone:.1f} s.")
+            return
+
+    def _reopen(self) -> None:
+        """Connect again, by the device's own way where it has one."""
+        again = getattr(self.device, "reopen", None)
+        if again is not None:
+            again()
+            return
+        self.device.close()
+        self.device.open()
+
+    def _note(self, what: str) -> None:
+        """Note an event in the journal, holding the lock."""
+        if self._journal is not None:
+            self._journal.note(Kind.EVENT, self._number, at=time.monotonic(), what=what)
+
+    def _say(self, sentence: str) -> None:
+        with self._lock:
+            del self._remarks[: max(0, len(self._remarks) + 1 - _PENDING)]
+            self._remarks.append(sentence)
+            if self._journal is not None:
+                at = time.monotonic()
+                self._journal.note(Kind.MESSAGE, self._number, at=at, text=sentence)

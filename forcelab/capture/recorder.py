@@ -1,0 +1,307 @@
+"""The recorder: devices and cameras at once, live and into a project."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime, timezone
+from pathlib import Path
+from types import TracebackType
+
+from forcelab.capture.blocks import Device
+from forcelab.capture.camera import CameraReader, CameraState, Capture
+from forcelab.capture.devices import number_sensors
+from forcelab.capture.journal import SUFFIX, Kind
+from forcelab.capture.journal_writer import JournalWriter
+from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name, videos
+from forcelab.capture.reader import DeviceReader, DeviceState
+from forcelab.capture.ring import Window
+from forcelab.errors import InputError
+from forcelab.project import Project
+from forcelab.versions import versions
+
+__all__ = ["Recorder", "RecorderState"]
+
+
+@dataclass(frozen=True, slots=True)
+class RecorderState:
+    """How a recorder does.
+
+    Parameters
+    ----------
+    recording : bool
+    name : str
+        Of the demonstration that is recorded; empty while none is.
+    seconds : float
+        Since the recording began; 0 while none is.
+    in_memory : int
+        Bytes that the disk refuses and that are kept in memory.
+    devices : tuple of DeviceState
+    cameras : tuple of CameraState
+    """
+
+    recording: bool
+    name: str
+    seconds: float
+    in_memory: int
+    devices: tuple[DeviceState, ...]
+    cameras: tuple[CameraState, ...]
+
+
+class Recorder:
+    """Reads devices and cameras from :meth:`open` to :meth:`close`, and records in between.
+
+    A context manager. Its methods are for one thread; whoever shows it asks every now and then.
+
+    Parameters
+    ----------
+    path : Path
+        A project's folder.
+    devices : sequence of Device
+        Not open yet; the first that samples evenly gives the clock.
+    cameras : sequence of (str, Capture)
+        Names and open capture objects; a demonstration has the first one's video. They are
+        released at the end.
+    seconds : float
+        That are kept for views.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        devices: Sequence[Device],
+        cameras: Sequence[tuple[str, Capture]] = (),
+        *,
+        seconds: float = 60.0,
+    ) -> None:
+        self.path = Path(path)
+        self._devices, self._captures, self._seconds = tuple(devices), tuple(cameras), seconds
+        self._readers: list[DeviceReader] = []
+        self._cameras: list[CameraReader] = []
+        self._journal: JournalWriter | None = None
+        self._stopped = False
+        self._name, self._begun = "", 0.0
+
+    def open(self) -> None:
+        """Open all devices and read them from now on.
+
+        Raises
+        ------
+        InputError
+            If one cannot be opened; none is then.
+        """
+        opened = []
+        try:
+            for device in self._devices:
+                device.open()
+                opened.append(device)
+        except BaseException:
+            for device in opened:
+                device.close()
+            for _, capture in self._captures:
+                capture.release()
+            raise
+        number_sensors(self._devices)
+        for number, device in enumerate(self._devices):
+            self._readers.append(DeviceReader(number, device, self._seconds))
+        for number, (name, capture) in enumerate(self._captures):
+            self._cameras.append(CameraReader(number, capture, name))
+
+    def close(self) -> None:
+        """Let go of everything; a recording that was not stopped stays as its journal."""
+        for reader in self._readers:
+            reader.close()
+        for camera in self._cameras:
+            camera.close()
+        self._readers, self._cameras = [], []
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
+
+    def __enter__(self) -> Recorder:
+        self.open()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    # Recording
+
+    def start(self, task: str, name: str | None = None, author: str = "live") -> str:
+        """Record from now on; gives the demonstration's name.
+
+        Parameters
+        ----------
+        task : str
+            Not blank where there is no name.
+        name : str, optional
+            By default the task and the next number.
+        author : str
+            Whose track live marks become.
+
+        Raises
+        ------
+        InputError
+            If the project cannot be written; nothing is recorded.
+        """
+        if self._journal is not None:
+            raise InputError(f"'{self._name}' is still being recorded; stop it first.")
+        with Project.open(self.path) as project:
+            if project.read_only:
+                raise InputError(f"'{self.path}' may only be read here; copy it to where you may.")
+            if not (name or task).strip():
+                raise InputError("A recording needs a task; give one.")
+            name = (name or next_name(project, task)).strip()
+        folder = self.path / CAPTURES
+        try:
+            folder.mkdir(exist_ok=True)
+        except OSError as error:
+            raise InputError(
+                f"'{folder}' cannot be made ({error.strerror}); nothing is recorded."
+            ) from error
+        stem = _free(folder, name)
+        header = {
+            "name": name,
+            "task": task,
+            "author": author,
+            "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
+            "monotonic": time.monotonic(),
+            "forcelab": versions()["forcelab"],
+            "devices": [
+                {
+                    "name": device.name,
+                    "channels": [[channel.name, channel.unit] for channel in device.channels],
+                    "rate": device.rate,
+                    "holds": device.holds,
+                }
+                for device in self._devices
+            ],
+            "cameras": [
+                {"name": camera.name, "file": f"{stem}.{number}.mkv"}
+                for number, camera in enumerate(self._cameras)
+            ],
+        }
+        self._journal = JournalWriter(folder / f"{stem}{SUFFIX}", header)
+        self._stopped = False
+        self._name, self._begun = name, time.monotonic()
+        for number, camera in enumerate(self._cameras):
+            camera.record_to(self._journal, folder / f"{stem}.{number}.mkv")
+        for reader in self._readers:
+            reader.record_to(self._journal)
+        return name
+
+    def stop(self) -> Kept:
+        """End the recording and make a demonstration of it.
+
+        Raises
+        ------
+        InputError
+            If nothing is recorded, or it cannot be kept: stop again once that is mended, or
+            discard it.
+        """
+        journal = self._end()
+        contents = journal.contents()
+        kept = keep(self.path, contents)
+        journal.close(delete=True)
+        delete_videos(videos(journal.path.parent, contents))
+        self._journal = None
+        return kept
+
+    def discard(self) -> None:
+        """End the recording and keep nothing of it.
+
+        Raises
+        ------
+        InputError
+            If nothing is recorded.
+        """
+        journal = self._end()
+        files = videos(journal.path.parent, journal.contents())
+        journal.close(delete=True)
+        delete_videos(files)
+        self._journal = None
+
+    def _end(self) -> JournalWriter:
+        """Nothing goes into the journal any more."""
+        journal = self._journal
+        if journal is None:
+            raise InputError("Nothing is being recorded; start a recording first.")
+        if not self._stopped:
+            self._stopped = True
+            for reader in self._readers:
+                reader.record_to(None)
+            for camera in self._cameras:
+                camera.record_to(None, None)
+            journal.finish()
+        return journal
+
+    def mark(self, action: str, down: bool) -> None:
+        """Note that the key of an action went down or up, while something is recorded.
+
+        Parameters
+        ----------
+        action : str
+        down : bool
+            Whether it went down.
+        """
+        if self._journal is not None and not self._stopped and action:
+            self._journal.note(Kind.MARK, at=time.monotonic(), action=action, down=down)
+
+    def zero(self) -> None:
+        """Let all devices take their present readings for zero."""
+        for reader in self._readers:
+            reader.zero()
+
+    # Looking
+
+    def state(self) -> RecorderState:
+        """How it does now."""
+        recording = self._journal is not None and not self._stopped
+        return RecorderState(
+            recording,
+            self._name if recording else "",
+            time.monotonic() - self._begun if recording else 0.0,
+            self._journal.in_memory if self._journal is not None else 0,
+            tuple(reader.state() for reader in self._readers),
+            tuple(camera.state() for camera in self._cameras),
+        )
+
+    def latest(self, seconds: float) -> tuple[Window, ...]:
+        """The last seconds of each device: number of the first sample, times (s), values.
+
+        Times are those of the host's monotonic clock; see :class:`~forcelab.capture.ring.Ring`.
+        """
+        return tuple(reader.latest(seconds) for reader in self._readers)
+
+    def since(self, device: int, number: int) -> Window:
+        """All samples of a device from one on, counted since it was opened, as far as kept."""
+        return self._readers[device].since(number)
+
+    @property
+    def cameras(self) -> tuple[CameraReader, ...]:
+        """The cameras, for their latest frames."""
+        return tuple(self._cameras)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What happened since the last time this was asked, a sentence each."""
+        told = [sentence for reader in self._readers for sentence in reader.remarks()]
+        told += [sentence for camera in self._cameras for sentence in camera.remarks()]
+        return (*told, *(self._journal.remarks() if self._journal is not None else ()))
+
+
+def _free(folder: Path, name: str) -> str:
+    """What the files of a recording are called: its name where that is free and a file's."""
+    stem = re.sub(r"[^\w .,()+-]", "_", name).strip(" .")[:80] or "recording"
+    taken = {path.name for path in folder.iterdir()}
+    number, free = 1, stem
+    while any(other.startswith(f"{free}.") for other in taken):
+        number += 1
+        free = f"{stem} ({number})"
+    return free

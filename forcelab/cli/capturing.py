@@ -1,0 +1,206 @@
+"""``forcelab capture``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from forcelab.capture.camera import Capture, open_camera
+from forcelab.capture.devices import device_named
+from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
+from forcelab.capture.recorder import Recorder, RecorderState
+from forcelab.cli import capture_listing
+from forcelab.cli.output import counted, json_text, printable
+from forcelab.errors import InputError
+from forcelab.project import Project
+
+#: Seconds between two looks at how it goes.
+LOOK = 0.1
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """List what is plugged in, recover what was not finished, or record."""
+    if arguments.list:
+        capture_listing.run(arguments)
+        return 0
+    if arguments.project is None:
+        raise InputError("Name the project to record into, or give --list.")
+    if arguments.recover:
+        return _recover(arguments.project, arguments.json)
+    if not arguments.device:
+        raise InputError(
+            "Name what to record, such as --device optoforce:/dev/ttyACM0; --list shows what is "
+            "plugged in."
+        )
+    if not arguments.task:
+        raise InputError("Say of which task the recording is (--task).")
+    if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
+        raise InputError(f"--seconds must be positive, not {arguments.seconds:g}.")
+    devices = [device_named(name) for name in arguments.device]
+    with Recorder(arguments.project, devices, _cameras(arguments.camera)) as recorder:
+        _ready(arguments.project)
+        name = recorder.start(arguments.task, arguments.name)
+        _say(f"Recording '{name}'; Ctrl+C stops and keeps it.")
+        try:
+            _watch(recorder, arguments.seconds)
+        except KeyboardInterrupt:  # that is how a recording without an end is ended
+            pass
+        finally:
+            _clear()
+        state = recorder.state()
+        kept = recorder.stop()
+        told = recorder.remarks()
+    for sentence in told:
+        _say(sentence)
+    print(json_text(_plain(kept, state)) if arguments.json else _told(kept, state))
+    return 0
+
+
+def _cameras(wanted: list[str]) -> list[tuple[str, Capture]]:
+    """Open cameras with their names; none where one cannot be opened."""
+    found: list[tuple[str, Capture]] = []
+    try:
+        for which in wanted:
+            found.append((f"camera {which}", open_camera(which)))  # noqa: PERF401 - see below
+    except InputError:
+        for _, capture in found:  # those before it are open
+            capture.release()
+        raise
+    return found
+
+
+def _ready(path: Path) -> None:
+    """Make the project where there is none, and tell of recordings that were not finished."""
+    if Project.vacant(path):
+        Project.create(path).close()
+    left = unfinished(path)
+    if left:
+        _say(
+            f"{counted(len(left), 'unfinished recording')} of an earlier start "
+            f"{'is' if len(left) == 1 else 'are'} in '{path}'; 'forcelab capture {path} --recover' "
+            f"makes demonstrations of what there is."
+        )
+
+
+def _watch(recorder: Recorder, seconds: float | None) -> None:
+    """Wait until so many seconds are recorded, and show how it goes."""
+    until = time.monotonic() + (math.inf if seconds is None else seconds)
+    while (left := until - time.monotonic()) > 0:
+        time.sleep(min(LOOK, left))
+        for sentence in recorder.remarks():
+            _say(sentence)
+        if sys.stderr.isatty():
+            sys.stderr.write(f"\r\x1b[K{printable(_line(recorder.state()))}")
+            sys.stderr.flush()
+
+
+def _line(state: RecorderState) -> str:
+    """How it goes, in one line."""
+    parts = [f"{state.seconds:.1f} s"]
+    for device in state.devices:
+        words = f"{counted(device.samples, 'sample')}, {device.lost} lost"
+        if math.isfinite(device.residual):
+            words += f", clock {1000 * device.residual:.2f} ms"
+        parts.append(" ".join([words, *(f"[{alarm}]" for alarm in device.alarms)]))
+    for camera in state.cameras:
+        words = f"{counted(camera.frames, 'frame')}, {camera.dropped} dropped"
+        parts.append(" ".join([words, *(f"[{alarm}]" for alarm in camera.alarms)]))
+    return "  |  ".join(parts)
+
+
+def _clear() -> None:
+    """Remove the line that shows how it goes."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")
+        sys.stderr.flush()
+
+
+def _say(sentence: str) -> None:
+    """Say something that is no result."""
+    _clear()
+    print(printable(sentence), file=sys.stderr, flush=True)
+
+
+def _told(kept: Kept, state: RecorderState) -> str:
+    """The result for people."""
+    lost = sum(device.lost for device in state.devices)
+    words = [counted(kept.samples, "sample"), f"{lost} lost"]
+    words += [f"{counted(c.frames, 'frame')}, {c.dropped} dropped" for c in state.cameras]
+    residuals = [d.residual for d in state.devices if math.isfinite(d.residual)]
+    if residuals:
+        words.append(f"clock to {1000 * max(residuals):.2f} ms")
+    lines = [printable(remark) for remark in kept.remarks]
+    name = printable(kept.added.name)
+    return "\n".join([*lines, f"'{name}': {kept.seconds:.2f} s, {', '.join(words)}."])
+
+
+def _plain(kept: Kept, state: RecorderState) -> dict[str, Any]:
+    """The same as plain values."""
+    return _kept(kept) | {
+        "devices": [
+            {
+                "device": device.name,
+                "channels": [channel.name for channel in device.channels],
+                "samples": device.samples,
+                "lost": device.lost,
+                "saturated": device.saturated,
+                "rate": device.rate,
+                "clock": {
+                    "offset": _finite(device.offset),
+                    "rate": _finite(device.clock_rate),
+                    "residual": _finite(device.residual),
+                },
+            }
+            for device in state.devices
+        ],
+        "cameras": [
+            {"camera": camera.name, "frames": camera.frames, "dropped": camera.dropped}
+            for camera in state.cameras
+        ],
+    }
+
+
+def _kept(kept: Kept) -> dict[str, Any]:
+    """A demonstration that was kept, as plain values."""
+    return {
+        "id": kept.added.id,
+        "name": kept.added.name,
+        "status": kept.added.status,
+        "samples": kept.samples,
+        "seconds": kept.seconds,
+        "remarks": list(kept.remarks),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no NaN."""
+    return value if math.isfinite(value) else None
+
+
+def _recover(path: Path, json: bool) -> int:
+    """Make demonstrations of unfinished recordings; 1 where one cannot be."""
+    Project.open(path).close()
+    found = recover(path)
+    if json:
+        print(json_text({"recovered": [_recovery(one) for one in found]}))
+    else:
+        for one in found:
+            if one.kept is None:
+                print(printable(one.trouble))
+                continue
+            for remark in one.kept.remarks:
+                print(printable(remark))
+            print(f"{printable(one.kept.added.name)}: {one.kept.seconds:.2f} s recovered.")
+        good = sum(one.kept is not None for one in found)
+        print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
+    return int(any(one.kept is None for one in found))
+
+
+def _recovery(one: Recovered) -> dict[str, Any]:
+    """What became of an unfinished recording, as plain values."""
+    kept = {"trouble": one.trouble} if one.kept is None else _kept(one.kept)
+    return {"journal": str(one.path)} | kept

@@ -1,0 +1,260 @@
+"""Calibrations: from counts to newtons, per serial number, sensor, axis and sign.
+
+A calibration file is TOML, with a table for each serial number and one in it for each sensor::
+
+    [ISE012.sensor1]                             # the first sensor of the DAQ called ISE012
+    fx = { capacity = 300.0, counts = 7925 }     # N (torques: Nm), and the counts that it reads
+    fy = { capacity = 300.0, counts = 8641 }
+    fz = { capacity = 2000.0, counts = [6049, 5990] }    # pulled (+) and pressed (-)
+
+    [any.sensor1]                                # for every other DAQ
+    ...
+
+``newtons = counts * capacity / counts at capacity``. Either number may be a pair, the first for
+readings above zero and the second for those below. Of a sensor that gives 560 counts per newton
+the capacity is 1 and the counts are 560.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.formats.optoforce.packets import Kind
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["ANY", "Calibration", "Calibrations", "channels_of", "read_calibrations"]
+
+#: The table for all serial numbers that have none of their own.
+ANY: Final = "any"
+_AXES: Final = ("fx", "fy", "fz", "tx", "ty", "tz")
+_SENSOR: Final = re.compile(r"sensor[1-9]\d?")
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What one count of each reading is worth.
+
+    Parameters
+    ----------
+    source : str
+        The file and the table in it, for remarks.
+    positive, negative : ndarray of float64, shape (c,)
+        Newtons (or newton metres) per count above and below zero.
+    """
+
+    source: str
+    positive: NDArray[np.float64]
+    negative: NDArray[np.float64]
+
+    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Carry counts, shape (n, c), to newtons and newton metres of the same shape."""
+        worth = np.where(counts < 0, self.negative, self.positive)
+        return counts.astype(np.float64) * worth
+
+
+@dataclass(frozen=True)
+class Calibrations:
+    """A calibration file that was read and found right.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    tables : mapping of str to mapping
+        By serial number, then by sensor (``"sensor1"``), then by axis: newtons per count above
+        and below zero.
+    """
+
+    path: Path
+    tables: Mapping[str, Mapping[str, Mapping[str, tuple[float, float]]]]
+
+    def find(self, serial: str | None, kind: Kind) -> Calibration:
+        """The calibration of a DAQ.
+
+        Parameters
+        ----------
+        serial : str or None
+            Its serial number; None where it is not known, which the table ``any`` is for, and the
+            only table of a file that has one.
+        kind : Kind
+            Of its packets.
+
+        Raises
+        ------
+        InputError
+            If the file has no table for it, or one that lacks a sensor or an axis. The sentence
+            names the file and what is missing.
+        """
+        name = self._table(serial)
+        wanted = [
+            (f"sensor{number + 1}", axis) for number in range(kind.sensors) for axis in kind.axes
+        ]
+        for sensor, axis in wanted:
+            if axis not in self.tables[name].get(sensor, {}):
+                raise InputError(
+                    f"'{self.path}' has no '{axis}' in [{name}.{sensor}], which the {kind.name} "
+                    f"packets of {_called(serial)} need; add it, such as "
+                    f"{axis} = {{ capacity = 40.0, counts = 16037 }}."
+                )
+        worth = np.array([self.tables[name][sensor][axis] for sensor, axis in wanted])
+        return Calibration(f"{self.path.name}, [{name}]", worth[:, 0], worth[:, 1])
+
+    def _table(self, serial: str | None) -> str:
+        """The table that a DAQ's calibration stands in."""
+        if serial is not None and serial in self.tables:
+            return serial
+        if ANY in self.tables:
+            return ANY
+        if serial is None and len(self.tables) == 1:
+            return next(iter(self.tables))
+        if serial is None:
+            raise InputError(
+                f"'{self.path}' calibrates {', '.join(self.tables)}, and the recording does not "
+                f"tell its DAQ's serial number; name a file with one of them only."
+            )
+        raise InputError(
+            f"'{self.path}' has no section [{serial}.sensor1] for {_called(serial)}; copy the "
+            f"numbers of its calibration sheet there, or call a section [{ANY}.sensor1]."
+        )
+
+
+def channels_of(kind: Kind, *, calibrated: bool, first: int = 1) -> tuple[Channel, ...]:
+    """Channels of the readings in a packet, such as ``fx1 fy1 fz1``.
+
+    Parameters
+    ----------
+    kind : Kind
+        Of the packets.
+    calibrated : bool
+        Whether the readings are newtons and newton metres; counts have no unit.
+    first : int
+        Number of its first sensor, so that two DAQs can have different names.
+    """
+    return tuple(
+        Channel(name, {"f": "N", "t": "Nm"}[name[0]] if calibrated else "")
+        for name in kind.names(first)
+    )
+
+
+def read_calibrations(path: Path) -> Calibrations:
+    """Read a calibration file.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file as shown above.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or something in it is wrong; the sentence names the line.
+    """
+    try:
+        text = path.read_text("utf-8")
+        content = tomllib.loads(text)
+    except UnicodeDecodeError as error:
+        raise InputError(f"'{path}' is no text in UTF-8; save it as such.") from error
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"'{path}' is no valid TOML: {error}; correct that place.") from error
+    except OSError as error:
+        raise InputError(
+            f"The calibration file '{path}' cannot be read: {error.strerror}; check its name."
+        ) from error
+    checked = {
+        serial: {
+            sensor: _sensor(_Place(path, text, (serial, sensor)), axes)
+            for sensor, axes in _table(_Place(path, text, (serial,)), sensors).items()
+        }
+        for serial, sensors in content.items()
+    }
+    if not checked:
+        raise InputError(f"'{path}' calibrates nothing; add a section such as [{ANY}.sensor1].")
+    return Calibrations(path, checked)
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where in a file something stands."""
+
+    path: Path
+    text: str
+    keys: tuple[str, ...]
+
+    def refusal(self, what: str) -> InputError:
+        """An error that names the line, as far as the keys are found in the text in their order."""
+        lines, line = self.text.splitlines(), 0
+        for key in self.keys:
+            word = re.compile(rf"(?<![\w-]){re.escape(key)}(?![\w-])")
+            found = (i for i in range(line, len(lines)) if word.search(lines[i].split("#")[0]))
+            line = next(found, line)
+        return InputError(f"'{self.path}', line {line + 1}: {'.'.join(self.keys)} {what}")
+
+
+def _table(place: _Place, value: Any) -> Mapping[str, Any]:
+    """The sensors of a serial number."""
+    if not isinstance(value, dict) or not value:
+        raise place.refusal("must be a section of sensors, such as [any.sensor1].")
+    for name in value:
+        if not _SENSOR.fullmatch(name):
+            raise place.refusal(f"holds '{name}'; its sections are called sensor1, sensor2, ...")
+    return value
+
+
+def _sensor(place: _Place, axes: Any) -> dict[str, tuple[float, float]]:
+    """Newtons per count of each axis of a sensor, above and below zero."""
+    if not isinstance(axes, dict) or not axes:
+        raise place.refusal("must hold axes, such as fz = { capacity = 40.0, counts = 16037 }.")
+    return {
+        axis: _worth(_Place(place.path, place.text, (*place.keys, axis)), value)
+        for axis, value in axes.items()
+    }
+
+
+def _worth(place: _Place, value: Any) -> tuple[float, float]:
+    """Newtons per count of one axis, above and below zero."""
+    if place.keys[-1] not in _AXES:
+        raise place.refusal(f"is no axis; they are called {', '.join(_AXES)}.")
+    if not isinstance(value, dict) or value.keys() != {"capacity", "counts"}:
+        raise place.refusal("must be such as { capacity = 40.0, counts = 16037 }.")
+    above, below = zip(
+        *(_pair(place, name, value[name]) for name in ("capacity", "counts")), strict=True
+    )
+    return above[0] / above[1], below[0] / below[1]
+
+
+def _pair(place: _Place, name: str, value: Any) -> tuple[float, float]:
+    """A number for both signs, or one for each."""
+    both = value if isinstance(value, list) else [value, value]
+    if len(both) != 2 or not all(_is_positive(number) for number in both):
+        raise place.refusal(f"needs a {name} above zero, or two such numbers in [...] (+ and -).")
+    return float(both[0]), float(both[1])
+
+
+def _is_positive(number: object) -> bool:
+    """Whether something is a usable number; true and false are none."""
+    return (
+        isinstance(number, int | float)
+        and not isinstance(number, bool)
+        and math.isfinite(number)
+        and number > 0
+    )
+
+
+def _called(serial: str | None) -> str:
+    """A DAQ for sentences."""
+    return f"DAQ {serial}" if serial else "the DAQ"

@@ -1,0 +1,165 @@
+"""Raw dumps: what came over a serial port, as it came, becomes a demonstration.
+
+A dump tells no rate. Its stamps are ticks of the counter over the rate that is asked for, else over
+1000 Hz divided by the counter's usual step, which a remark says. Missing samples leave gaps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.optoforce.calibration import channels_of, read_calibrations
+from forcelab.formats.optoforce.counter import Unwrapper, modal_step
+from forcelab.formats.optoforce.dump import SEAM, Dump, parse_dump
+from forcelab.formats.optoforce.packets import Parser
+from forcelab.formats.optoforce.status import faulty, overloaded, sentences
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.table.stamps import counted
+
+__all__ = ["read", "sniff"]
+
+#: A file is a dump if so many packets are in its head, and fill so large a share of it.
+_PACKETS, _SHARE = 8, 0.5
+#: Samples a second of a DAQ whose counter goes on by one; the protocol's highest.
+_FULL_RATE = 1000.0
+_WERE = ("were", "was")  # by whether it is one
+
+
+def sniff(path: Path, head: bytes) -> bool:  # noqa: ARG001 - a dump has no name of its own
+    """Whether a file is a raw dump: it starts with several valid packets and little else.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    head : bytes
+        Its first 64 KiB.
+    """
+    parser = Parser()
+    found = len(parser.feed(head))
+    size = parser.kind.frame.size if parser.kind else 0
+    return found >= _PACKETS and found * size >= _SHARE * len(head)
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a dump as one demonstration, called like the file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    options : ReadOptions
+        With `rate`, there are that many samples a second. With `calibration`, the readings are
+        newtons and newton metres; without one they are counts.
+
+    Returns
+    -------
+    list of Recording
+        Exactly one. Its statistics are ``packets``, ``bad_checksums`` (before marks were taken
+        out), ``skipped_bytes`` and ``missing_samples``.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two valid packets, the calibration does not fit, or something would
+        be left out or repaired although that is to be refused.
+    """
+    if options.rate is not None and not 0 < options.rate < np.inf:
+        raise InputError(f"'{path}': the rate must be positive, not {options.rate} Hz.")
+    dump = parse_dump(path.read_bytes())
+    if dump.kind is None or len(dump.packets) < 2:
+        raise InputError(
+            f"'{path}' holds {len(dump.packets)} valid OptoForce packets in {dump.size:,} bytes; "
+            f"record it again at 1,000,000 baud, 8N1, and save the bytes as they come."
+        )
+    step, _ = modal_step(dump.packets.counts)
+    rate = options.rate or _FULL_RATE / step
+    unwrapper = Unwrapper(step, rate)
+    unwrapped = unwrapper.feed(dump.packets.counts)
+    if options.strict:
+        _refuse_repairs(path, dump, unwrapper)
+    times = unwrapped.ticks / rate
+    signals = dump.packets.values[unwrapped.kept].astype(np.float64)
+    remarks = [f"The DAQ's serial number is {dump.serial}."] * (dump.serial is not None)
+    if options.calibration is None:
+        remarks.append("Forces are in counts; with --calibration FILE they become newtons.")
+    else:
+        calibration = read_calibrations(options.calibration).find(dump.serial, dump.kind)
+        signals = calibration.apply(dump.packets.values[unwrapped.kept])
+        remarks.append(f"Forces were calibrated by {calibration.source}.")
+    if options.rate is None:
+        remarks.append(
+            f"The rate was taken as {rate:g} Hz, as the counter goes on by {step} from sample to "
+            f"sample; if it was another, import with --rate HZ."
+        )
+    remarks += _remarks(dump, unwrapper, unwrapped.ticks, times)
+    remarks += _status_remarks(dump.packets.status[unwrapped.kept], times)
+    channels = channels_of(dump.kind, calibrated=options.calibration is not None)
+    demonstration = Demonstration(
+        path.stem, options.task or "", times, signals, channels, grid_rate=options.rate
+    )
+    statistics = {
+        "packets": dump.statistics.packets,
+        "bad_checksums": dump.statistics.bad_checksums,
+        "skipped_bytes": dump.statistics.skipped_bytes,
+        "missing_samples": unwrapper.missing,
+    }
+    return [Recording(demonstration, remarks=tuple(remarks), statistics=statistics)]
+
+
+def _refuse_repairs(path: Path, dump: Dump, unwrapper: Unwrapper) -> None:
+    """Refuse a dump that is not whole."""
+    if dump.statistics.bad_checksums:
+        what = f"wrong checksum of {counted(dump.statistics.bad_checksums, 'packet')}"
+    elif unwrapper.missing:
+        what = f"{counted(unwrapper.missing, 'sample')} went missing"
+    elif unwrapper.doubled:
+        what = f"{counted(unwrapper.doubled, 'sample')} came twice"
+    else:
+        return
+    where = f", byte {dump.first_bad:,}" if dump.first_bad >= 0 else ""
+    raise InputError(f"'{path}'{where}: {what}; import it without --strict to go on without them.")
+
+
+def _remarks(
+    dump: Dump, unwrapper: Unwrapper, ticks: NDArray[np.int64], times: NDArray[np.float64]
+) -> Iterator[str]:
+    """What was skipped, mended or is missing."""
+    if dump.seams:
+        yield (
+            f"{counted(dump.seams, 'mark')} of the program that wrote the dump ({SEAM.hex(' ')}) "
+            f"{_WERE[dump.seams == 1]} taken out, which put {counted(dump.mended, 'packet')} right."
+        )
+    bad = dump.statistics.bad_checksums - dump.mended
+    skipped = dump.statistics.skipped_bytes
+    if bad > 0:
+        yield f"{counted(bad, 'packet')} with a wrong checksum {_WERE[bad == 1]} left out."
+    if skipped:
+        yield f"{skipped:,} of {dump.size:,} bytes belong to no packet and were skipped."
+    if unwrapper.missing:
+        lost = np.diff(ticks) - 1
+        longest = int(lost.argmax())
+        yield (
+            f"{counted(unwrapper.missing, 'sample')} went missing in "
+            f"{counted(int(np.sum(lost > 0)), 'place')}, at most {lost[longest]:,} at once after "
+            f"{times[longest]:.3f} s; nothing was put there."
+        )
+    if unwrapper.doubled:
+        twice = unwrapper.doubled
+        yield f"{counted(twice, 'sample')} came twice and {_WERE[twice == 1]} taken once."
+
+
+def _status_remarks(status: NDArray[np.uint16], times: NDArray[np.float64]) -> Iterator[str]:
+    """What the DAQ said of itself, of its sensors and of overload."""
+    told = status[faulty(status) | overloaded(status)]
+    words, first = np.unique(told, return_index=True)
+    for word in words[np.argsort(first)][:8]:
+        where = np.flatnonzero(status == word)
+        for sentence in sentences(int(word)):
+            yield f"{sentence[:-1]} ({counted(len(where), 'sample')} from {times[where[0]]:.3f} s)."

@@ -1,0 +1,52 @@
+"""How the actions of an outcome look, which may come from several tasks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import count
+
+from forcelab.gui.document import Document
+from forcelab.project import Project
+from forcelab.review.outcome import Outcome
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["vocabulary_of", "vocabulary_seen"]
+
+
+def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
+    """All actions of an outcome, each with the look that it has where it is labelled.
+
+    The task that is tested comes first, so that its tracks look as when they are labelled. Two
+    actions of the same look, from two tasks, keep the colour and differ in texture; so do those
+    that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
+
+    Raises
+    ------
+    ForcelabError
+        If the project cannot be read.
+    """
+    tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
+    found = Vocabulary()
+    for task in tasks:
+        for action in project.vocabulary(task):
+            name = f"{action.name}_{task}" if outcome.apart else action.name
+            if name in found:
+                continue
+            taken = {other.look for other in found}
+            free = (t for t in count(action.texture) if (action.colour, t) not in taken)
+            found = Vocabulary((*found, replace(action, name=name, key="", texture=next(free))))
+    return found.with_actions(*outcome.actions)
+
+
+def vocabulary_seen(document: Document) -> Vocabulary:
+    """The same of what a document reviews; without that, of what is open.
+
+    Raises
+    ------
+    ForcelabError
+        If the project cannot be read.
+    """
+    project, outcome = document.project, document.outcome
+    if project is None or outcome is None:
+        return document.vocabulary
+    return vocabulary_of(project, outcome)

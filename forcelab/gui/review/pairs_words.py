@@ -1,0 +1,69 @@
+"""What is said where timeline pairs are missing, and how their actions are listed and drawn."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtGui import QColor
+
+from forcelab.gui.figures.tracks import Look
+from forcelab.gui.shortcuts import keys
+from forcelab.gui.theme import colours
+from forcelab.review.outcome import Outcome
+
+__all__ = ["Looks", "actions_of", "missing"]
+
+translate = QCoreApplication.translate
+
+
+class Looks(dict[str, Look]):
+    """Looks of actions; grey where an action is not known."""
+
+    def __missing__(self, action: str) -> Look:
+        """A look that is nobody's."""
+        return Look(0, QColor(colours().muted))
+
+
+def actions_of(outcome: Outcome) -> tuple[str, ...]:
+    """What a run knows, what its coder labelled and what it predicts; thousands of segments."""
+    both = (*outcome.tested, *outcome.proposals)
+    tracks = [track for one in both for track in (one.human, one.predicted)]
+    return tuple(dict.fromkeys((*outcome.actions, *(s.action for t in tracks for s in t))))
+
+
+def missing(
+    outcome: Outcome | None, *, training: bool, entries: bool, hidden: bool, shown: bool
+) -> str:
+    """Why there is nothing to see; empty where there is something.
+
+    Parameters
+    ----------
+    outcome : Outcome or None
+        What is reviewed.
+    training : bool
+        Whether a recogniser is being trained.
+    entries, hidden : bool
+        Whether any demonstration may be seen, and whether any is coded blind.
+    shown : bool
+        Whether the filter lets any through.
+    """
+    if outcome is None and training:
+        return translate(
+            "forcelab",
+            "A recogniser is being trained; human and predicted timelines will stand here in "
+            "pairs.",
+        )
+    if outcome is None:
+        bound = keys().shown("train")
+        return translate(
+            "forcelab",
+            "Train a recogniser{key} and human and predicted timelines stand here in pairs.",
+        ).format(key=f" ({bound})" if bound else "")
+    if not entries and hidden:
+        return translate(
+            "forcelab", "All demonstrations of this run are hidden while you code them blind."
+        )
+    if not entries:
+        return translate(
+            "forcelab", "This run tested no demonstration; label a second one and train again."
+        )
+    return "" if shown else translate("forcelab", "No demonstration fits the filter.")

@@ -1,0 +1,170 @@
+"""What live recognition costs, how late it is, and whether it says what it should."""
+
+from __future__ import annotations
+
+import gc
+import time
+import tracemalloc
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.jobs import Progress
+from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.streams import performed
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.latency import with_latency
+from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.recognition.settings import preset
+from forcelab.recognition.training import train
+
+__all__ = ["BLOCKS", "LATENCIES", "measuring", "tabulate"]
+
+#: Milliseconds of a block, and of latency.
+BLOCKS = (10, 20, 50)
+LATENCIES = (50, 200, 500)
+RATE = 1000.0
+
+
+def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
+    """Measure preset ``paper`` at 1 kHz on 6 channels: a minute of it; with `quick` 10 s."""
+    yield Progress(0, 1, "training")
+    trained = [Labelled(*performed(20.0, RATE, seed)) for seed in (1, 2)]
+    recogniser = train(trained, preset("paper").replace(stride=10))
+    demonstration, _ = performed(10.0 if quick else 60.0, RATE, 3)
+    repetitions = 2 if quick else 5
+    rows = yield from measuring(recogniser, demonstration, BLOCKS, LATENCIES, repetitions)
+    return Table(
+        "Live recognition",
+        "labels unlike offline",
+        "CPU s per s (share of a core)",
+        rows,
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One stream: its labels, and CPU and wall seconds of each block."""
+
+    codes: NDArray[np.int64]
+    cpu: NDArray[np.float64]
+    wall: NDArray[np.float64]
+
+
+def measuring(
+    recogniser: Recogniser,
+    demonstration: Demonstration,
+    blocks: Sequence[int],
+    latencies: Sequence[int],
+    repetitions: int,
+) -> Generator[Progress, None, tuple[Row, ...]]:
+    """Measure a recogniser on a demonstration, as if it came live.
+
+    The error is the share of labels unlike those of
+    :func:`~forcelab.recognition.latency.with_latency`; beside it the share unlike those of the
+    whole demonstration seen at once, the CPU time of a block at p50 and p99, and the time from a
+    force to its label: the latency, the block that it waits in, and the work at p99 of the clock
+    on the wall.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    demonstration : Demonstration
+    blocks, latencies : sequence of int
+        Milliseconds.
+    repetitions : int
+        Of each, interleaved.
+    """
+    yield Progress(0, 1, "offline")
+    offline = recogniser.predict(demonstration).filtered
+    settings = [(latency, block) for latency in latencies for block in blocks]
+    stated = {
+        latency: with_latency(recogniser, demonstration, latency / 1e3) for latency in latencies
+    }
+    peaks = {setting: _peak(recogniser, demonstration, *setting) for setting in settings}
+    runs: dict[tuple[int, int], list[_Run]] = {setting: [] for setting in settings}
+    total = repetitions * len(settings)
+    for repetition in range(repetitions):
+        for i, (latency, block) in enumerate(settings):
+            yield Progress(
+                repetition * len(settings) + i, total, f"latency {latency} ms, blocks of {block} ms"
+            )
+            runs[latency, block].append(_streamed(recogniser, demonstration, latency, block))
+    rows = [
+        _row(
+            demonstration, setting, runs[setting], peaks[setting], stated[setting[0]].codes, offline
+        )
+        for setting in settings
+    ]
+    return with_front(rows)
+
+
+def _peak(recogniser: Recogniser, demonstration: Demonstration, latency: int, block: int) -> int:
+    """The most memory that a stream of some seconds holds at once."""
+    gc.collect()
+    tracemalloc.start()
+    try:
+        _streamed(recogniser, demonstration, latency, block, 3.0)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def _streamed(
+    recogniser: Recogniser,
+    demonstration: Demonstration,
+    latency: int,
+    block: int,
+    seconds: float = np.inf,
+) -> _Run:
+    rate = 1 / demonstration.period
+    size = max(1, round(block * rate / 1e3))
+    online = OnlineRecogniser(recogniser, latency / 1e3, demonstration.channels, rate)
+    codes, cpu, wall = [], [], []
+    count = int(min(len(demonstration.times), seconds * rate))
+    times, signals = demonstration.times[:count], demonstration.signals[:count]
+    for start in range(0, len(times), size):
+        began, worked = time.perf_counter(), time.thread_time()
+        decided = online.push(times[start : start + size], signals[start : start + size])
+        cpu.append(time.thread_time() - worked)
+        wall.append(time.perf_counter() - began)
+        codes.append(decided.codes)
+    codes.append(online.finish().codes)
+    return _Run(np.concatenate(codes), np.array(cpu), np.array(wall))
+
+
+def _row(
+    demonstration: Demonstration,
+    setting: tuple[int, int],
+    runs: Sequence[_Run],
+    peak: int,
+    stated: NDArray[np.int64],
+    offline: NDArray[np.int64],
+) -> Row:
+    latency, block = setting
+    shares = [float(run.cpu.sum()) / demonstration.duration for run in runs]
+    low, middle, high = np.percentile(shares, [25, 50, 75]).tolist()
+    # The median over repetitions: what else the machine does falls on some of them.
+    half, most = np.median([np.percentile(run.cpu, [50, 99]) for run in runs], axis=0) * 1e3
+    waited = float(np.median([np.percentile(run.wall, 99) for run in runs])) * 1e3
+    return Row(
+        "paper",
+        f"latency {latency} ms",
+        f"{len(demonstration.channels)} channels at {1 / demonstration.period:.0f} Hz, "
+        f"blocks of {block} ms",
+        "the labels stated for the latency (recognition/latency.py)",
+        error=float(np.mean(runs[0].codes != stated)),
+        seconds=middle,
+        spread=high - low,
+        peak_bytes=peak,
+        further={
+            "unlike all at once": float(np.mean(runs[0].codes != offline)),
+            "p50 (ms)": float(half),
+            "p99 (ms)": float(most),
+            "force to label (ms)": latency + block + waited,
+        },
+    )

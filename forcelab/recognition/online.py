@@ -1,0 +1,266 @@
+"""A trained recogniser on a stream: labels as the samples come, with a chosen latency.
+
+The label of a step rests on the samples up to `latency` seconds after it and on no others. Wavelets
+that have not passed by then are known by an early estimate with the end value held, whose expected
+error :attr:`OnlineRecogniser.early` tells. The filters take the steps ahead that they need, at most
+half of the latency; the wavelets have the rest. What it gives is stated plainly, and slowly, by
+:func:`forcelab.recognition.latency.with_latency`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.labels import UNLABELLED
+from forcelab.recognition.online_budget import TOLERANCE, Budget, Early, budget_of, limits_of
+from forcelab.recognition.online_classifier import classify, prober
+from forcelab.recognition.online_features import StreamingFeatures
+from forcelab.recognition.online_filters import CausalDrop, CausalMedian
+from forcelab.recognition.online_grid import CausalGrid, Steps
+from forcelab.recognition.recogniser import Recogniser
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import frequencies
+from forcelab.signals.streaming import StreamingCwt, early_error
+
+__all__ = ["Decided", "OnlineRecogniser"]
+
+Real = NDArray[np.float64]
+Codes = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Decided:
+    """Steps whose labels are decided, in their order and without a break.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Seconds on the clock of the samples.
+    codes : ndarray of int64, shape (n,)
+        After the filters; the action with code ``i`` is ``actions[i]``.
+    probabilities : ndarray of float64, shape (n, K), or None
+        None of a classifier that has none; zero in gaps.
+    """
+
+    times: Real
+    codes: Codes
+    probabilities: Real | None
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+class OnlineRecogniser:
+    """Labels of a stream.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    latency : float
+        Seconds from a step to its label, at least 0. Samples that are waited for because some are
+        missing come on top.
+    channels : sequence of Channel
+        The columns of the samples that will come.
+    rate : float, optional
+        Samples a second that the device gives; by default the stamps of the first samples tell.
+
+    Raises
+    ------
+    InputError
+        If the recogniser looks at a channel that is not there, or the latency is negative.
+
+    Notes
+    -----
+    Memory and time per sample stay the same for ever. Blocks may have any size; labels do not
+    depend on it. Not safe to be called from two threads at once.
+    """
+
+    def __init__(
+        self,
+        recogniser: Recogniser,
+        latency: float,
+        channels: Sequence[Channel],
+        rate: float | None = None,
+    ) -> None:
+        if not 0 <= latency < np.inf:
+            raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
+        self.recogniser = recogniser
+        self.latency = latency
+        self._channels = channel_map(channels, recogniser.channels)
+        self._columns = list(self._channels.recorded)
+        self._width = len(channels)
+        scales, mother = recogniser.settings.scales, recogniser.settings.mother
+        complete = StreamingCwt(scales, 1, mother, TOLERANCE).complete
+        # Beyond twice what the widest wavelet spans, nothing is heard of before a gap.
+        self._grid = CausalGrid(
+            len(self._columns), recogniser.rate, rate, 2 * int(np.max(complete)) + 1
+        )
+        self._complete = complete
+        from threadpoolctl import ThreadpoolController
+
+        self._pools = ThreadpoolController()  # looking for the BLAS takes milliseconds
+        self._stages = None if rate is None else self._made()
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The action of each code."""
+        return self.recogniser.actions
+
+    @property
+    def budget(self) -> Budget | None:
+        """What the latency is spent on; None before the device's period is known."""
+        return None if self._stages is None else self._stages.budget
+
+    @property
+    def early(self) -> tuple[Early, ...]:
+        """The scales that are estimated, by the recogniser's rate until the device's is known."""
+        recogniser = self.recogniser
+        period = 1 / recogniser.rate
+        budget = self.budget or budget_of(recogniser, self.latency, period)
+        scales, mother = recogniser.settings.scales, recogniser.settings.mother
+        hertz = frequencies(scales, recogniser.rate, mother)
+        return tuple(
+            Early(float(a), float(hz), need * period, float(early_error(budget.features / a)))
+            for a, hz, need in zip(scales, hertz, self._complete.tolist(), strict=True)
+            if need > budget.features
+        )
+
+    def push(self, times: Real, signals: Real) -> Decided:
+        """Take samples as they were captured; give the labels that they decide.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Seconds, increasing; samples whose stamp is not later than the one before are left out.
+        signals : array_like, shape (n, c)
+            A column for each channel; NaN where a sample is missing.
+
+        Raises
+        ------
+        InputError
+            If the shapes do not fit.
+        """
+        stamps = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        values = np.asarray(signals, dtype=np.float64)
+        if stamps.ndim != 1 or values.shape != (len(stamps), self._width):
+            raise InputError(
+                f"A block of {self._width} channels has stamps of shape (n,) and values of shape "
+                f"(n, {self._width}), not {stamps.shape} and {values.shape}."
+            )
+        steps = self._grid.push(stamps, values[:, self._columns])
+        if self._stages is None and self._grid.period is not None:
+            self._stages = self._made()
+        return self._through(steps)
+
+    def finish(self) -> Decided:
+        """End the stream: the labels that were waiting, with the last values held.
+
+        A finished recogniser takes no further samples; make another one.
+        """
+        steps = self._grid.finish()
+        if self._stages is None:
+            self._stages = self._made()
+        first = self._through(steps)
+        with self._one_thread():
+            last = self._stages.finish()
+        return _joined(first, last)
+
+    def _made(self) -> _Stages:
+        budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
+        return _Stages(self.recogniser, budget, self._grid.step)
+
+    def _through(self, steps: Steps) -> Decided:
+        if self._stages is None or not len(steps):
+            return _nothing(self.recogniser)
+        rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
+        with self._one_thread():
+            return self._stages.push(steps.times, rows, steps.valid)
+
+    def _one_thread(self) -> Any:
+        """BLAS on one thread: on matrices of this size a second one only waits for the first."""
+        return self._pools.limit(limits=1, user_api="blas")
+
+
+def _nothing(recogniser: Recogniser) -> Decided:
+    has = hasattr(recogniser.classifier, "predict_proba")
+    probabilities = np.empty((0, len(recogniser.actions))) if has else None
+    return Decided(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
+
+
+def _joined(first: Decided, second: Decided) -> Decided:
+    both = None
+    if first.probabilities is not None and second.probabilities is not None:
+        both = np.concatenate([first.probabilities, second.probabilities])
+    return Decided(
+        np.concatenate([first.times, second.times]),
+        np.concatenate([first.codes, second.codes]),
+        both,
+    )
+
+
+class _Stages:
+    """Everything behind the grid: features, classifier, filters, and what waits between them."""
+
+    def __init__(self, recogniser: Recogniser, budget: Budget, period: float) -> None:
+        settings = recogniser.settings
+        self.budget = budget
+        self._recogniser = recogniser
+        self._probe = prober(recogniser.classifier)
+        channels = len(recogniser.channels)
+        transform = StreamingCwt(
+            settings.scales, channels, settings.mother, TOLERANCE, budget.features
+        )
+        self._features = StreamingFeatures(channels, transform, budget.features, settings.phase)
+        width = settings.median
+        self._median = None if width is None else CausalMedian(width, budget.median)
+        limits = limits_of(recogniser)
+        self._drop = CausalDrop(limits, period, budget.drop) if limits else None
+        # Steps without features yet; those without a median; those without a label.
+        self._times, self._valid = np.empty(0), np.empty(0, dtype=bool)
+        self._unfiltered = self._times, self._valid
+        self._probabilities = _nothing(recogniser).probabilities
+        self._undecided = np.empty(0)
+
+    def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> Decided:
+        """Take steps of the grid."""
+        self._times = np.concatenate([self._times, times])
+        self._valid = np.concatenate([self._valid, valid])
+        return self._decided(self._features.push(rows), ended=False)
+
+    def finish(self) -> Decided:
+        """Give the steps that were waiting."""
+        return self._decided(self._features.finish(), ended=True)
+
+    def _decided(self, features: Real, ended: bool) -> Decided:
+        n = len(features)
+        times, valid = self._times[:n], self._valid[:n]
+        self._times, self._valid = self._times[n:], self._valid[n:]
+        codes, probabilities = classify(self._recogniser, features, valid, self._probe)
+        if self._median is not None:
+            times = np.concatenate([self._unfiltered[0], times])
+            valid = np.concatenate([self._unfiltered[1], valid])
+            codes = self._median.push(codes)
+            if ended:
+                codes = np.concatenate([codes, self._median.finish()])
+            n = len(codes)
+            self._unfiltered = times[n:], valid[n:]
+            times, valid = times[:n], valid[:n]
+            codes[~valid] = UNLABELLED
+        if self._drop is not None:
+            self._undecided = np.concatenate([self._undecided, times])
+            codes = self._drop.push(times, codes)
+            if ended:
+                codes = np.concatenate([codes, self._drop.finish()])
+            times = self._undecided[: len(codes)]
+            self._undecided = self._undecided[len(codes) :]
+        if self._probabilities is not None and probabilities is not None:
+            known = np.concatenate([self._probabilities, probabilities])
+            probabilities, self._probabilities = known[: len(codes)], known[len(codes) :]
+        return Decided(times, codes, probabilities)

@@ -1,0 +1,185 @@
+"""Cameras: frames stamped, written as they come, whole whatever ends the program."""
+
+import errno
+import io
+import threading
+import time
+
+import cv2
+import numpy as np
+import pytest
+from fake_devices import FakeDevice, eventually
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.capture.camera import CameraReader, open_camera
+from forcelab.capture.keeping import recover
+from forcelab.capture.matroska import MatroskaWriter
+from forcelab.capture.recorder import Recorder
+from forcelab.errors import InputError
+from forcelab.project import Project
+from forcelab.video.reader import VideoReader
+
+
+class FakeCamera:
+    """A camera whose picture's grey is its number; its own stamps move if told."""
+
+    def __init__(self, rate=50.0, own=True, skip=()):
+        self.rate, self.own, self.skip = rate, own, set(skip)
+        self.number, self.there, self.released = -1, threading.Event(), False
+        self.there.set()
+        self.began = time.monotonic()
+
+    def read(self):
+        if not self.there.is_set():
+            time.sleep(0.01)
+            return False, None
+        self.number += 1
+        while self.number in self.skip:
+            self.number += 1
+        wait = self.began + self.number / self.rate - time.monotonic()
+        time.sleep(max(wait, 0))
+        return True, np.full((48, 64, 3), 20 + self.number % 200, dtype=np.uint8)
+
+    def get(self, what):
+        return 1000.0 * (1 + self.number / self.rate) if what == 0 and self.own else 0.0
+
+    def release(self):
+        self.released = True
+
+
+@pytest.fixture
+def project(tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        return made.path
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_recording_has_its_video_on_the_force_clock(project, own):
+    camera = FakeCamera(own=own)
+    with Recorder(project, [FakeDevice()], [("camera 0", camera)]) as recorder:
+        eventually(lambda: recorder.state().cameras[0].frames > 3)
+        recorder.start("LEGO")
+        eventually(lambda: recorder.state().cameras[0].frames > 20)
+        assert recorder.cameras[0].latest()[1].shape == (48, 64, 3)
+        recorder.stop()
+    assert camera.released
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        stamps = opened.stamps(d.id)
+    frames = stamps["frames_0"]
+    assert np.isfinite(frames[:, 1]).all() == own
+    with VideoReader(d.video.path) as video:
+        assert len(video) == len(frames) >= 20
+        at = d.video.clock.to_force(video.times)
+        # A frame stands where it arrived, to a tenth of a millisecond.
+        np.testing.assert_allclose(at, frames[:, 0] - stamps["start"], atol=2e-4)
+        greys = [int(np.median(video.frame(i))) for i in (0, 5, 12, len(video) - 1)]
+    assert np.diff(greys).tolist() == [5, 7, len(frames) - 13]
+    assert not list((project / "captures").iterdir())
+
+
+def test_dropped_frames_are_counted_by_the_cameras_own_stamps():
+    camera = CameraReader(0, FakeCamera(rate=100, skip=[20, 21, 40]), "camera 0")
+    try:
+        eventually(lambda: camera.state().frames > 50)
+        assert camera.state().dropped == 3
+        assert camera.state().rate == pytest.approx(100, rel=1e-3)
+    finally:
+        camera.close()
+
+
+def test_a_camera_that_falls_silent_is_said_once(monkeypatch):
+    monkeypatch.setattr("forcelab.capture.camera._SILENT", 0.05)
+    fake = FakeCamera()
+    camera = CameraReader(0, fake, "camera 0")
+    try:
+        eventually(lambda: camera.state().frames > 1)
+        fake.there.clear()
+        eventually(lambda: "no picture" in camera.state().alarms)
+        time.sleep(0.1)
+        assert len(camera.remarks()) == 1
+        fake.there.set()
+        eventually(lambda: camera.state().alarms == ())
+    finally:
+        camera.close()
+
+
+def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
+    recorder = Recorder(project, [FakeDevice()], [("camera 0", FakeCamera())])
+    recorder.open()
+    recorder.start("LEGO")
+    eventually(lambda: recorder.state().cameras[0].frames > 20)
+    (camera,) = recorder.cameras
+    with camera._lock:  # nothing is said to the video any more, as by a kill
+        camera._writer._file.close()
+        camera._writer, camera._path = None, None
+    recorder.close()
+    (found,) = recover(project)
+    assert found.kept is not None
+    with Project.open(project) as opened, VideoReader(opened.load("LEGO 01").video.path) as video:
+        assert len(video) >= 20
+
+
+class FullDisk(io.FileIO):
+    room = 10**9
+
+    def write(self, data):
+        fits = min(len(data), FullDisk.room)
+        if not fits:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        FullDisk.room -= fits
+        return super().write(data[:fits])
+
+
+def jpeg(number):
+    picture = np.full((48, 64, 3), 20 + number, dtype=np.uint8)
+    return cv2.imencode(".jpg", picture)[1].tobytes()
+
+
+def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
+    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48, FullDisk)
+    for i in range(60):
+        if i == 20:
+            monkeypatch.setattr(FullDisk, "room", 100)
+        if i == 40:
+            monkeypatch.setattr(FullDisk, "room", 10**9)
+        try:
+            writer.write(jpeg(i), i / 30)
+        except OSError:
+            assert 20 <= i < 40
+    writer.close()
+    with VideoReader(tmp_path / "a.mkv") as video:
+        assert len(video) == 40
+        np.testing.assert_allclose(video.times, np.r_[0:20, 40:60] / 30, atol=1e-4)
+        assert int(np.median(video.frame(25))) == pytest.approx(65, abs=2)
+
+
+@settings(max_examples=25, deadline=None)
+@given(cut=st.floats(0.02, 1), steps=st.lists(st.floats(0.001, 3.0), min_size=2, max_size=20))
+def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, steps):
+    path = tmp_path_factory.mktemp("cut") / "a.mkv"
+    writer = MatroskaWriter(path, 64, 48)
+    times, ends = [], []
+    for i, time_ in enumerate(np.cumsum([0.0, *steps])):
+        times.append(writer.write(jpeg(i), time_))
+        ends.append(writer._file.tell())
+    head = 400
+    size = int(head + cut * (ends[-1] - head))
+    if cut == 1:
+        writer.close()
+    else:
+        writer._file.truncate(size)
+        writer._file.close()
+    whole = sum(end <= size for end in ends)
+    if whole < 2:
+        return
+    with VideoReader(path) as video:
+        # The last picture may be one that was cut; players show what there is of it.
+        assert whole - 1 <= len(video) <= whole + 1
+        np.testing.assert_allclose(video.times, times[: len(video)], atol=1e-6)
+
+
+def test_a_camera_that_is_not_there_is_one_sentence():
+    with pytest.raises(InputError, match="camera 93 cannot be opened"):
+        open_camera("93")

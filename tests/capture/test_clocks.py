@@ -1,0 +1,184 @@
+"""Stamps by counter and arrivals: bursts, stalls, slow clocks, jumps; live and afterwards."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.capture.clocks import ArrivalClock
+from forcelab.capture.smoothing import stamped
+
+MS = 1e-3
+
+
+def delivered(true, rng, burst=16 * MS):
+    """When samples arrive that USB delivers in bursts of 1 to 16 ms, one stall of 0.3 s among."""
+    edges = true[0] + np.cumsum(
+        rng.uniform(1 * MS, burst, int((true[-1] - true[0]) / (8 * MS)) + 99)
+    )
+    arrived = edges[np.searchsorted(edges, true)] + 0.2 * MS
+    stalled = (arrived > true[0] + 20) & (arrived < true[0] + 20.3)
+    arrived[stalled] = true[0] + 20.3
+    return arrived
+
+
+def run_live(clock, arrived, ticks, block):
+    """Feed blocks; what the clock says of each block right after it came."""
+    said = np.empty(len(ticks))
+    for first in range(0, len(ticks), block):
+        part = slice(first, first + block)
+        clock.update(arrived[part], ticks[part])
+        said[part] = clock.to_host(ticks[part])
+    return said
+
+
+def made(seconds, rate, ppm, seed=0, start=1e6):
+    rng = np.random.default_rng(seed)
+    ticks = np.arange(round(seconds * rate), dtype=np.int64) + 11_626
+    true = start + (ticks - ticks[0]) * (1 + ppm * 1e-6) / rate
+    return true, ticks, delivered(true, rng)
+
+
+@pytest.mark.parametrize("ppm", [200, -200])
+def test_live_stamps_are_within_two_milliseconds_after_ten_minutes(ppm):
+    true, ticks, arrived = made(600, 1000, ppm)
+    clock = ArrivalClock(1000)
+    off = run_live(clock, arrived, ticks, 40) - true
+    assert np.percentile(np.abs(off[2000:]), 99) < 2 * MS
+    assert np.abs(off[-20_000:]).max() < 1 * MS
+    assert clock.rate * 1000 - 1 == pytest.approx(ppm * 1e-6, abs=5e-6)
+    assert clock.residual < 1 * MS
+    assert clock.stretches == 1
+
+
+@pytest.mark.parametrize("ppm", [200, -200])
+def test_afterwards_the_first_stamps_are_as_good_as_the_last(ppm):
+    true, ticks, arrived = made(600, 1000, ppm)
+    found = stamped(arrived, ticks)
+    off = np.abs(found.host - true)
+    assert off.max() < 1 * MS
+    assert off[:1000].max() < 1 * MS
+    assert found.rate * 1000 - 1 == pytest.approx(ppm * 1e-6, abs=2e-6)
+    assert found.stretches.tolist() == [0]
+    assert (np.diff(found.host) > 0).all()
+
+
+def test_nothing_accumulates_in_ten_hours_of_a_crystal_that_warms_up():
+    rate, n = 20, 10 * 3600 * 20
+    ticks = np.arange(n, dtype=np.int64)
+    seconds = ticks / rate
+    wander = 200e-6 * seconds + 20e-6 * 3600 * np.sin(seconds / 3600)  # 180 to 220 ppm
+    true = 5e5 + seconds + wander
+    arrived = delivered(true, np.random.default_rng(1))
+    live = run_live(ArrivalClock(rate), arrived, ticks, 200) - true
+    # 10 s blocks are stamped when they end; the line lags the crystal by its half-life.
+    assert np.abs(live[200:]).max() < 4 * MS
+    assert np.percentile(np.abs(live), 99) < 2 * MS
+    assert np.abs(live[-72_000:]).mean() < np.abs(live[:72_000]).mean() + 1 * MS
+    off = np.abs(stamped(arrived, ticks).host - true)
+    assert off.max() < 2 * MS
+    assert off[-72_000:].max() < off[:72_000].max() + 1 * MS
+
+
+@pytest.mark.parametrize("jump", [1000, 64_536, -500])
+def test_a_jump_of_the_counter_begins_a_new_stretch_on_the_same_clock(jump):
+    true, ticks, arrived = made(60, 1000, 100)
+    ticks[30_000:] += jump
+    clock = ArrivalClock(1000)
+    live = run_live(clock, arrived, ticks, 25) - true
+    assert clock.stretches == 2
+    assert np.percentile(np.abs(live[2000:]), 99) < 2 * MS * 8  # a burst at worst, at the jump
+    assert np.abs(live[-10_000:]).max() < 2 * MS
+    found = stamped(arrived, ticks)
+    assert found.stretches.tolist() == [0, 30_000]
+    assert np.abs(found.host - true).max() < 2 * MS
+
+
+def test_a_counter_that_stands_still_is_a_gap_and_no_lateness():
+    true, ticks, arrived = made(60, 1000, 100)
+    true[30_000:] += 0.3
+    arrived = delivered(true, np.random.default_rng(3))
+    found = stamped(arrived, ticks)
+    assert found.stretches.tolist() == [0, 30_000]
+    assert np.abs(found.host - true).max() < 2 * MS
+    clock = ArrivalClock(1000)
+    live = run_live(clock, arrived, ticks, 25) - true
+    assert np.abs(live[-20_000:]).max() < 2 * MS
+
+
+def test_lost_samples_are_no_jump():
+    true, ticks, arrived = made(120, 1000, -150)
+    rng = np.random.default_rng(5)
+    kept = rng.random(len(ticks)) > 0.02
+    kept[40_000:43_000] = False
+    true, ticks, arrived = true[kept], ticks[kept], arrived[kept]
+    clock = ArrivalClock(1000)
+    live = run_live(clock, arrived, ticks, 25) - true
+    assert clock.stretches == 1
+    assert np.percentile(np.abs(live[2000:]), 99) < 2 * MS
+    found = stamped(arrived, ticks)
+    assert found.stretches.tolist() == [0]
+    assert np.abs(found.host - true).max() < 1 * MS
+
+
+def test_a_backlog_at_the_start_does_not_bend_the_line():
+    true, ticks, arrived = made(19, 1000, 200)
+    arrived = np.maximum(arrived, true[0] + 0.9)  # what had waited came at once
+    clock = ArrivalClock(1000)
+    live = run_live(clock, arrived, ticks, 25) - true
+    assert np.abs(live[-16_000:]).max() < 2 * MS
+    assert clock.residual < 1 * MS
+    assert np.abs(stamped(arrived, ticks).host - true).max() < 2 * MS
+
+
+def test_restarting_after_plugging_in_keeps_the_hosts_clock():
+    true, ticks, arrived = made(40, 1000, 200)
+    true[20_000:] += 5.0
+    arrived[20_000:] += 5.0
+    ticks[20_000:] = np.arange(20_000)
+    clock = ArrivalClock(1000)
+    first = run_live(clock, arrived[:20_000], ticks[:20_000], 25)
+    clock.restart()
+    second = run_live(clock, arrived[20_000:], ticks[20_000:], 25)
+    off = np.concatenate([first, second]) - true
+    assert np.abs(off[-10_000:]).max() < 2 * MS
+    found = stamped(arrived, ticks, np.array([20_000]))
+    assert np.abs(found.host - true).max() < 2 * MS
+
+
+def test_a_rate_that_was_told_wrong_is_learnt():
+    true, ticks, arrived = made(30, 80, 0)
+    clock = ArrivalClock(10)
+    live = run_live(clock, arrived, ticks, 4) - true
+    assert np.abs(live[-800:]).max() < 10 * MS
+    assert 1 / clock.rate == pytest.approx(80, rel=1e-3)
+
+
+def test_a_clock_that_has_seen_nothing_says_so():
+    clock = ArrivalClock(1000)
+    assert not clock.known
+    assert np.isnan(clock.to_host(np.arange(3))).all()
+    clock.update(np.empty(0), np.empty(0, dtype=np.int64))
+    assert np.isnan(clock.offset)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    ppm=st.floats(-300, 300),
+    rate=st.sampled_from([50, 333, 1000]),
+    seed=st.integers(0, 2**31),
+    lost=st.floats(0, 0.3),
+    n=st.integers(1, 4000),
+)
+def test_stamps_increase_and_never_lie_after_the_arrival_by_more_than_a_burst(
+    ppm, rate, seed, lost, n
+):
+    true, ticks, arrived = made(n / rate, rate, ppm, seed)
+    kept = np.random.default_rng(seed).random(n) >= lost
+    kept[0] = True
+    true, ticks, arrived = true[kept], ticks[kept], arrived[kept]
+    found = stamped(arrived, ticks)
+    assert np.isfinite(found.host).all()
+    for first, last in zip(found.stretches, [*found.stretches[1:], len(ticks)], strict=True):
+        assert (np.diff(found.host[first:last]) > 0).all()
+    assert np.abs(found.host - true).max() < 0.02

@@ -1,0 +1,435 @@
+"""Devices read through real pyserial on real ptys."""
+
+import time
+
+import numpy as np
+import pytest
+
+from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture.devices import device_named, number_sensors
+from forcelab.capture.discovery import FoundPort
+from forcelab.capture.events import Events
+from forcelab.capture.line_devices import Encoder, TextLine
+from forcelab.capture.optoforce_device import OptoForce
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_faults import Faults
+from forcelab.capture.virtual_lines import VirtualEncoder, VirtualTextLine
+from forcelab.capture.virtual_streams import rows
+from forcelab.errors import InputError
+
+SHEET = """
+[ISE123AB.sensor1]
+fx = { capacity = 40.0, counts = 16000 }
+fy = { capacity = 40.0, counts = [8000, 4000] }
+fz = { capacity = 100.0, counts = 1000 }
+"""
+
+
+def nothing():
+    return ()
+
+
+def numbered(times):
+    k = np.round(1000 * times).astype(np.int64)
+    return np.column_stack([k, -k, k % 7])
+
+
+def steady(*counts):
+    return rows(np.tile(counts, (60_000, 1)), 1000.0)
+
+
+def collect(device, wanted, seconds=15.0):
+    """Blocks until there are so many samples; fails if they never come."""
+    blocks, until = [], time.monotonic() + seconds
+    while sum(map(len, blocks)) < wanted:
+        assert time.monotonic() < until
+        block = device.read(0.1)
+        if block is not None:
+            blocks.append(block)
+    return blocks
+
+
+def joined(blocks, what):
+    return np.concatenate([getattr(block, what) for block in blocks])
+
+
+def gone(device):
+    """Read until the device is known to be gone; the samples until then."""
+    blocks, until = [], time.monotonic() + 15
+    while True:
+        assert time.monotonic() < until
+        try:
+            block = device.read(0.1)
+        except UnpluggedError as error:
+            return blocks, str(error)
+        if block is not None:
+            blocks.append(block)
+
+
+def back(device):
+    until = time.monotonic() + 15
+    while True:
+        try:
+            return device.reopen()
+        except UnpluggedError:
+            assert time.monotonic() < until
+
+
+def remarked(device, words, seconds=15.0):
+    """Read until a remark has these words."""
+    until = time.monotonic() + seconds
+    said = ()
+    while not any(words in sentence for sentence in said):
+        assert time.monotonic() < until, said
+        device.read(0.05)
+        said += device.remarks()
+    return said
+
+
+def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
+    with VirtualOptoForce(numbered, step=10) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        assert virtual.configured == [(1, 4, 0)]
+        assert device.serial == "ISE123AB"
+        assert [c.name for c in device.channels] == ["fx1", "fy1", "fz1"]
+        assert {c.unit for c in device.channels} == {""}
+        blocks = collect(device, 400)
+        device.close()
+    truth = virtual.truth()
+    values, ticks = joined(blocks, "values"), joined(blocks, "ticks")
+    assert ticks[0] == 0
+    assert (np.diff(ticks) == 1).all()
+    assert (np.diff(values[:, 0]) == 1).all()
+    places = np.searchsorted(truth.values[:, 0], values[:, 0])
+    np.testing.assert_array_equal(truth.values[places], values)
+    assert (joined(blocks, "arrived") >= truth.times[places]).all()
+    for block in blocks[1:]:
+        assert len(set(block.arrived)) == 1
+    assert device.statistics["skipped_bytes"] == device.statistics["missing_samples"] == 0
+    assert device.remarks() == ()
+
+
+def test_counts_become_newtons_by_axis_sign_and_serial_number(tmp_path):
+    sheet = tmp_path / "sheet.toml"
+    sheet.write_text(SHEET)
+    with VirtualOptoForce(steady(400, -400, 10)) as virtual:
+        device = device_named(f"optoforce:{virtual.port}?calibration={sheet}&rate=500&filter=0")
+        device.open()
+        values = collect(device, 20)[-1].values
+        device.close()
+    assert virtual.configured == [(2, 0, 0)]
+    assert values[-1] == pytest.approx([1.0, -4.0, 1.0])
+    assert {c.unit for c in device.channels} == {"N"}
+
+
+def test_a_daq_that_the_sheet_does_not_know_is_refused_and_its_port_let_go(tmp_path):
+    sheet = tmp_path / "sheet.toml"
+    sheet.write_text(SHEET)
+    with VirtualOptoForce(numbered, serial="ISE999ZZ") as virtual:
+        device = OptoForce(virtual.port, calibration=sheet, ports=nothing)
+        with pytest.raises(InputError, match="ISE999ZZ"):
+            device.open()
+        other = OptoForce(virtual.port, ports=nothing)
+        other.open()
+        other.close()
+
+
+@pytest.mark.parametrize("axes", [6, 12])
+def test_other_kinds_tell_their_channels_by_themselves(axes):
+    source = rows(np.tile(np.arange(axes), (60_000, 1)), 1000.0)
+    with VirtualOptoForce(source) as virtual:
+        device = OptoForce(virtual.port, ports=nothing, first=3)
+        assert device.channels == ()
+        device.open()
+        values = collect(device, 20)[-1].values
+        device.close()
+    assert len(device.channels) == axes
+    assert device.channels[0].name == "fx3"
+    np.testing.assert_array_equal(values[-1], np.arange(axes))
+
+
+def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
+    with VirtualOptoForce(steady(400, -400, 10)) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        collect(device, 20)
+        device.zero()
+        values = collect(device, 50)
+        assert virtual.configured[-2:] == [(1, 4, 0), (1, 4, 255)]
+        assert not joined(values, "values").any()
+        virtual.unplug()
+        gone(device)
+        virtual.replug()  # the DAQ has forgotten its zero
+        back(device)
+        assert joined(collect(device, 50), "values") == pytest.approx(0.0)
+        device.zero()
+        assert not joined(collect(device, 50), "values").any()
+        device.close()
+
+
+def test_lost_packets_are_gaps_in_the_ticks_and_are_counted():
+    faults = Faults(lost=0.05, corrupted=0.001, doubled=0.001)
+    with VirtualOptoForce(numbered, step=3) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        virtual.faults = faults
+        blocks = collect(device, 500)
+        device.close()
+    values, ticks = joined(blocks, "values"), joined(blocks, "ticks")
+    # Each tick is one sample of the device, whatever was lost.
+    np.testing.assert_array_equal(ticks - ticks[0], values[:, 0] - values[0, 0])
+    assert device.statistics["missing_samples"] == ticks[-1] - ticks[0] + 1 - len(ticks) > 0
+    assert device.statistics["bad_checksums"] + device.statistics["skipped_bytes"] > 0
+
+
+def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
+    with VirtualOptoForce(numbered, first=500) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        blocks = collect(device, 100)
+        virtual.unplug()
+        more, said = gone(device)
+        assert virtual.port in said
+        with pytest.raises(UnpluggedError, match="not plugged in again yet"):
+            device.reopen()
+        time.sleep(0.1)
+        virtual.replug()
+        back(device)
+        blocks += more + collect(device, 100)
+        device.close()
+    assert device.connections == 2
+    assert virtual.configured == [(1, 4, 0)] * 2  # told again
+    ticks, values = joined(blocks, "ticks"), joined(blocks, "values")
+    steps = np.diff(ticks)
+    assert (steps > 0).all()
+    (gap,) = np.flatnonzero(steps != 1)
+    # The host's clock says how long it was away: to within a delivery or two on an idle machine.
+    truth = values[gap + 1, 0] - values[gap, 0]
+    assert truth > 100
+    assert abs(steps[gap] - truth) < 100
+
+
+def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
+    ports = []
+    with (
+        VirtualOptoForce(numbered, serial="ISE00001") as virtual,
+        VirtualOptoForce(steady(1, 2, 3), serial="ISE00002") as other,
+    ):
+        ports[:] = [other.port]
+        device = OptoForce(virtual.port, ports=lambda: ports)
+        device.open()
+        old = device.name
+        virtual.unplug()
+        gone(device)
+        with pytest.raises(UnpluggedError):
+            device.reopen()  # another DAQ is not taken for it
+        virtual.replug(virtual.path.with_name("ttyACM7"))
+        ports.append(virtual.port)
+        back(device)
+        assert device.name == f"optoforce:{virtual.port}" != old
+        assert joined(collect(device, 50), "values")[-1, 0] > 50
+        device.close()
+        assert other.configured == []
+
+
+def test_one_that_is_wanted_by_its_serial_number_is_not_mixed_up():
+    with VirtualOptoForce(numbered) as virtual:
+        device = OptoForce(virtual.port, serial="ISE00007", ports=nothing)
+        with pytest.raises(InputError, match="is ISE123AB, not OptoForce DAQ ISE00007"):
+            device.open()
+
+
+def test_one_that_does_not_answer_is_read_and_remarked():
+    virtual = VirtualOptoForce(numbered)
+    virtual.answers = False
+    with virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        collect(device, 30)
+        said = device.remarks()
+        device.close()
+    assert device.serial is None
+    assert any("does not tell its serial number" in one for one in said)
+    assert any("did not confirm" in one for one in said)
+
+
+def test_what_is_no_daq_is_refused_in_a_sentence():
+    with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        with pytest.raises(InputError, match="sends no OptoForce packets"):
+            device.open()
+
+
+def test_overload_is_remarked_once_and_marks_its_samples():
+    with VirtualOptoForce(numbered) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        virtual.status = 1 << 9  # Fx
+        said = remarked(device, "overloaded in Fx")
+        blocks = collect(device, 200)
+        said += device.remarks()
+        virtual.status = 1 << 10 | 2
+        said += remarked(device, "absent")
+        device.close()
+    assert sum("overloaded" in one for one in said) == 1
+    assert any("Sensor 2 is absent" in one for one in said)
+    assert (blocks[-1].status == 1 << 9).any()
+
+
+def test_a_daq_that_falls_silent_is_remarked_once():
+    with VirtualOptoForce(numbered) as virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        collect(device, 30)
+        virtual.stall(1.6)
+        said = remarked(device, "has sent no valid packet")
+        collect(device, 200)
+        said += device.remarks()
+        device.close()
+    assert sum("no valid packet" in one for one in said) == 1
+
+
+def test_sensors_of_several_daqs_are_numbered_through():
+    with VirtualOptoForce(steady(*range(12))) as one, VirtualOptoForce(steady(1, 2, 3)) as two:
+        devices = [OptoForce(virtual.port, ports=nothing) for virtual in (one, two)]
+        for device in devices:
+            device.open()
+        number_sensors(devices)
+        names = [channel.name for device in devices for channel in device.channels]
+        for device in devices:
+            device.close()
+    assert len(set(names)) == 15
+    assert names[-3:] == ["fx5", "fy5", "fz5"]
+
+
+def test_text_with_a_clock_is_counted_by_it():
+    def source(times):
+        return np.column_stack([times, np.sin(times)])
+
+    with VirtualTextLine(source, 200, names=("t", "s"), labelled=True, clock="time_ms") as virtual:
+        device = TextLine(virtual.port, ports=nothing)
+        device.open()
+        assert [c.name for c in device.channels] == ["t", "s"]
+        assert device.rate == pytest.approx(200, rel=0.1)
+        blocks = collect(device, 40)
+        virtual.unplug()
+        blocks += gone(device)[0]
+        virtual.replug()
+        back(device)
+        again = collect(device, 20)
+        device.close()
+    ticks, values = joined(blocks, "ticks"), joined(blocks, "values")
+    np.testing.assert_array_equal(np.diff(ticks), np.round(np.diff(values[:, 0]) * 200))
+    assert joined(again, "ticks")[0] > ticks[-1]
+    assert device.connections == 2
+
+
+def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
+    with VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1, seed=1) as virtual:
+        device = device_named(f"text:{virtual.port}?baud=9600&rate=200")
+        device.open()
+        blocks = collect(device, 40)
+        device.zero()
+        assert not collect(device, 5)[-1].values.any()
+        assert device.statistics["junk_lines"] > 0
+        device.close()
+    assert device.rate == 200
+    assert all(block.ticks is None for block in blocks)
+    assert (joined(blocks, "values") == 5.0).all()
+
+
+def test_a_device_that_prints_no_numbers_is_told_with_the_cure(monkeypatch):
+    monkeypatch.setattr("forcelab.capture.line_devices.FIRST_LINES", 0.3)
+    with (
+        VirtualEncoder(lambda t: t[:, None]) as virtual,  # says nothing unasked
+        pytest.raises(InputError, match=r"no lines of numbers at 115200 baud.*\?baud=9600"),
+    ):
+        TextLine(virtual.port, ports=nothing).open()
+
+
+@pytest.mark.parametrize("bang", [True, False])
+def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang):
+    def source(times):
+        return np.floor(50 * np.clip(times, 0.0, 0.6))[:, None]
+
+    with VirtualEncoder(source, bang=bang, serial=77) as virtual:
+        device = device_named(f"encoder:{virtual.port}?scale=0.5&unit=mm")
+        device.open()
+        assert device.holds
+        assert [(c.name, c.unit) for c in device.channels] == [("opening", "mm")]
+        blocks = []
+        until = time.monotonic() + 10
+        while not blocks or blocks[-1].values[-1, 0] < 15.0:
+            assert time.monotonic() < until
+            block = device.read(0.1)
+            if block is not None:
+                blocks.append(block)
+        assert device.read(0.1) is None  # it stands still
+        assert device.serial == "77"
+        device.zero()
+        virtual.unplug()
+        gone(device)
+        virtual.replug()
+        back(device)
+        assert any("lost its count" in one for one in device.remarks())
+        device.close()
+    values = joined(blocks, "values")[:, 0]
+    assert (np.diff(values) == 0.5).all()
+
+
+def test_what_does_not_answer_is_no_encoder():
+    with (
+        VirtualTextLine(lambda t: t[:, None], 10) as virtual,
+        pytest.raises(InputError, match="does not answer as a QSB does"),
+    ):
+        Encoder(virtual.port, ports=nothing).open()
+
+
+def test_a_line_device_is_looked_for_by_its_usb_serial_number():
+    with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
+        ports = [FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True)]
+        device = TextLine(virtual.port, ports=lambda: ports)
+        device.open()
+        virtual.unplug()
+        gone(device)
+        ports.clear()
+        with pytest.raises(UnpluggedError, match="not plugged in again yet"):
+            device.reopen()
+        virtual.replug(virtual.path.with_name("ttyUSB5"))
+        ports.append(FoundPort(virtual.port, "text", "", "A1", (1, 2), usable=True))
+        back(device)
+        assert device.name.endswith("ttyUSB5")
+        device.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("/dev/ttyACM0", "is no device; write optoforce:PORT"),
+        ("daq:/dev/ttyACM0", "is no device"),
+        ("optoforce:/dev/x?baud=9600", "'baud=9600' in .* means nothing; optoforce takes rate="),
+        ("text:/dev/x?baud=fast", "does not say a baud"),
+        ("text:/dev/x?baud=1&baud=2", "each once"),
+        ("optoforce:/dev/x?rate=3000", "3000 samples a second"),
+        ("optoforce:/dev/x?rate=0", "above zero"),
+        ("optoforce:/dev/x?filter=7", "no filter of 7 Hz"),
+        ("optoforce:/dev/x?calibration=/no/such.toml", "no/such.toml"),
+        ("encoder:/dev/x?reverse=perhaps", "does not say a reverse"),
+    ],
+)
+def test_a_name_that_means_nothing_is_refused_in_a_sentence(name, words):
+    with pytest.raises(InputError, match=words):
+        device_named(name)
+
+
+def test_events_are_said_once_while_they_go_on():
+    events = Events()
+    for now in (0.0, 0.2, 0.6, 1.0, 2.0):
+        events.during("hot", "It is hot.", now)
+    events.say("All else is well.")
+    assert events.take() == ("It is hot.", "It is hot.", "All else is well.")
+    assert events.take() == ()
+    for number in range(1000):
+        events.say(str(number))
+    assert len(events.take()) == 100

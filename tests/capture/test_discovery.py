@@ -1,0 +1,124 @@
+import argparse
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from forcelab.capture import discovery
+from forcelab.capture.discovery import FoundPort, find_ports, optoforce_ports, port_like, port_of
+from forcelab.cli import capture_listing
+from forcelab.errors import InputError
+
+
+def listed(device, vid=None, pid=None, **told):
+    words = {"serial_number": None, "manufacturer": None, "product": None, "description": "n/a"}
+    return SimpleNamespace(device=device, vid=vid, pid=pid, **(words | told))
+
+
+PORTS = [
+    listed("/dev/ttyUSB1", 0x1A86, 0x7523, description="USB Serial"),
+    listed("/dev/ttyACM0", 0x04D8, 0x000A, manufacturer="Microchip", serial_number="7"),
+    listed("/dev/ttyUSB0", 0x0403, 0x6001, product="USB <-> QSB", serial_number="81830"),
+    listed("/dev/ttyUSB2", 0x0403, 0x6001, product="FT232R USB UART"),
+    listed("/dev/ttyACM1", 0x2341, 0x0043, description="Arduino Uno"),
+    listed("/dev/ttyUSB3", 0x067B, 0x2303, description="PL2303 cable"),
+    listed("/dev/ttyS0"),
+]
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    from serial.tools import list_ports
+
+    def plug(ports):
+        monkeypatch.setattr(list_ports, "comports", lambda: ports)
+
+    return plug
+
+
+def found(path, kind="text", serial=None, usb=(1, 2)):
+    return FoundPort(path, kind, "", serial, usb, usable=True)
+
+
+def test_devices_are_known_by_what_usb_tells(plugged):
+    plugged(PORTS)
+    kinds = {port.path: port.kind for port in find_ports()}
+    assert list(kinds) == sorted(kinds)
+    assert kinds == {
+        "/dev/ttyACM0": "optoforce",
+        "/dev/ttyACM1": "text",
+        "/dev/ttyUSB0": "encoder",
+        "/dev/ttyUSB1": "text",
+        "/dev/ttyUSB2": "text",
+        "/dev/ttyUSB3": "unknown",
+        "/dev/ttyS0": "unknown",
+    }
+    assert optoforce_ports() == ("/dev/ttyACM0",)
+
+
+def test_the_only_device_of_a_kind_is_found_without_its_port(plugged):
+    plugged(PORTS)
+    assert port_of("encoder") == "/dev/ttyUSB0"
+    with pytest.raises(InputError, match="3 devices that may be 'text'"):
+        port_of("text")
+    plugged([])
+    with pytest.raises(InputError, match="No device of kind 'optoforce' is plugged in"):
+        port_of("optoforce")
+
+
+def test_a_device_is_found_again_by_its_serial_number_at_another_port():
+    known = found("/dev/ttyUSB0", serial="A1")
+    others = [found("/dev/ttyUSB0", serial="B2"), found("/dev/ttyUSB1", serial="A1")]
+    assert port_like(known, others) == "/dev/ttyUSB1"
+    assert port_like(known, others[:1]) is None
+
+
+def test_a_device_without_a_serial_number_is_found_at_its_own_port_only(tmp_path):
+    known = found("/dev/ttyUSB0")
+    assert port_like(known, [found("/dev/ttyUSB0")]) == "/dev/ttyUSB0"
+    assert port_like(known, [found("/dev/ttyUSB0", usb=(3, 4))]) is None
+    assert port_like(known, [found("/dev/ttyUSB1")]) is None
+    link = tmp_path / "tty"
+    assert port_like(found(str(link), usb=None), []) is None
+    link.symlink_to("/dev/null")
+    assert port_like(found(str(link), usb=None), []) == str(link)
+
+
+def test_the_list_shows_what_to_say_and_what_it_is(plugged, capsys):
+    plugged(PORTS)
+    capture_listing.run(argparse.Namespace(json=False))
+    told = capsys.readouterr().out
+    assert "--device optoforce:/dev/ttyACM0" in told
+    assert "--device KIND:/dev/ttyUSB3" in told
+    assert "81830" in told
+    capture_listing.run(argparse.Namespace(json=True))
+    plain = json.loads(capsys.readouterr().out)
+    assert plain["ports"][0]["usb"] == "04d8:000a"
+    assert plain["ports"][0]["device"] == "optoforce:/dev/ttyACM0"
+
+
+def test_where_there_is_nothing_one_sentence_says_so(plugged, capsys, monkeypatch):
+    plugged([])
+    monkeypatch.setattr(capture_listing, "cameras", lambda: ())
+    capture_listing.run(argparse.Namespace(json=False))
+    assert capsys.readouterr().out == capture_listing.NOTHING + "\n"
+
+
+def test_cameras_are_listed_by_the_number_that_is_said(plugged, capsys, monkeypatch):
+    from forcelab.capture.ports import Camera
+
+    plugged([])
+    films = (Camera("/dev/video2", "Webcam", usable=False),)
+    monkeypatch.setattr(capture_listing, "cameras", lambda: films)
+    capture_listing.run(argparse.Namespace(json=False))
+    told = capsys.readouterr().out
+    assert "--camera 2" in told
+    assert "not yours to open" in told
+
+
+def test_without_pyserial_that_is_said(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "serial.tools", None)
+    with pytest.raises(InputError, match="pip install pyserial"):
+        discovery.find_ports()

@@ -1,0 +1,111 @@
+"""The encoder for the opening of the tongs: commands, answers, counts that never wrap."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from forcelab.capture.encoder import (
+    COUNT,
+    EncoderParser,
+    Reply,
+    read_register,
+    set_up,
+    stream_register,
+    write_register,
+)
+from forcelab.errors import InputError
+
+
+def line(letter, register, value, clock=None, spaced=True):
+    parts = [letter, f"{register:02X}", f"{value % 2**32:08X}"]
+    parts += [] if clock is None else [f"{clock % 2**32:08X}"]
+    return ((" " if spaced else "").join([*parts, "!"]) + "\r\n").encode()
+
+
+def test_commands_are_a_letter_a_register_and_a_value():
+    assert read_register(0x14) == b"R14\r\n"
+    assert write_register(0x0B, 300) == b"W0B0000012C\r\n"
+    assert stream_register() == b"S0E\r\n"
+    for call in (lambda: read_register(256), lambda: write_register(3, -1)):
+        with pytest.raises(InputError):
+            call()
+
+
+def test_setting_up_ends_with_the_stream():
+    commands = set_up(quadrature=2, reverse=True, threshold=1, rate=128)
+    assert commands[-1] == b"S0E\r\n"
+    assert {b"W0300000002\r\n", b"W0400000080\r\n", b"W0B00000001\r\n", b"W0C00000004\r\n"} <= set(
+        commands
+    )
+    for wrong in ({"quadrature": 3}, {"rate": 0}, {"rate": 600}):
+        with pytest.raises(InputError):
+            set_up(**wrong)
+
+
+@pytest.mark.parametrize("spaced", [True, False])
+def test_counts_are_signed_and_stamped_by_the_devices_clock(spaced):
+    parser = EncoderParser()
+    data = b"".join(line("s", COUNT, n, 512 + n, spaced) for n in (-2, -1, 0, 5))
+    told = parser.feed(data)
+    assert told.counts.tolist() == [-2, -1, 0, 5]
+    assert told.times == pytest.approx([510 / 512, 511 / 512, 1.0, 517 / 512])
+    assert parser.feed(line("r", COUNT, 7)).times is None
+
+
+def test_neither_count_nor_clock_wraps():
+    parser = EncoderParser()
+    values = [2**31 - 2, 2**31 - 1, 2**31, 2**31 + 1]
+    clocks = [2**32 - 1, 2**32, 2**32 + 1, 2**32 + 700]
+    data = b"".join(line("s", COUNT, v, c) for v, c in zip(values, clocks, strict=True))
+    told = parser.feed(data)
+    assert told.counts.tolist() == values
+    assert np.diff(told.times) * 512 == pytest.approx([1, 1, 699])
+
+
+def test_answers_are_kept_apart_from_the_stream_and_junk_is_counted():
+    parser = EncoderParser()
+    data = (
+        b"QSB-D  0E!\r\n"
+        + line("w", 0x15, 15, 0)
+        + line("s", COUNT, 3, 1)
+        + line("r", 0x14, (81_830 << 12) | 0x0007, 2)
+        + line("e", 0x42, 1, 3)
+        + b"s 0E 0000\r\n\xff\xfe\r\n"
+    )
+    assert parser.feed(data).counts.tolist() == [3]
+    written, version, error = parser.take_replies()
+    assert written == Reply("w", 0x15, 15)
+    assert version.device() == ("QSB-D", "81830")
+    assert error.letter == "e"
+    assert parser.take_replies() == []
+    assert parser.junk_lines == 2
+
+
+def test_after_it_was_plugged_in_again_counts_start_anew():
+    parser = EncoderParser()
+    parser.feed(line("s", COUNT, 4_000_000_000, 9) + b"s 0E 00")
+    parser.restart()
+    assert parser.feed(line("s", COUNT, -5, 0)).counts.tolist() == [-5]
+
+
+ANSWERS = st.one_of(
+    st.builds(line, st.sampled_from("rws"), st.sampled_from([COUNT, 0x14]), st.integers(-99, 99)),
+    st.builds(line, st.just("s"), st.just(COUNT), st.integers(0, 99), st.integers(0, 99)),
+    st.binary(max_size=30),
+)
+
+
+@given(st.lists(ANSWERS, max_size=10), st.lists(st.integers(0, 300), max_size=6))
+def test_any_cutting_gives_the_same_counts(parts, cuts):
+    data = b"".join(parts)
+    edges = [0, *sorted(cut % (len(data) + 1) for cut in cuts), len(data)]
+    parser, whole = EncoderParser(), EncoderParser()
+    pieces = [parser.feed(data[a:b]) for a, b in pairwise(edges)]
+    told = whole.feed(data)
+    counts = [count for piece in pieces if piece is not None for count in piece.counts.tolist()]
+    assert counts == ([] if told is None else told.counts.tolist())
+    assert parser.junk_lines == whole.junk_lines
+    assert parser.take_replies() == whole.take_replies()

@@ -1,0 +1,207 @@
+"""From a journal to a demonstration: gaps stay gaps, devices on one clock, marks a track."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.capture.blocks import Block
+from forcelab.capture.gathering import gather
+from forcelab.capture.joining import Stream, joined
+from forcelab.capture.journal import Kind, block_bytes, encoded, header_bytes, parsed
+from forcelab.errors import InputError
+
+START = 5000.0
+AXES = [["fx", "N"], ["fy", "N"], ["fz", "N"]]
+
+
+def device(name="a", channels=AXES, holds=False):
+    return {"name": name, "channels": channels, "rate": 1000.0, "holds": holds}
+
+
+def contents(devices, records, tail=b"", cameras=(), **more):
+    header = {"name": "LEGO 01", "task": "LEGO", "author": "Ann", "devices": devices}
+    data = header_bytes(header | {"cameras": list(cameras)} | more) + b"".join(records) + tail
+    return parsed(data, "test")
+
+
+def samples(times, values, number=0, ticks=True, late=0.0002):
+    """A device's samples in blocks of ten."""
+    out = []
+    count = np.round((times - START) * 1000).astype(np.int64)
+    for first in range(0, len(times), 10):
+        part = slice(first, first + 10)
+        arrived = np.full(len(times[part]), times[part][-1] + late)
+        block = Block(arrived, count[part] if ticks else None, values[part])
+        out.append(encoded(Kind.BLOCK, block_bytes(block), number))
+    return out
+
+
+def note(kind, number=0, **what):
+    import json
+
+    return encoded(kind, json.dumps(what).encode(), number)
+
+
+def three(signal):
+    return np.stack([signal, signal + 1, signal + 2], axis=1)
+
+
+def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
+    times = START + np.arange(2000) / 1000
+    kept = np.ones(2000, dtype=bool)
+    kept[700:800] = kept[1500] = False
+    found = gather(contents([device()], samples(times[kept], three(times[kept]))), tmp_path)
+    d = found.demonstration
+    np.testing.assert_allclose(d.times, times[kept] - START, atol=5e-4)
+    ((begin, end),) = d.gaps
+    assert (begin, end) == (pytest.approx(0.7, abs=1e-3), pytest.approx(0.8, abs=1e-3))
+    assert found.remarks == ("101 samples of a were lost; they are gaps.",)
+    assert d.video is None
+    assert found.track is None
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    shift=st.floats(-0.01, 0.01),
+    gap=st.tuples(st.integers(300, 900), st.integers(1, 400)),
+    rate=st.sampled_from([100, 333, 1000]),
+)
+def test_a_second_device_is_interpolated_but_never_across_a_gap(shift, gap, rate):
+    own = START + np.arange(2000) / 1000
+    other = START + shift + np.arange(2 * rate) / rate
+    first, long = gap[0] * rate // 1000, gap[1]
+    kept = np.ones(len(other), dtype=bool)
+    kept[first : first + long] = False
+    curve = lambda t: 3 * (t - START)  # noqa: E731 - linear, so that interpolation is exact
+    streams = [
+        Stream(own, curve(own)[:, None]),
+        Stream(other[kept], curve(other[kept])[:, None]),
+    ]
+    times, signals, start = joined(streams, ["a", "b"])
+    host = times + start
+    known = np.isfinite(signals[:, 1])
+    np.testing.assert_allclose(signals[known, 1], curve(host[known]), atol=1e-6)
+    left, right = other[kept][first - 1], other[kept][first : first + 1]
+    end = right[0] if len(right) else np.inf
+    inside = (host > left + 1e-9) & (host < end - 1e-9)
+    assert not known[inside].any()
+    assert known[(host >= other[0]) & (host <= left)].all()
+
+
+def test_what_starts_and_ends_a_moment_apart_is_cut_to_what_is_shared():
+    own, other = START + np.arange(1000) / 1000, START + 0.0105 + np.arange(970) / 1000
+    times, signals, start = joined(
+        [Stream(own, own[:, None]), Stream(other, other[:, None])], ["a", "b"]
+    )
+    assert start == pytest.approx(START + 0.011)
+    assert np.isfinite(signals).all()
+    assert times[0] == 0.0
+    np.testing.assert_allclose(signals[:, 0], times + start, atol=1e-9)
+
+
+def test_what_holds_keeps_its_value_except_while_it_was_unplugged(tmp_path):
+    times = START + np.arange(3000) / 1000
+    changes = START + np.array([-2.0, 0.5, 2.5])
+    block = Block(changes, None, np.array([[1.0], [2.0], [3.0]]))
+    records = [
+        *samples(times, three(times)),
+        encoded(Kind.BLOCK, block_bytes(block), 1),
+        note(Kind.EVENT, 1, at=START + 1.0, what="unplugged"),
+        note(Kind.EVENT, 1, at=START + 2.0, what="plugged in again"),
+    ]
+    opening = device("q", [["opening", "mm"]], holds=True)
+    d = gather(contents([device(), opening], records), tmp_path).demonstration
+    held = d.signals[:, 3]
+    at = lambda t: held[np.searchsorted(d.times, t)]  # noqa: E731
+    assert (at(0.2), at(0.8), at(2.8)) == (1, 2, 3)
+    # After plugging in nothing is known until it has something to say.
+    assert np.isnan([at(1.1), at(1.9), at(2.4)]).all()
+
+
+@pytest.mark.parametrize(
+    ("devices", "expected"),
+    [
+        ([["fx", "fy", "fz"]], ["fx1", "fy1", "fz1"]),
+        ([["fx", "fy", "fz"], ["fx", "fy", "fz"]], ["fx1", "fy1", "fz1", "fx2", "fy2", "fz2"]),
+        (
+            [["fx1", "fz1"], ["fx1", "fz1", "fx2", "fz2"]],
+            ["fx1", "fz1", "fx2", "fz2", "fx3", "fz3"],
+        ),
+        ([["fx2", "fz2"]], ["fx2", "fz2"]),
+        ([["fx1", "fz1"], ["fx2", "fz2"]], ["fx1", "fz1", "fx2", "fz2"]),
+        ([["fx", "tx"], ["weight"], ["weight"]], ["fx1", "tx1", "weight", "weight 2"]),
+    ],
+)
+def test_channels_are_called_as_everywhere(tmp_path, devices, expected):
+    times = START + np.arange(100) / 1000
+    records, told = [], []
+    for number, names in enumerate(devices):
+        records += samples(times, np.tile(times[:, None], (1, len(names))), number)
+        told.append(device(str(number), [[name, "N"] for name in names]))
+    d = gather(contents(told, records), tmp_path).demonstration
+    assert [channel.name for channel in d.channels] == expected
+
+
+def test_lines_without_a_counter_count_themselves_where_they_come_evenly(tmp_path):
+    times = START + np.arange(800) / 80
+    even = gather(contents([device()], samples(times, three(times), ticks=False)), tmp_path)
+    np.testing.assert_allclose(np.diff(even.demonstration.times), 1 / 80, rtol=0.02)
+    assert "ticks_0" not in even.stamps
+    rng = np.random.default_rng(0)
+    odd = START + np.cumsum(rng.choice([0.001, 0.5], 300))
+    records = [
+        encoded(Kind.BLOCK, block_bytes(Block(odd[i : i + 1], None, three(odd)[i : i + 1])))
+        for i in range(300)
+    ]
+    uneven = gather(contents([device()], records), tmp_path)
+    np.testing.assert_allclose(uneven.demonstration.times, odd - odd[0], atol=1e-9)
+
+
+def test_marks_of_keys_held_down_become_segments(tmp_path):
+    times = START + np.arange(1000) / 1000
+    marks = [
+        (0.1, "grab", True), (0.2, "hold", True), (0.3, "grab", False), (0.4, "hold", False),
+        (-0.5, "still", True), (0.05, "still", False), (0.6, "pull", False), (0.9, "pull", True),
+    ]  # fmt: skip
+    records = samples(times, three(times)) + [
+        note(Kind.MARK, at=START + at, action=action, down=down) for at, action, down in marks
+    ]
+    found = gather(contents([device()], records), tmp_path)
+    told = [(round(s.start, 3), round(s.end, 3), s.action) for s in found.track.segments]
+    assert told == [(0, 0.05, "still"), (0.1, 0.2, "grab"), (0.2, 0.4, "hold"), (0.9, 1.0, "pull")]
+    assert found.track.author == "Ann"
+
+
+def test_a_torn_end_is_said(tmp_path):
+    times = START + np.arange(100) / 1000
+    found = gather(contents([device()], samples(times, three(times)), tail=b"abc"), tmp_path)
+    assert found.remarks == ("The last 3 bytes of the journal were torn and are left out.",)
+
+
+def test_the_first_force_device_leads_whatever_comes_first(tmp_path):
+    times = START + np.arange(100) / 1000
+    records = samples(times, three(times), 1)
+    records.append(encoded(Kind.BLOCK, block_bytes(Block(times[:1], None, np.ones((1, 1)))), 0))
+    opening = device("q", [["opening", "mm"]], holds=True)
+    d = gather(contents([opening, device()], records), tmp_path).demonstration
+    assert len(d.times) == 100
+    assert d.channels[0].name == "opening"
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_too_few_samples_are_one_sentence(tmp_path, number):
+    times = START + np.arange(number) / 1000
+    with pytest.raises(InputError, match="Fewer than two samples of a "):
+        gather(contents([device()], samples(times, three(times))), tmp_path)
+
+
+def test_a_header_that_says_nothing_is_one_sentence(tmp_path):
+    with pytest.raises(InputError, match="does not say what was recorded"):
+        gather(parsed(header_bytes({"name": "x"}), "test"), tmp_path)
+
+
+def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):
+    times = START + np.arange(100) / 1000
+    with pytest.raises(InputError, match="do not fit"):
+        gather(contents([device(channels=AXES[:2])], samples(times, three(times))), tmp_path)

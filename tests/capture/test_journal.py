@@ -1,0 +1,234 @@
+"""The journal: what was written comes back, however the file ends and whatever the disk does."""
+
+import errno
+import io
+import shutil
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.capture.blocks import Block
+from forcelab.capture.journal import (
+    Kind,
+    block_bytes,
+    block_of,
+    encoded,
+    header_bytes,
+    json_of,
+    parsed,
+    read,
+)
+from forcelab.capture.journal_writer import JournalWriter, being_written
+from forcelab.errors import InputError
+
+HEADER = {"name": "LEGO 01", "devices": []}
+
+
+def block(n=5, c=3, ticks=True, status=True, seed=0):
+    rng = np.random.default_rng(seed)
+    return Block(
+        rng.random(n),
+        np.arange(n) + seed if ticks else None,
+        rng.normal(size=(n, c)),
+        rng.integers(0, 65536, n).astype(np.uint16) if status else None,
+    )
+
+
+def same(one, other):
+    for name in ("arrived", "ticks", "values", "status"):
+        a, b = getattr(one, name), getattr(other, name)
+        assert (a is None) == (b is None)
+        if a is not None:
+            np.testing.assert_array_equal(a, b)
+    return True
+
+
+@given(n=st.integers(0, 30), c=st.integers(1, 6), ticks=st.booleans(), status=st.booleans())
+def test_a_block_comes_back_as_it_was(n, c, ticks, status):
+    whole = block(n, c, ticks, status)
+    assert same(block_of(block_bytes(whole)), whole)
+
+
+def test_what_was_recorded_is_read_in_its_order(tmp_path):
+    writer = JournalWriter(tmp_path / "a.journal", HEADER)
+    assert being_written(writer.path)
+    writer.block(0, block())
+    writer.note(Kind.MARK, at=1.5, action="grab", down=True)
+    writer.block(1, block(seed=7))
+    writer.close()
+    assert not being_written(writer.path)
+    found = read(writer.path)
+    assert found.header == HEADER
+    assert found.torn == 0
+    assert [(r.kind, r.device) for r in found.records] == [
+        (Kind.BLOCK, 0), (Kind.MARK, 0), (Kind.BLOCK, 1),
+    ]  # fmt: skip
+    assert json_of(found.records[1]) == {"at": 1.5, "action": "grab", "down": True}
+    assert same(block_of(found.records[2].payload), block(seed=7))
+
+
+def test_the_header_is_on_the_disk_before_anything_is_recorded(tmp_path):
+    writer = JournalWriter(tmp_path / "a.journal", HEADER)
+    try:
+        assert read(writer.path).header == HEADER
+    finally:
+        writer.close()
+
+
+def test_a_journal_torn_at_any_byte_gives_all_whole_records():
+    pieces = [header_bytes(HEADER)]
+    pieces += [encoded(Kind.BLOCK, block_bytes(block(i, seed=i)), i) for i in range(4)]
+    ends = np.cumsum([len(piece) for piece in pieces])
+    data = b"".join(pieces)
+    for cut in range(len(data) + 1):
+        whole = int(np.searchsorted(ends, cut, side="right"))
+        if whole == 0:
+            with pytest.raises(InputError, match="journal"):
+                parsed(data[:cut], "a")
+            continue
+        found = parsed(data[:cut], "a")
+        assert len(found.records) == whole - 1
+        assert found.torn == cut - ends[whole - 1]
+
+
+@settings(max_examples=200)
+@given(st.data())
+def test_flipped_bytes_are_never_taken_for_samples(data):
+    pieces = [header_bytes(HEADER)]
+    pieces += [encoded(Kind.BLOCK, block_bytes(block(i + 1, seed=i)), i) for i in range(3)]
+    whole = bytearray(b"".join(pieces))
+    at = data.draw(st.integers(len(pieces[0]), len(whole) - 1))
+    whole[at] ^= data.draw(st.integers(1, 255))
+    found = parsed(bytes(whole), "a")
+    assert len(found.records) < 3
+    assert found.torn > 0
+    for i, record in enumerate(found.records):
+        assert same(block_of(record.payload), block(i + 1, seed=i))
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes_are_a_journal_or_one_sentence(data):
+    for start in (b"", header_bytes(HEADER), b"forcelab journal "):
+        try:
+            parsed(start + data, "a")
+        except InputError as error:
+            assert str(error).endswith(".")
+
+
+def test_another_version_is_refused_with_the_cure():
+    with pytest.raises(InputError, match="version 9.*newer forcelab"):
+        parsed(header_bytes(HEADER).replace(b"journal 1", b"journal 9"), "a")
+
+
+@pytest.mark.parametrize("payload", [b"", b"\x01", block_bytes(block())[:-1]])
+def test_a_block_of_a_wrong_length_is_refused(payload):
+    with pytest.raises(InputError, match="block"):
+        block_of(payload)
+
+
+class FullDisk(io.FileIO):
+    """A file on a disk with so many bytes left."""
+
+    room = 10**9
+
+    def write(self, data):
+        fits = min(len(data), FullDisk.room)
+        if not fits:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        FullDisk.room -= fits
+        return super().write(data[:fits])
+
+
+def brought(writer):
+    """Make the writer try now, as its thread does some time."""
+    writer._tried = -1e9
+    writer._bring()
+
+
+@pytest.fixture
+def _calm(monkeypatch):
+    """The writer's own thread sleeps, so that the test decides when it writes."""
+    monkeypatch.setattr("forcelab.capture.journal_writer.FLUSHED", 1e6)
+
+
+@pytest.mark.usefixtures("_calm")
+def test_a_full_disk_costs_nothing_and_is_said_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(FullDisk, "room", 1000)
+    writer = JournalWriter(tmp_path / "a.journal", HEADER, FullDisk)
+    for i in range(50):
+        writer.block(0, block(20, seed=i))
+        brought(writer)
+    assert writer.in_memory > 10_000
+    (remark,) = writer.remarks()
+    assert "No space left" in remark
+    assert "memory" in remark
+    assert read(writer.path).torn >= 0  # what is there is readable meanwhile
+    monkeypatch.setattr(FullDisk, "room", 10**9)
+    brought(writer)
+    assert writer.in_memory == 0
+    assert "again" in writer.remarks()[0]
+    writer.close()
+    found = read(writer.path)
+    assert found.torn == 0
+    assert [int(block_of(r.payload).ticks[0]) for r in found.records] == list(range(50))
+
+
+@pytest.mark.usefixtures("_calm")
+def test_what_a_full_disk_refused_to_the_end_is_still_there_to_be_used(tmp_path, monkeypatch):
+    monkeypatch.setattr(FullDisk, "room", 300)
+    writer = JournalWriter(tmp_path / "a.journal", HEADER, FullDisk)
+    for i in range(9):
+        writer.block(0, block(20, seed=i))
+    writer.finish()
+    assert len(writer.contents().records) == 9
+    writer.close()
+
+
+@pytest.mark.usefixtures("_calm")
+@pytest.mark.parametrize("comes_back", ["moved", "empty"])
+def test_a_folder_that_is_away_for_a_while_costs_nothing(tmp_path, comes_back):
+    home = tmp_path / "captures"
+    home.mkdir()
+    writer = JournalWriter(home / "a.journal", HEADER)
+    writer.block(0, block(seed=1))
+    brought(writer)
+    home.rename(tmp_path / "away")
+    writer.block(0, block(seed=2))
+    brought(writer)
+    (remark,) = writer.remarks()
+    assert "memory" in remark
+    if comes_back == "moved":
+        (tmp_path / "away").rename(home)
+    else:
+        shutil.rmtree(tmp_path / "away")
+        home.mkdir()
+    writer.block(0, block(seed=3))
+    brought(writer)
+    writer.close()
+    found = read(home / "a.journal")
+    assert [int(block_of(r.payload).ticks[0]) for r in found.records] == [1, 2, 3]
+
+
+def test_a_journal_that_cannot_be_begun_is_one_sentence(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="nothing is recorded"):
+        JournalWriter(tmp_path / "nowhere" / "a.journal", HEADER)
+    monkeypatch.setattr(FullDisk, "room", 10)
+    with pytest.raises(InputError, match="nothing is recorded"):
+        JournalWriter(tmp_path / "a.journal", HEADER, FullDisk)
+    assert not (tmp_path / "a.journal").exists()
+
+
+def test_the_thread_brings_records_to_the_disk_by_itself(tmp_path):
+    import time
+
+    writer = JournalWriter(tmp_path / "a.journal", HEADER)
+    try:
+        writer.block(0, block())
+        limit = time.monotonic() + 20
+        while not read(writer.path).records and time.monotonic() < limit:
+            time.sleep(0.02)
+        assert read(writer.path).records
+    finally:
+        writer.close()

@@ -1,0 +1,297 @@
+"""The recorder: what came is in the project, whatever happened meanwhile."""
+
+import threading
+
+import numpy as np
+import pytest
+from fake_devices import FakeDevice, FakeEncoder, eventually
+from hypothesis import given
+from hypothesis import strategies as st
+
+from forcelab.capture.keeping import CAPTURES, recover, unfinished
+from forcelab.capture.recorder import Recorder
+from forcelab.capture.ring import Ring
+from forcelab.errors import InputError
+from forcelab.project import Project
+
+
+@pytest.fixture
+def project(tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        return made.path
+
+
+@pytest.fixture(autouse=True)
+def _no_thread_is_left():
+    before = set(threading.enumerate())
+    yield
+    assert set(threading.enumerate()) <= before
+
+
+def loaded(project, key):
+    with Project.open(project) as opened:
+        d = opened.load(key)
+        return d, np.array(d.times), np.array(d.signals), opened.stamps(d.id), opened.tracks(d.id)
+
+
+def came(recorder, samples, device=0):
+    eventually(lambda: recorder.state().devices[device].samples >= samples)
+
+
+def test_a_recording_is_in_the_project_with_all_its_samples_and_stamps(project):
+    with Recorder(project, [FakeDevice()]) as recorder:
+        assert recorder.start("LEGO") == "LEGO 01"
+        came(recorder, 400)
+        assert recorder.state().recording
+        kept = recorder.stop()
+    d, times, signals, stamps, tracks = loaded(project, "LEGO 01")
+    assert d.task == "LEGO"
+    assert tracks == ()
+    assert kept.samples == len(times) >= 400
+    assert [channel.name for channel in d.channels] == ["fx1", "fy1", "fz1"]
+    assert (np.diff(signals[:, 0]) == 1).all()
+    np.testing.assert_array_equal(stamps["ticks_0"], signals[:, 0])
+    assert (stamps["arrived_0"] >= stamps["start"] + times - 2e-3).all()
+    assert stamps["clock_0"][1] * 1000 == pytest.approx(1, abs=0.05)
+    assert d.gaps == ()
+    assert not list((project / CAPTURES).iterdir())
+
+
+def test_several_in_a_row_are_numbered_and_a_discarded_one_leaves_nothing(project):
+    with Recorder(project, [FakeDevice()]) as recorder:
+        for _ in range(2):
+            recorder.start("LEGO")
+            came(recorder, 30)
+            recorder.stop()
+        assert recorder.start("LEGO") == "LEGO 03"
+        came(recorder, 30)
+        recorder.discard()
+        assert recorder.start("LEGO") == "LEGO 03"
+        came(recorder, 30)
+        recorder.stop()
+        assert recorder.start("foam", name="by hand") == "by hand"
+        came(recorder, 30)
+        recorder.stop()
+        assert not recorder.state().recording
+    with Project.open(project) as opened:
+        names = [one.name for one in opened.demonstrations()]
+    assert names == ["by hand", "LEGO 01", "LEGO 02", "LEGO 03"]
+    assert not list((project / CAPTURES).iterdir())
+
+
+def test_two_daqs_and_an_encoder_are_one_demonstration_on_one_clock(project):
+    encoder = FakeEncoder()
+    encoder.changes = [5]
+    devices = [FakeDevice("fake:0"), FakeDevice("fake:1", ppm=200), encoder]
+    with Recorder(project, devices) as recorder:
+        came(recorder, 1, 2)  # what it gave before the recording holds
+        recorder.start("LEGO")
+        came(recorder, 300)
+        encoder.changes = [7]
+        came(recorder, 1, 2)
+        came(recorder, 600)
+        recorder.stop()
+    d, _, signals, stamps, _ = loaded(project, "LEGO 01")
+    names = [channel.name for channel in d.channels]
+    assert names == ["fx1", "fy1", "fz1", "fx2", "fy2", "fz2", "opening"]
+    assert np.isfinite(signals).all()
+    # Both began to count at the same time, within the time of opening; values are ticks.
+    offset = signals[:, 3] - signals[:, 0]
+    assert np.ptp(offset) < 5
+    assert set(signals[:, 6]) == {5.0, 7.0}
+    assert {"arrived_2", "ticks_1", "clock_1"} <= set(stamps)
+    assert "ticks_2" not in stamps
+
+
+def test_marks_made_live_become_a_track(project):
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.mark("too early", True)
+        recorder.start("LEGO", author="Ann")
+        came(recorder, 100)
+        recorder.mark("grab", True)
+        came(recorder, 200)
+        recorder.mark("hold", True)  # while grab is still down: the last one pressed counts
+        came(recorder, 300)
+        recorder.mark("hold", False)
+        recorder.mark("grab", False)
+        came(recorder, 400)
+        recorder.mark("pull", True)
+        came(recorder, 450)
+        recorder.stop()
+    d, _, _, _, (track,) = loaded(project, "LEGO 01")
+    assert track.author == "Ann"
+    assert [s.action for s in track.segments if s.duration > 1e-3] == ["grab", "hold", "pull"]
+    assert track.segments[0].start >= 0.05
+    assert track.segments[0].end == track.segments[1].start
+    assert track.segments[-1].end == d.end
+    with Project.open(project) as opened:
+        assert "grab" in [action.name for action in opened.vocabulary("LEGO").actions]
+
+
+@pytest.mark.parametrize("own_way", [True, False])
+def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project, own_way):
+    device = FakeDevice()
+    if not own_way:
+        device.reopen = None
+    with Recorder(project, [device]) as recorder:
+        recorder.start("LEGO")
+        for times in (1, 2):
+            came(recorder, 300 * times)
+            device.gone.set()
+            eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
+            assert any("gone" in sentence for sentence in recorder.remarks())
+            device.gone.clear()
+            eventually(lambda: recorder.state().devices[0].plugged)
+        came(recorder, 900)
+        kept = recorder.stop()
+    assert any("unplugged 2 times" in remark for remark in kept.remarks)
+    assert device.opened == 3
+    d, times, signals, stamps, _ = loaded(project, "LEGO 01")
+    assert len(d.gaps) == 2
+    assert len(times) >= 900
+    assert len(stamps["ticks_0"]) == len(times)
+    restarts = np.flatnonzero(np.diff(signals[:, 0]) < 0)
+    np.testing.assert_allclose(times[restarts] + d.period, [gap[0] for gap in d.gaps])
+    with Project.open(project) as opened:
+        assert len(opened.demonstrations()) == 1
+
+
+def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
+    second = FakeDevice("fake:1")
+    with Recorder(project, [FakeDevice(), second]) as recorder:
+        recorder.start("LEGO")
+        came(recorder, 300)
+        second.gone.set()
+        came(recorder, 800)
+        second.gone.clear()
+        came(recorder, 500, 1)
+        recorder.stop()
+    _, times, signals, _, _ = loaded(project, "LEGO 01")
+    missing = np.isnan(signals[:, 3])
+    assert np.isfinite(signals[:, :3]).all()
+    assert missing.sum() > 300
+    assert np.count_nonzero(np.diff(missing.astype(int))) == 2  # one stretch
+    assert (np.diff(times) < 0.02).all()
+
+
+def test_lost_samples_are_counted_said_and_absent(project):
+    device = FakeDevice()
+    device.lose = np.r_[100:120, 300:301]
+    with Recorder(project, [device]) as recorder:
+        recorder.start("LEGO")
+        came(recorder, 500)
+        state = recorder.state().devices[0]
+        kept = recorder.stop()
+    assert state.lost == 21
+    assert any("21 samples" in remark for remark in kept.remarks)
+    _, _, signals, _, _ = loaded(project, "LEGO 01")
+    assert not np.isin(device.lose, signals[:, 0]).any()
+
+
+def test_saturation_stalling_and_drift_are_alarms(project):
+    device = FakeDevice(ppm=20_000)
+    device.status = 1 << 7
+    with Recorder(project, [device]) as recorder:
+        eventually(lambda: "saturation" in recorder.state().devices[0].alarms)
+        eventually(lambda: "drift" in recorder.state().devices[0].alarms)
+        assert recorder.state().devices[0].saturated > 0
+        device.rate = 0.0
+        device.next = 10**9
+        eventually(lambda: "stalled" in recorder.state().devices[0].alarms)
+
+
+def test_zero_is_handed_to_every_device_in_its_own_thread(project):
+    devices = [FakeDevice("fake:0"), FakeDevice("fake:1")]
+    with Recorder(project, devices) as recorder:
+        recorder.zero()
+        eventually(lambda: all(device.zeroed == 1 for device in devices))
+
+
+def test_the_latest_seconds_are_there_for_views(project):
+    device = FakeDevice()
+    with Recorder(project, [device], seconds=0.2) as recorder:
+        came(recorder, 500)
+        first, times, values = recorder.latest(0.1)[0]
+        assert values.shape == (len(times), 3)
+        assert 50 <= len(times) <= 200
+        np.testing.assert_array_equal(values[:, 0], first + np.arange(len(times)))
+        again, _, more = recorder.since(0, first)
+        assert again >= first
+        assert len(more) >= 1
+        device.say("It is warm.")
+        eventually(lambda: "It is warm." in recorder.remarks())
+
+
+def test_a_device_that_cannot_be_opened_leaves_none_open(project):
+    good, bad = FakeDevice("fake:0"), FakeDevice("fake:1")
+    bad.gone.set()
+    with pytest.raises(InputError, match="fake:1"):
+        Recorder(project, [good, bad]).open()
+    assert good.closed == 1
+
+
+def test_what_cannot_be_recorded_is_one_sentence(project, tmp_path):
+    with Recorder(tmp_path / "none.forcelab", [FakeDevice()]) as recorder:
+        with pytest.raises(InputError, match="none.forcelab"):
+            recorder.start("LEGO")
+        with pytest.raises(InputError, match="start a recording"):
+            recorder.stop()
+    silent = FakeDevice()
+    silent.rate = 0.0
+    with Recorder(project, [silent]) as recorder:
+        with pytest.raises(InputError, match="task"):
+            recorder.start(" ")
+        recorder.start("LEGO")
+        with pytest.raises(InputError, match="still being recorded"):
+            recorder.start("LEGO")
+        with pytest.raises(InputError, match="Fewer than two samples"):
+            recorder.stop()
+        recorder.discard()
+
+
+def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, tmp_path):
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        came(recorder, 200)
+        project.rename(tmp_path / "away")
+        came(recorder, 400)
+        with pytest.raises(InputError):
+            recorder.stop()
+        (tmp_path / "away").rename(project)
+        assert recorder.stop().samples >= 400
+
+
+def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered(project):
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        assert unfinished(project) == ()  # it is being written
+        came(recorder, 200)
+    assert len(unfinished(project)) == 1
+    (project / CAPTURES / "no.journal").write_bytes(b"junk")
+    bad, good = sorted(recover(project), key=lambda one: one.kept is not None)
+    assert good.kept.samples >= 200
+    assert "no journal" in bad.trouble
+    assert bad.path.exists()
+    assert [path.name for path in (project / CAPTURES).iterdir()] == ["no.journal"]
+    assert loaded(project, "LEGO 01")[1].size == good.kept.samples
+
+
+@given(
+    length=st.integers(1, 20),
+    blocks=st.lists(st.integers(0, 30), max_size=12),
+    asked=st.integers(0, 200),
+)
+def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
+    ring, every = Ring(length, 2), np.empty(0)
+    for n in blocks:
+        more = np.arange(len(every), len(every) + n, dtype=float)
+        ring.extend(more / 10, np.stack([more, -more], axis=1))
+        every = np.concatenate([every, more])
+    first, times, values = ring.since(asked)
+    expected = every[max(asked, len(every) - length) :]
+    np.testing.assert_array_equal(values[:, 0], expected)
+    np.testing.assert_array_equal(times, expected / 10)
+    if len(expected):
+        assert first == expected[0]
+    _, times, _ = ring.latest(0.55)
+    assert len(times) == min(len(every), length, 6)

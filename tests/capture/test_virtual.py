@@ -1,0 +1,305 @@
+"""Virtual devices, seen by what reads them with real pyserial on a real pty."""
+
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.capture.optoforce import configure, serial_request
+from forcelab.capture.serial_port import Port
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_camera import VirtualCamera, frame_number
+from forcelab.capture.virtual_faults import Faults, spoil
+from forcelab.capture.virtual_lines import VirtualEncoder, VirtualTextLine
+from forcelab.capture.virtual_streams import build_packets, rows
+from forcelab.errors import InputError
+from forcelab.formats.optoforce.packets import Parser
+from forcelab.formats.optoforce.status import overloaded
+
+
+def numbered(times):
+    """Readings whose first is the number of the millisecond."""
+    k = np.round(1000 * times).astype(np.int64)
+    return np.column_stack([k, -k, k % 7])
+
+
+@contextmanager
+def reading(device):
+    with device:
+        port = Port(device.port, 1_000_000)
+        port.open()
+        try:
+            yield port
+        finally:
+            port.close()
+
+
+def collect(port, parser, wanted, seconds=10.0):
+    """Packets until there are so many; fails if they never come."""
+    pieces, until = [], time.monotonic() + seconds
+    arrived = []
+    while sum(map(len, pieces)) < wanted:
+        assert time.monotonic() < until
+        data, when = port.read(0.1)
+        pieces.append(parser.feed(data))
+        arrived += [when] * len(pieces[-1])
+    return (
+        np.concatenate([p.counts for p in pieces if len(p)]),
+        np.concatenate([p.status for p in pieces if len(p)]),
+        np.concatenate([p.values for p in pieces if len(p)]),
+        np.array(arrived),
+    )
+
+
+@given(
+    readings=st.sampled_from([3, 6, 12]),
+    counters=st.lists(st.integers(0, 200_000), min_size=1, max_size=20),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=30, deadline=None)
+def test_packets_are_those_that_are_parsed(readings, counters, seed):
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(-32_768, 32_768, (len(counters), readings))
+    status = rng.integers(0, 65_536, len(counters))
+    parser = Parser()
+    found = parser.feed(build_packets(np.array(counters), status, counts).tobytes())
+    np.testing.assert_array_equal(found.counts, np.array(counters) % 65_536)
+    np.testing.assert_array_equal(found.status, status)
+    np.testing.assert_array_equal(found.values, counts)
+    assert parser.statistics.skipped_bytes == 0
+
+
+def test_no_device_has_five_readings():
+    with pytest.raises(InputError, match="5 readings"):
+        build_packets(np.zeros(1, int), np.zeros(1, int), np.zeros((1, 5), int))
+
+
+def test_the_truth_says_when_each_sample_was_taken():
+    device = VirtualOptoForce(numbered, clock_ppm=-100_000)  # 10 % slow, to be seen in a moment
+    with reading(device) as port:
+        begun = time.monotonic()
+        _, _, values, arrived = collect(port, Parser(), 300)
+    truth = device.truth()
+    places = np.searchsorted(truth.values[:, 0], values[:, 0])
+    np.testing.assert_array_equal(truth.values[places], values)
+    lag = arrived - truth.times[places]
+    assert lag.min() >= 0  # nothing arrives before it was taken
+    assert lag.min() < 0.02
+    assert truth.intact[places].all()
+    assert np.diff(truth.device_times) == pytest.approx(0.001)
+    assert np.diff(truth.times) == pytest.approx(0.001 / 0.9)
+    assert truth.times[places[0]] > begun - 0.1
+
+
+def test_it_answers_between_its_data_and_does_as_told():
+    with reading(VirtualOptoForce(numbered, serial="ISE9ZZ99")) as port:
+        parser = Parser()
+        port.write(serial_request())
+        port.write(configure(10, 2))
+        collect(port, parser, 40)
+        replies = parser.take_replies()
+        begun = time.monotonic()
+        _, _, values, _ = collect(port, parser, 20)
+    assert [(r.serial, r.code) for r in replies] == [("ISE9ZZ99", None), (None, 0)]
+    assert (np.diff(values[-10:, 0].astype(int)) == 10).all()  # 100 samples a second
+    assert time.monotonic() - begun > 0.1
+
+
+def test_speed_zero_stops_it_and_zeroing_subtracts():
+    source = rows(np.full((10_000, 3), (100, -50, 7)), 1000.0)
+    with reading(VirtualOptoForce(source)) as port:
+        parser = Parser()
+        port.write(configure(1, 4, 255))
+        values = collect(port, parser, 100)[2]
+        assert not values[-1].any()
+        port.write(configure(1, 4, 0))
+        assert tuple(collect(port, parser, 100)[2][-1]) == (100, -50, 7)
+        port.write(configure(0))
+        until = time.monotonic() + 10
+        while port.read(0.3)[0]:
+            assert time.monotonic() < until
+
+
+def test_a_bad_message_is_passed_over_and_the_next_one_heard():
+    device = VirtualOptoForce(numbered)
+    with reading(device) as port:
+        port.write(b"\xaa\x00\x32" + configure(1)[:-1] + b"\x00" + b"junk" + configure(2, 3))
+        parser = Parser()
+        collect(port, parser, 100)
+    assert device.configured == [(2, 3, 0)]
+    assert [reply.code for reply in parser.take_replies()] == [0]
+
+
+@given(st.lists(st.binary(max_size=12) | st.sampled_from([configure(3), serial_request()])))
+@settings(max_examples=200, deadline=None)
+def test_whatever_it_is_sent_it_takes_every_good_message_once(pieces):
+    device = VirtualOptoForce(numbered)
+    data = b"".join(pieces) + bytes(9)
+    whole = [device._heard(data), device._asked]
+    device = VirtualOptoForce(numbered)
+    assert whole == [b"".join(device._heard(data[i : i + 1]) for i in range(len(data))), b""]
+
+
+def test_beyond_its_limit_a_reading_saturates_and_the_status_says_so():
+    source = rows(np.tile([[10, -30_000, 0]], (5000, 1)), 1000.0)
+    with reading(VirtualOptoForce(source, limit=20_000)) as port:
+        _, status, values, _ = collect(port, Parser(), 20)
+    assert values[:, 1].min() == -20_000
+    assert overloaded(status).all()
+    assert (status == 1 << 8).all()  # Fy
+
+
+@pytest.mark.parametrize(
+    ("faults", "lost"),
+    [
+        (Faults(), False),
+        (Faults(lost=0.1), True),
+        (Faults(corrupted=0.005), True),
+        (Faults(doubled=0.005), True),
+        (Faults(lost_bytes=0.005), True),
+    ],
+)
+def test_the_truth_knows_which_packets_are_intact(faults, lost):
+    rng = np.random.default_rng(1)
+    packets = build_packets(np.arange(500), np.zeros(500, int), np.full((500, 3), 9))
+    data, intact = spoil(packets, faults, rng)
+    found = Parser().feed(data + b"\0" * 40)
+    assert intact.all() != lost
+    # Beyond those, only a packet with a doubled last byte may still be whole.
+    assert set(np.flatnonzero(intact)) <= set(found.counts.tolist())
+    assert len(found) - intact.sum() <= 20
+
+
+def test_a_share_of_faults_is_a_share():
+    with pytest.raises(InputError, match="doubled"):
+        Faults(doubled=1.5)
+
+
+def test_the_counter_has_its_step_wraps_and_jumps_on_demand():
+    device = VirtualOptoForce(numbered, step=10, first=65_000)
+    with reading(device) as port:
+        counts = collect(port, Parser(), 150)[0].astype(int)
+        device.jump(500)
+        after = collect(port, Parser(), 50)[0].astype(int)
+    assert (np.diff(counts) % 65_536 == 10).all()
+    assert counts.min() < 1000
+    assert counts.max() >= 65_000
+    assert set(np.diff(after) % 65_536) <= {10, 510}
+
+
+def test_a_stall_holds_back_and_loses_nothing():
+    device = VirtualOptoForce(numbered)
+    with reading(device) as port:
+        parser = Parser()
+        collect(port, parser, 20)
+        device.stall(0.15)
+        _, _, values, arrived = collect(port, parser, 300)
+    assert (np.diff(values[:, 0].astype(int)) == 1).all()
+    assert np.unique(arrived, return_counts=True)[1].max() > 100  # many came at once
+
+
+def test_what_nobody_listens_to_is_lost_and_known_to_be():
+    device = VirtualOptoForce(numbered)
+    with device:
+        until = time.monotonic() + 10
+        while not len(device.truth().times) and time.monotonic() < until:
+            time.sleep(0.02)
+    truth = device.truth()
+    assert len(truth.times)
+    assert not truth.intact.any()
+
+
+def test_closing_leaves_no_thread_and_no_name_behind():
+    device = VirtualOptoForce(numbered)
+    with device:
+        assert device.path.is_symlink()
+    device.close()
+    assert not device.path.parent.exists()
+    assert not [one for one in threading.enumerate() if one.name.startswith("virtual")]
+
+
+def test_a_name_that_is_taken_is_refused(tmp_path):
+    (tmp_path / "ttyACM0").write_text("mine")
+    with pytest.raises(InputError, match="choose another name"):
+        VirtualOptoForce(numbered, path=tmp_path / "ttyACM0").open()
+    assert (tmp_path / "ttyACM0").read_text() == "mine"
+
+
+def test_a_text_device_prints_what_it_was_told_to():
+    device = VirtualTextLine(
+        lambda t: np.column_stack([t, -t]),
+        200,
+        names=("a", "b"),
+        header=True,
+        clock="ms",
+        waits=True,
+    )
+    data = b""
+    with device:
+        port = Port(device.port, 9600)
+        port.open()
+        until = time.monotonic() + 10
+        while data.count(b"\n") < 12 and time.monotonic() < until:
+            data += port.read(0.1)[0]
+        port.close()
+    lines = data.decode().splitlines()
+    assert lines[0] == "ms,a,b"
+    assert lines[1:4] == ["0,0.000,-0.000", "5,0.005,-0.005", "10,0.010,-0.010"]
+
+
+def test_an_encoder_says_nothing_until_told_and_then_only_changes():
+    device = VirtualEncoder(lambda t: np.floor(10 * t)[:, None])
+    with device:
+        port = Port(device.port, 230_400)
+        port.open()
+        assert port.read(0.1)[0] == b""
+        port.write(b"W0B00000001\r\nS0E\r\n")
+        data, until = b"", time.monotonic() + 10
+        while data.count(b"s0E") < 4 and time.monotonic() < until:
+            data += port.read(0.1)[0]
+        port.write(b"X99\r\n")
+        while b"e00" not in data and time.monotonic() < until:
+            data += port.read(0.1)[0]
+        port.close()
+    counts = [int(line[3:11], 16) for line in data.decode().splitlines() if line[:3] == "s0E"]
+    assert (np.diff(counts) == 1).all()
+    assert b"e00" in data
+
+
+def test_a_camera_numbers_its_frames_and_they_survive_jpeg():
+    import cv2
+
+    camera = VirtualCamera(200.0, jitter=0.002, dropped=0.2, seed=3)
+    numbers, lags = [], []
+    for _ in range(30):
+        good, picture = camera.read()
+        assert good
+        coded = cv2.imdecode(cv2.imencode(".jpg", picture)[1], cv2.IMREAD_COLOR)
+        numbers.append(frame_number(coded))
+        taken = camera.true_times(np.array(numbers[-1:]))[0]
+        assert camera.get(0) == pytest.approx(1000 * taken)
+        lags.append(time.monotonic() - taken)
+    assert (np.diff(numbers) >= 1).all()
+    assert np.diff(numbers).max() > 1  # some were dropped
+    assert min(lags) >= 0
+    camera.release()
+    assert camera.read() == (False, None)
+    assert not camera.isOpened()
+
+
+def test_a_camera_that_is_not_read_loses_its_oldest_frames():
+    camera = VirtualCamera(200.0, buffered=3)
+    camera.read()
+    time.sleep(0.2)
+    assert frame_number(camera.read()[1]) > 10
+
+
+def test_a_stalled_camera_gives_its_frames_at_the_stalls_end():
+    camera = VirtualCamera(100.0, stalls=((0.0, 0.15),), buffered=100)
+    assert frame_number(camera.read()[1]) == 0
+    assert time.monotonic() - camera.start >= 0.15
+    assert frame_number(camera.read()[1]) == 1

@@ -1,0 +1,188 @@
+"""Recording from the command line, from virtual devices on real ptys: ended, killed, recovered."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from fake_devices import eventually
+
+from forcelab.capture.journal import Kind, block_of, read
+from forcelab.capture.keeping import CAPTURES, unfinished
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_faults import Faults
+from forcelab.project import Project
+
+#: How often a recording is killed; more often when asked, as it takes seconds each.
+KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))
+
+
+def source(times):
+    """A reading that counts milliseconds, beside two that stand still."""
+    counts = np.round(times * 1000).astype(np.int64)
+    return np.stack([counts % 8000, np.full_like(counts, 100), np.full_like(counts, -200)], axis=1)
+
+
+@pytest.fixture
+def daq():
+    with VirtualOptoForce(source) as made:
+        yield made
+
+
+def started(*words):
+    """Start a recording in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "forcelab", "capture", *map(str, words)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+
+
+def journal_of(project, process):
+    """The journal that a process writes, once some samples are in it."""
+
+    def there():
+        assert process.poll() is None, process.communicate()
+        found = list((project / CAPTURES).glob("*.journal")) if project.exists() else []
+        return found and found[0].stat().st_size > 40_000
+
+    eventually(there, 60)
+    return next((project / CAPTURES).glob("*.journal"))
+
+
+def test_a_recording_of_two_seconds_is_in_a_new_project(forcelab, daq, tmp_path):
+    project = tmp_path / "lab.forcelab"
+    said = forcelab(
+        "capture", project, "--device", f"optoforce:{daq.port}", "--task", "LEGO",
+        "--seconds", "2", "--json",
+    )  # fmt: skip
+    assert said.status == 0, said.err
+    told = said.json
+    assert told["name"] == "LEGO 01"
+    (device,) = told["devices"]
+    assert device["lost"] == 0
+    assert device["channels"] == ["fx1", "fy1", "fz1"]
+    assert device["rate"] == pytest.approx(1000, rel=0.01)
+    assert "Ctrl+C" in said.err
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        stamps = opened.stamps(d.id)
+        assert "optoforce" in opened.info(d.id).source
+    assert told["samples"] == len(d.times)
+    assert d.gaps == ()
+    assert (np.diff(stamps["ticks_0"]) == 1).all()
+    assert len(d.times) > 1500
+    again = forcelab(
+        "capture", project, "--device", f"optoforce:{daq.port}", "--task", "LEGO",
+        "--seconds", "0.5",
+    )  # fmt: skip
+    assert "'LEGO 02': 0." in again.out
+    assert "0 lost" in again.out
+    assert list((project / CAPTURES).iterdir()) == []
+
+
+def test_ctrl_c_stops_and_keeps(daq, tmp_path):
+    project = tmp_path / "lab.forcelab"
+    words = (project, "--device", f"optoforce:{daq.port}", "--task", "LEGO", "--json")
+    process = started(*words)
+    journal_of(project, process)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert json.loads(out)["samples"] > 500
+    with Project.open(project) as opened:
+        assert [one.name for one in opened.demonstrations()] == ["LEGO 01"]
+
+
+@pytest.mark.parametrize("turn", range(KILLS))
+def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_path, turn):
+    project = tmp_path / "lab.forcelab"
+    device = f"optoforce:{daq.port}"
+    process = started(project, "--device", device, "--task", "LEGO")
+    journal_of(project, process)
+    time.sleep(0.05 * turn)
+    killed = time.monotonic()
+    process.kill()
+    process.communicate(timeout=60)
+    (journal,) = unfinished(project)
+    blocks = [block_of(r.payload) for r in read(journal).records if r.kind == Kind.BLOCK]
+    ticks = np.concatenate([block.ticks for block in blocks])
+    assert (np.diff(ticks) == 1).all()
+    assert killed - blocks[-1].arrived[-1] < 1.0
+    # The next start says so, and records under the next name.
+    said = forcelab("capture", project, "--device", device, "--task", "LEGO", "--seconds", "0.3")
+    assert "1 unfinished recording" in said.err
+    assert "'LEGO 02'" in said.out
+    said = forcelab("capture", project, "--recover", "--json")
+    assert said.status == 0
+    (found,) = said.json["recovered"]
+    assert found["name"] == "LEGO 01"
+    assert found["samples"] == len(ticks)
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+    assert len(d.times) == len(ticks)
+    assert unfinished(project) == ()
+
+
+def test_unplugged_and_plugged_in_again_is_one_demonstration(tmp_path):
+    project = tmp_path / "lab.forcelab"
+    with VirtualOptoForce(source, faults=Faults(), clock_ppm=-200) as daq:
+        words = ("--device", f"optoforce:{daq.port}", "--task", "LEGO", "--json")
+        process = started(project, *words)
+        journal = journal_of(project, process)
+        daq.unplug()
+        time.sleep(0.4)
+        daq.replug()
+        size = journal.stat().st_size
+        eventually(lambda: journal.stat().st_size > size + 40_000, 60)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    told = json.loads(out)
+    assert "unplugged" in " ".join(told["remarks"])
+    assert "is back" in err
+    with Project.open(project) as opened:
+        (one,) = opened.demonstrations()
+        d = opened.load(one.id)
+    assert len(d.gaps) == 1
+    begin, end = d.gaps[0]
+    assert end - begin > 0.3
+
+
+def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        project = made.path
+    (project / CAPTURES).mkdir()
+    bad = project / CAPTURES / "bad.journal"
+    bad.write_bytes(b"junk")
+    said = forcelab("capture", project, "--recover")
+    assert said.status == 1
+    assert "no journal" in said.out
+    assert bad.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], "--list"),
+        (["new.forcelab"], "--device"),
+        (["new.forcelab", "--device", "optoforce:/dev/nowhere"], "--task"),
+        (["new.forcelab", "--device", "optoforce:/dev/nowhere", "--task", "t"], "/dev/nowhere"),
+        (["new.forcelab", "--device", "x", "--task", "t"], "'x' is no device"),
+        (["new.forcelab", "--device", "text:/dev/x", "--task", "t", "--seconds", "-1"], "positive"),
+        (
+            ["new.forcelab", "--device", "text:/dev/x", "--task", "t", "--camera", "93"],
+            "camera 93 cannot be opened",
+        ),
+        (["new.forcelab", "--recover"], "new.forcelab"),
+    ],
+)
+def test_what_cannot_be_done_is_one_sentence_and_makes_no_project(
+    forcelab, tmp_path, monkeypatch, words, expected
+):
+    monkeypatch.chdir(tmp_path)
+    assert expected in forcelab("capture", *words).sentence
+    assert list(tmp_path.iterdir()) == []

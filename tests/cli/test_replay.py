@@ -1,0 +1,117 @@
+"""``forcelab replay``, read by the devices that capture reads with."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+
+import numpy as np
+import pytest
+
+from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture.devices import device_named, number_sensors
+from forcelab.cli import main
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.project import Project
+
+N = 400
+NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "fz2")
+
+
+def recording(**changes):
+    t = np.arange(N) / 1000.0
+    signals = np.column_stack([(1 + i) * np.sin(2 * np.pi * (3 + i) * t) for i in range(6)])
+    signals[:, 0] = np.linspace(-5.0, 5.0, N)
+    parts = {"times": t, "signals": signals, "channels": tuple(Channel(n, "N") for n in NAMES)}
+    return Demonstration(name="tongs 01", task="tongs", **(parts | changes))
+
+
+@pytest.fixture
+def stored(tmp_path):
+    def store(demonstration):
+        path = tmp_path / "lab.forcelab"
+        with Project.create(path) as project:
+            project.add(demonstration)
+        return path
+
+    return store
+
+
+@contextmanager
+def replaying(path, *words):
+    command = [sys.executable, "-m", "forcelab", "replay", str(path), "tongs 01", "--json", *words]
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        told = ""
+        while not told.endswith("}\n") or not complete(told):
+            line = child.stdout.readline()
+            assert line, told
+            told += line
+        yield child, json.loads(told)
+    finally:
+        child.kill()
+        child.wait()
+        child.stdout.close()
+
+
+def complete(text):
+    try:
+        json.loads(text)
+    except ValueError:
+        return False
+    return True
+
+
+def test_both_sensors_are_played_as_they_were_recorded(stored):
+    demonstration = recording()
+    with replaying(stored(demonstration), "--lead", "0.3") as (child, told):
+        assert [port["channels"] for port in told["ports"]] == [list(NAMES[:3]), list(NAMES[3:])]
+        devices = [device_named(port["device"]) for port in told["ports"]]
+        for device in devices:
+            device.open()
+        number_sensors(devices)
+        assert [c.name for d in devices for c in d.channels] == list(NAMES)
+        blocks = [[] for _ in devices]
+        with suppress(UnpluggedError):  # when all has been played, the ports go
+            while True:
+                for device, kept in zip(devices, blocks, strict=True):
+                    block = device.read(0.02)
+                    if block is not None:
+                        kept.append(block.values)
+        for device in devices:
+            device.close()
+        assert child.wait(30) == 0
+    for number, kept in enumerate(blocks):
+        played = np.concatenate(kept)
+        truth = demonstration.signals[:, 3 * number : 3 * number + 3]
+        # It stands at the first sample, then plays; a count is 2.5 mN.
+        begins = np.flatnonzero((np.abs(played - truth[0]) > 0.003).any(axis=1))[0]
+        whole = played[begins : begins + N - 10]
+        offsets = [np.abs(whole - truth[i : i + len(whole)]).max() for i in range(6)]
+        assert min(offsets) < 0.05
+    assert not any(os.path.lexists(port["port"]) for port in told["ports"])
+
+
+def test_being_told_to_stop_takes_the_ports_away(stored):
+    with replaying(stored(recording())) as (child, told):
+        assert all(os.path.lexists(port["port"]) for port in told["ports"])
+        child.send_signal(signal.SIGTERM)
+        assert child.wait(30) != 0
+    assert not any(os.path.lexists(port["port"]) for port in told["ports"])
+
+
+def test_a_recording_without_a_3_axis_sensor_is_refused_in_a_sentence(stored, capsys):
+    names = [Channel(name) for name in "abcdef"]
+    path = stored(recording(channels=tuple(names)))
+    assert main(["replay", str(path), "tongs 01"]) == 1
+    said = capsys.readouterr().err
+    assert "no 3-axis force sensor" in said
+    assert "a, b, c, d, e, f" in said
+
+
+@pytest.mark.parametrize("words", [["--speed", "0"], ["--lead", "-1"]])
+def test_what_cannot_be_played_is_refused(stored, capsys, words):
+    assert main(["replay", str(stored(recording())), "tongs 01", *words]) == 1
+    assert "Replaying needs a speed above 0" in capsys.readouterr().err

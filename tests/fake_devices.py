@@ -1,0 +1,89 @@
+"""Devices that are not there, for the recorder: they count in real time, and do as told."""
+
+import threading
+import time
+
+import numpy as np
+
+from forcelab.capture.blocks import Block, UnpluggedError
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+
+
+class FakeDevice:
+    """Three axes whose values are the tick, its double and its negative, at `rate`."""
+
+    def __init__(self, name="fake:0", rate=1000.0, ppm=0.0, burst=0.01, ticked=True):
+        self.name, self.rate, self.holds = name, rate, False
+        self.channels = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))
+        self.ppm, self.burst, self.ticked = ppm, burst, ticked
+        self.status = 0
+        self.lose = ()
+        self.gone = threading.Event()
+        self.opened = self.closed = self.reopened = self.zeroed = 0
+        self._said = []
+        self.next, self.began = 0, 0.0
+
+    def open(self):
+        if self.gone.is_set():
+            raise InputError(f"{self.name} is not there; plug it in.")
+        self.opened += 1
+        self.began, self.next = time.monotonic(), 0
+
+    def reopen(self):
+        self.open()
+        self.reopened += 1
+
+    def say(self, sentence):
+        self._said.append(sentence)
+
+    def remarks(self):
+        told, self._said = tuple(self._said), []
+        return told
+
+    def zero(self):
+        self.zeroed += 1
+
+    def close(self):
+        self.closed += 1
+
+    def read(self, timeout):
+        time.sleep(min(timeout, self.burst))
+        if self.gone.is_set():
+            raise UnpluggedError(f"{self.name} is gone; plug it in again.")
+        now = time.monotonic()
+        due = int((now - self.began) * self.rate / (1 + 1e-6 * self.ppm))
+        ticks = np.arange(self.next, due, dtype=np.int64)
+        self.next = max(due, self.next)
+        ticks = ticks[~np.isin(ticks, self.lose)]
+        if not len(ticks):
+            return None
+        values = np.stack([ticks, 2.0 * ticks, -1.0 * ticks], axis=1)
+        status = np.full(len(ticks), self.status, dtype=np.uint16)
+        return Block(np.full(len(ticks), now), ticks if self.ticked else None, values, status)
+
+
+class FakeEncoder(FakeDevice):
+    """An opening that changes when told."""
+
+    def __init__(self, name="fake encoder"):
+        super().__init__(name)
+        self.holds, self.channels = True, (Channel("opening", "mm"),)
+        self.changes = []
+
+    def read(self, timeout):
+        time.sleep(min(timeout, self.burst))
+        if self.gone.is_set():
+            raise UnpluggedError(f"{self.name} is gone; plug it in again.")
+        if not self.changes:
+            return None
+        value = self.changes.pop(0)
+        return Block(np.array([time.monotonic()]), None, np.array([[float(value)]]), None)
+
+
+def eventually(true, seconds=30.0):
+    """Wait until something is true; fails if that takes too long on the slowest machine."""
+    limit = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < limit
+        time.sleep(0.01)

@@ -1,0 +1,186 @@
+"""Packets: every valid one is found, no other is, however the stream is cut."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from optoforce_streams import (
+    CONFIGURED,
+    chance,
+    fuzz,
+    in_pieces,
+    packet,
+    parsed_slowly,
+    sealed,
+    stream,
+)
+
+from forcelab.formats.optoforce.packets import KINDS, Parser, parse_all
+
+DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
+AXES3, FOUR, AXES6 = KINDS
+SERIAL = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
+
+
+@pytest.mark.parametrize(
+    ("kind", "header", "size"),
+    [(AXES3, (170, 7, 8, 10), 16), (FOUR, (170, 7, 8, 28), 34), (AXES6, (170, 7, 8, 16), 22)],
+)
+def test_the_kinds_are_those_of_the_protocol(kind, header, size):
+    assert (tuple(kind.frame.header), kind.frame.size) == (header, size)
+    assert len(packet(kind, 0)) == size
+
+
+def test_channels_of_several_sensors_have_their_number():
+    assert FOUR.names()[:4] == ("fx1", "fy1", "fz1", "fx2")
+    assert AXES6.names() == ("fx1", "fy1", "fz1", "tx1", "ty1", "tz1")
+    assert AXES3.names(first=2) == ("fx2", "fy2", "fz2")
+
+
+def test_a_packet_of_a_real_device_is_read_right():
+    data = bytes.fromhex("aa07080a2d6a0000fff7fffb00070551")
+    parser, packets = parse_all(data)
+    assert (parser.kind, packets.counts.tolist(), packets.status.tolist()) == (AXES3, [11626], [0])
+    assert packets.values.tolist() == [[-9, -5, 7]]
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=[kind.name for kind in KINDS])
+def test_every_packet_is_found_with_its_readings(kind):
+    counts = range(65_000, 68_000)
+    data, values = stream(kind, counts)
+    parser, packets = parse_all(data)
+    assert parser.kind == kind
+    assert packets.counts.tolist() == [count % 65_536 for count in counts]
+    assert (packets.values == values).all()
+    assert (parser.statistics.packets, parser.statistics.skipped_bytes) == (3_000, 0)
+
+
+def test_replies_between_packets_are_told_and_cost_none():
+    data = packet(AXES3, 1) + CONFIGURED + packet(AXES3, 2) + SERIAL + packet(AXES3, 3)
+    rows, parser = in_pieces(data, [20, 21, 25])
+    assert [count for _, count, _, _ in rows] == [1, 2, 3]
+    code, serial = parser.take_replies()
+    assert (code.code, serial.serial) == (0, "ISE012")
+    assert parser.take_replies() == []
+    assert parser.statistics.skipped_bytes == 0
+
+
+def test_a_header_inside_a_wrong_packet_is_looked_at_one_byte_further():
+    whole = packet(AXES3, 7, [1, 2, 3])
+    # Five bytes of a packet that broke off, so that the next one begins inside it.
+    rows, parser = in_pieces(whole + whole[:5] + packet(AXES3, 9, [4, 5, 6]), [])
+    assert [count for _, count, _, _ in rows] == [7, 9]
+    assert (parser.statistics.bad_checksums, parser.statistics.skipped_bytes) == (1, 5)
+
+
+def test_header_bytes_among_the_readings_do_no_harm():
+    reading = int.from_bytes(b"\xaa\x07", "big"), int.from_bytes(b"\x08\x0a", "big"), 5
+    data = b"".join(packet(AXES3, count, reading) for count in range(20))
+    rows, parser = in_pieces(data, range(0, len(data), 7))
+    assert [values for *_, values in rows] == [(reading[0] - 65_536, reading[1], 5)] * 20
+    assert parser.statistics.bad_checksums == 0
+
+
+def test_after_the_first_packet_other_kinds_mean_nothing():
+    rows, parser = in_pieces(packet(AXES6, 1) + packet(AXES3, 2) + packet(AXES6, 3), [10])
+    assert [count for _, count, _, _ in rows] == [1, 3]
+    assert parser.statistics.skipped_bytes == 16
+
+
+def test_what_waits_is_never_more_than_an_unfinished_packet():
+    parser = Parser()
+    for byte in FOUR.frame.header * 50:
+        parser.feed(bytes([byte]))
+        assert parser.pending < 34
+
+
+def test_a_packet_behind_what_only_began_like_one_comes_at_the_end():
+    data = packet(FOUR, 1) + FOUR.frame.header + packet(FOUR, 2)[:-2]
+    inside = AXES3.frame.header + packet(AXES3, 5)
+    assert [count for _, count, _, _ in in_pieces(data, [])[0]] == [1]
+    assert [count for _, count, _, _ in in_pieces(inside, [], AXES3)[0]] == [5]
+
+
+pieces = st.one_of(
+    st.binary(max_size=12),
+    st.sampled_from([CONFIGURED, SERIAL, b"'\nb'", *(kind.frame.header for kind in KINDS)]),
+    st.builds(
+        packet,
+        st.sampled_from(KINDS),
+        st.integers(0, 65_535),
+        st.none(),
+        st.sampled_from([0, 0xAA07, 0x080A]),
+    ),
+    st.builds(
+        lambda data, at, byte: data[: at % 16] + bytes([byte]) + data[at % 16 + 1 :],
+        st.just(packet(AXES3, 9, [170, -1, 0xAA00])),
+        st.integers(0, 15),
+        st.integers(0, 255),
+    ),
+    st.builds(lambda end: packet(AXES6, 3)[:end], st.integers(0, 22)),
+)
+
+
+@given(st.lists(pieces, max_size=14), st.lists(st.integers(0, 400), max_size=12))
+def test_any_cutting_gives_what_a_byte_for_byte_reading_gives(parts, cuts):
+    data = b"".join(parts)
+    rows, parser = in_pieces(data, cuts)
+    slow = parsed_slowly(data)
+    assert [offset for offset, *_ in rows] == [offset for offset, _ in slow]
+    again, whole = in_pieces(data, [])
+    assert again == rows
+    assert whole.statistics == parser.statistics
+    assert whole.take_replies() == parser.take_replies()
+
+
+@given(st.lists(pieces, max_size=14), st.lists(st.integers(0, 400), max_size=5))
+def test_every_byte_is_accounted_for(parts, cuts):
+    data = b"".join(parts)
+    _, parser = in_pieces(data, cuts)
+    told = parser.statistics
+    size = parser.kind.frame.size if parser.kind else 0
+    lengths = [7 if reply.code is not None else 14 for reply in parser.take_replies()]
+    assert told.replies == len(lengths)
+    assert told.packets * size + sum(lengths) + told.skipped_bytes == len(data)
+
+
+def test_long_feeds_are_as_short_ones():
+    data, values = stream(AXES3, range(5_000))
+    packets = Parser().feed(b"\xaa\x07" + data * 30)  # several stretches
+    assert len(packets) == 150_000
+    assert (packets.values.reshape(30, 5_000, 3) == values).all()
+
+
+def test_random_and_mutated_strings_neither_fail_nor_pass():
+    _, accepted, invalid = fuzz(800, seed=1)
+    assert invalid == 0
+    assert accepted > 250  # packets that no mutation touched
+
+
+def test_noise_passes_no_oftener_than_a_sum_lets_it():
+    # A sum of fourteen bytes, twelve of them noise, is one of about 1,000 values near 1,700; the
+    # two bytes of the checksum are one of 4,096. Without the checksum all 200,000 would pass.
+    assert chance(200_000) < 200_000 / 4_096 * 3
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
+def test_a_real_stream_loses_one_packet_at_each_place_where_bytes_were_put_into_it():
+    data = DUMP.read_bytes()
+    parser, packets = parse_all(data)
+    assert len(packets) == 34_374 - 54
+    assert parser.statistics.bad_checksums == 54
+    counts = packets.counts.astype(int)
+    assert (counts[0], counts[-1], set(np.diff(counts))) == (11_626, 45_999, {1, 2})
+    assert int(np.sum(np.diff(counts) == 2)) == 54
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not DUMP.is_file(), reason="the real recordings are not here")
+def test_a_real_stream_is_whole_without_those_bytes():
+    parser, packets = parse_all(DUMP.read_bytes().replace(b"'\nb'", b""))
+    assert packets.counts.tolist() == list(range(11_626, 46_000))
+    assert parser.statistics.bad_checksums == 0
+    assert not packets.status.any()

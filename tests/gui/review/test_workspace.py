@@ -1,0 +1,245 @@
+"""The Review workspace in the whole window, with the real trainer and a project of two tasks."""
+
+import json
+import multiprocessing
+import os
+import shutil
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import films
+import pytest
+from synthetic import synthetic_set
+from trained_project import FAST
+
+from forcelab.cli import main
+from forcelab.clock import ClockMap
+from forcelab.demonstration import VideoReference
+from forcelab.gui import settings
+from forcelab.gui.app import Start
+from forcelab.gui.window import Window
+from forcelab.jobs import finish
+from forcelab.labels import Track
+from forcelab.project import Project
+from forcelab.recognition.project_runs import Choice
+from forcelab.review.training import reviewing
+
+#: Seconds that a training may take on a busy machine; the first one loads much.
+PATIENCE = 60.0
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Three foams by Ada, the first one filmed, two soft ones, and one nobody labelled; one run."""
+    folder = tmp_path_factory.mktemp("review")
+    film = films.write_with_opencv(folder / "film.avi", "MJPG", 20)
+    path = folder / "study.forcelab"
+    with Project.create(path) as project:
+        for number, (demonstration, segments) in enumerate(synthetic_set(6, 100.0)):
+            task = "foam" if number < 4 else "soft"
+            video = VideoReference(film, ClockMap()) if number == 0 else None
+            tracks = [Track("Ada", segments)] if number != 3 else []
+            project.add(replace(demonstration, task=task, video=video), tracks)
+    finish(reviewing(path, FAST.replace(seed=1), Choice(("foam",)), "foam"))
+    return path
+
+
+@pytest.fixture
+def study(made, tmp_path):
+    """A copy of it."""
+    return Path(shutil.copytree(made, tmp_path / "study.forcelab"))
+
+
+@pytest.fixture
+def windows(app, until):
+    """Open windows that are closed at the end."""
+    opened = []
+
+    def open_(path, workspace="label", demonstration=""):
+        window = Window("Ada")
+        opened.append(window)
+        window.resize(780, 700)  # less than the screen, else the next one opens smaller
+        window.restore_layout()
+        window.show()
+        window.begin(Start(project=path, workspace=workspace, demonstration=demonstration))
+        until(lambda: window.settled and not window.jobs.busy, PATIENCE)
+        return window
+
+    yield open_
+    for window in opened:
+        window.close()
+    app.processEvents()
+
+
+def rows(segments):
+    """Segments as `forcelab evaluate` keeps them."""
+    return [[s.start, s.end, s.action] for s in segments]
+
+
+def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_path):
+    window = windows(study, "review")
+    learning = window.review.learning
+    learning.set_settings(FAST)
+    before = set(threading.enumerate())
+    assert learning.train()
+    until(lambda: not learning.training, PATIENCE)
+    assert not learning.trouble
+    until(lambda: not window.jobs.busy, PATIENCE)
+    entries = {entry.id: entry for entry in window.review.workspace.pairs.area.entries}
+    asked = ("--task", "foam", "--classifier", "naive-bayes", "--max-scale", "32", "--jobs", "1")
+    assert not main(["evaluate", str(study), *asked, "--json", str(tmp_path / "scores.json")])
+    scores = json.loads((tmp_path / "scores.json").read_text())
+    with Project.open(study) as project:
+        evaluated = project.runs()[-1].result
+    assert {which: evaluated[which] for which in ("raw", "filtered")} == {
+        which: scores[which] for which in ("raw", "filtered")
+    }
+    assert len(evaluated["tracks"]) == 3
+    for track, score in zip(evaluated["tracks"], scores["filtered"]["demonstrations"], strict=True):
+        entry = entries[track["demonstration"]]
+        assert rows(entry.human) == track["human"]
+        assert rows(entry.reviewed.predicted) == track["filtered"]
+        assert rows(entry.reviewed.stages["raw"]) == track["raw"]
+        assert entry.share == score["accuracy"]
+        assert not entry.edited
+    # What has trained is gone with the window, and nothing waits for it.
+    window.close()
+    assert not [p for p in multiprocessing.active_children() if p.is_alive()]
+    assert not [t for t in set(threading.enumerate()) - before if t.is_alive()]
+
+
+def test_opening_a_project_shows_its_last_run(study, windows):
+    window = windows(study)
+    outcome = window.document.outcome
+    assert (outcome.number, outcome.tasks) == (1, ("foam",))
+    assert outcome.settings.seed == 1
+    assert outcome.proposer in window.document.others
+
+
+def test_timeline_and_video_are_lent_and_come_back(study, windows, until):
+    window = windows(study, demonstration="foam 01")
+    label = window.label
+    label.toggles["scalogram"].setChecked(False)
+    label.toggles["segments"].setChecked(False)
+    places = (label.tracks, label.force, label.video, label.vocabulary)
+    before = [(place.isVisible(), place.window(), place.width()) for place in places]
+
+    window.show_workspace("review")
+    until(lambda: label.tracks.isVisible() and window.settled)
+    review = window.review
+    assert all(review.isAncestorOf(panel) for panel in (label.tracks, label.force, label.video))
+    assert label.tracks.isVisible()
+    assert label.video.isVisible()
+    assert label.video.shown_index == 0
+    assert not label.scalogram.isVisible()
+    window.document.paint(0.0, 0.5, "hold")
+    assert rows(window.document.segments)[0] == [0.0, 0.5, "hold"]
+
+    window.show_workspace("label")
+    until(lambda: window.settled)
+    assert not any(review.isAncestorOf(panel) for panel in places)
+    assert [(place.isVisible(), place.window(), place.width()) for place in places] == before
+    assert not label.scalogram.isVisible()
+    assert not label.segments.isVisible()
+
+
+def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows, until):
+    first = windows(study, demonstration="foam 01")
+    first.label.toggles["history"].setChecked(False)
+    width = first.label.video.width()
+    first.show_workspace("review")
+    until(lambda: first.settled)
+    first.review.workspace.lists.setCurrentIndex(2)
+    first.close()
+    assert "history" in settings.strings("label/hidden")
+    second = windows(study, demonstration="foam 01")
+    assert not second.label.history.isVisible()
+    assert second.label.video.isVisible()
+    assert second.label.video.width() == width
+
+
+def test_a_demonstration_without_video_has_no_room_for_one(study, windows, until):
+    window = windows(study, "review", "foam 02")
+    assert not window.label.video.isVisible()
+    assert window.label.tracks.isVisible()
+    assert window.document.open_demonstration(window.document.infos[0].id)
+    until(lambda: window.settled)
+    assert window.label.video.isVisible()
+
+
+def test_another_task_has_its_own_outcome(study, windows, until):
+    window = windows(study, "review")
+    learning = window.review.learning
+    pairs = window.review.workspace.pairs
+    assert len(pairs.area.entries) == 4
+    learning.set_task("soft")
+    until(lambda: window.settled)
+    assert window.document.outcome is None
+    assert not pairs.area.entries
+    learning.set_task("foam")
+    until(lambda: window.document.outcome is not None and not window.jobs.busy)
+    assert len(pairs.area.entries) == 4
+
+
+def test_undo_goes_back_to_the_last_verdict_and_then_to_what_was_painted_here(
+    study, windows, until
+):
+    window = windows(study, "review")
+    document = window.document
+    queue = window.review.workspace.queue
+    first, second = (one.id for one in document.outcome.tested[:2])
+
+    def stored():
+        return [rows(document.project.track(id_, "Ada").segments) for id_ in (first, second)]
+
+    document.open_demonstration(second)
+    document.paint(0.0, 0.3, "hold")  # something that is not to be undone
+    until(lambda: not queue.reader.stale)
+    before = stored()
+    place = next(p for p in queue.queue.open if p.demonstration == first)
+    document.examine(place)
+    window.commands["verdict_model"].trigger()
+    assert stored() != before
+    document.open_demonstration(second)
+    window.commands["undo"].trigger()
+    assert stored() == before
+    assert document.id == first
+    # Painted after the verdict, it is what is undone first.
+    document.examine(place)
+    window.commands["verdict_model"].trigger()
+    judged = stored()
+    document.open_demonstration(second)
+    document.paint(0.0, 0.3, "grab")
+    window.commands["undo"].trigger()
+    assert stored() == judged
+    assert document.id == second
+
+
+def test_nothing_of_it_is_loaded_before_its_tab_is_shown(study, tmp_path):
+    import subprocess
+    import sys
+
+    script = f"""
+import sys, time
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+from forcelab.gui.app import Start
+from forcelab.gui.window import Window
+window = Window("Ada", remembering=False)
+window.show()
+window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
+end = time.monotonic() + 30
+while not (window.settled and window.document.outcome) and time.monotonic() < end:
+    app.processEvents()
+assert window.document.outcome is not None
+window.close()
+heavy = ("cv2", "sklearn", "joblib", "forcelab.gui.review.workspace", "forcelab.review.why")
+print([name for name in heavy if name in sys.modules])
+"""
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,44 @@
+"""The measurements of streams say what they measured."""
+
+import numpy as np
+import pytest
+
+from forcelab.jobs import finish
+from forcelab.measure import live, stream
+from forcelab.measure.streams import ACTIONS, forces, performed
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import train
+
+
+def test_a_stream_errs_less_than_its_tolerance_and_less_the_longer_it_waits():
+    x = forces(3000, 2)
+    rows = finish(stream.measuring(x, np.array([8.0, 32.0]), (1e-3, 3e-6), (0.5, 1.0, 3.0), 0, 1))
+    assert [row.name for row in rows] == ["complete"] * 2 + ["early"] * 3
+    assert rows[0].error <= 1e-3
+    assert rows[1].error <= 3e-6
+    early = [row.further["error (rms)"] for row in rows[2:]]
+    assert early == sorted(early, reverse=True)
+    assert early[-1] < 0.05 < early[0]
+    assert all(row.seconds > 0 and row.peak_bytes > 0 for row in rows)
+    assert [row.further["delay (scales)"] for row in rows[2:]] == [0.5, 1.0, 3.0]
+
+
+def test_live_rows_tell_agreement_cost_and_latency():
+    demonstration, segments = performed(4.0, 200.0, 1)
+    recogniser = train([Labelled(demonstration, segments)], Settings(max_scale=16.0, stride=5))
+    rows = finish(live.measuring(recogniser, demonstration, (20, 50), (100,), 1))
+    assert [row.size[-5:] for row in rows] == ["20 ms", "50 ms"]
+    for row in rows:
+        assert row.error == 0.0
+        assert 0 <= row.further["unlike all at once"] < 0.7
+        assert 0 < row.further["p50 (ms)"] <= row.further["p99 (ms)"]
+        assert row.further["force to label (ms)"] > 120
+
+
+@pytest.mark.parametrize("seed", [0, 5])
+def test_made_up_forces_hold_all_actions_and_repeat(seed):
+    demonstration, segments = performed(8.0, 500.0, seed)
+    assert {segment.action for segment in segments} == set(ACTIONS)
+    assert demonstration == performed(8.0, 500.0, seed)[0]
+    assert forces(100, 8).shape == (100, 8)

@@ -1,0 +1,183 @@
+"""Jobs done by a process of their own."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import elsewhere_work
+import psutil
+import pytest
+
+from forcelab.elsewhere import elsewhere
+from forcelab.errors import ForcelabError, InputError
+from forcelab.jobs import finish
+
+
+def begun(job):
+    """The number of the process of a job, which has told it."""
+    return next(int(p.text.split()[1]) for p in job if p.text.startswith("process "))
+
+
+def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
+    told = []
+    made = finish(elsewhere(elsewhere_work.counted, 5), told.append)
+    assert made["sum"] == 10
+    assert made["process"] != os.getpid()
+    distinct = [p for before, p in pairwise(told) if p is not before]
+    assert [p.done for p in distinct] == [1, 2, 3, 4, 5]
+    assert not psutil.pid_exists(made["process"])
+
+
+def test_a_second_job_elsewhere_begins_at_once():
+    finish(elsewhere(elsewhere_work.counted, 1))
+    started = time.monotonic()
+    finish(elsewhere(elsewhere_work.counted, 1))
+    assert time.monotonic() - started < 1.0  # 0.08 s on a quiet machine; 2 s to load it all
+
+
+def test_a_job_elsewhere_keeps_to_the_background():
+    manners = finish(elsewhere(elsewhere_work.manners))
+    if hasattr(os, "nice"):
+        assert manners["nice"] > os.nice(0)
+    assert manners["interrupt"]
+    assert set(manners["blas"]) == {1}
+    assert manners["main thread"]
+
+
+def test_a_job_elsewhere_refuses_in_its_own_words():
+    with pytest.raises(InputError, match=r"^Nothing is labelled yet; label at least two actions"):
+        finish(elsewhere(elsewhere_work.refused))
+
+
+def test_a_fault_elsewhere_is_told_with_the_trace_from_there():
+    with pytest.raises(RuntimeError, match="KeyError: 'no such key'") as caught:
+        finish(elsewhere(elsewhere_work.broken))
+    assert "elsewhere_work.py" in str(caught.value.__cause__)
+
+
+def test_a_result_that_cannot_travel_is_a_fault_and_not_a_lack_of_memory():
+    with pytest.raises(RuntimeError, match="lambda") as caught:
+        finish(elsewhere(elsewhere_work.untellable))
+    assert "dumps" in str(caught.value.__cause__)
+
+
+def test_a_job_whose_process_is_killed_is_told_in_a_sentence():
+    job = elsewhere(elsewhere_work.silent)
+    os.kill(begun(job), signal.SIGKILL)
+    with pytest.raises(ForcelabError, match=r"ended from outside.* short of memory"):
+        finish(job)
+
+
+def test_closing_ends_a_job_in_the_middle_of_what_hears_nothing():
+    job = elsewhere(elsewhere_work.silent)
+    process = begun(job)
+    time.sleep(0.2)  # into the computation
+    threads = threading.enumerate()
+    started = time.monotonic()
+    job.close()
+    assert time.monotonic() - started < 0.2
+    assert not psutil.pid_exists(process)
+    assert set(threading.enumerate()) <= set(threads)
+
+
+def test_closing_lets_what_is_interruptible_clean_up(tmp_path):
+    job = elsewhere(elsewhere_work.silent, tmp_path / "half")
+    begun(job)
+    deadline = time.monotonic() + 5
+    while not (tmp_path / "half").exists():
+        assert time.monotonic() < deadline
+    job.close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_job_can_be_closed_before_its_process_is_there():
+    job = elsewhere(elsewhere_work.silent)
+    assert next(job).text == "starting"
+    job.close()
+    deadline = time.monotonic() + 5
+    while any(thread.name == "forcelab process" for thread in threading.enumerate()):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert not busy()
+
+
+def busy():
+    """Whether any process below this one computes."""
+    below = psutil.Process().children(recursive=True)
+    return [p for p in below if p.nice() > psutil.Process().nice()]
+
+
+WARM = """
+import time
+from elsewhere_work import counted
+from forcelab.jobs import finish
+from forcelab.elsewhere import elsewhere, warm_up
+begun = time.monotonic()
+warm_up(counted)
+print(time.monotonic() - begun)
+finish(elsewhere(counted, 1))
+"""
+
+
+def test_warming_up_keeps_nobody_waiting():
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WARM],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert float(ended.stdout) < 0.5  # 0.02 s on a quiet machine; 2 s to load it all
+
+
+LEFT = """
+from elsewhere_work import silent
+from forcelab.elsewhere import elsewhere
+for progress in elsewhere(silent):
+    if progress.text.startswith("process "):
+        print(progress.text.split()[1], flush=True)
+"""
+
+
+def test_a_job_elsewhere_ends_when_the_process_that_asked_for_it_is_killed():
+    parent = subprocess.Popen(
+        [sys.executable, "-c", LEFT],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    with parent:
+        job = int(parent.stdout.readline())
+        below = psutil.Process(parent.pid).children(recursive=True)
+        parent.kill()
+    assert job in [process.pid for process in below]
+    _, alive = psutil.wait_procs(below, 10)
+    assert not alive
+
+
+def test_nothing_is_said_at_the_end_of_a_program_that_had_jobs_elsewhere():
+    program = (
+        "from elsewhere_work import counted, silent\n"
+        "from forcelab.elsewhere import elsewhere\n"
+        "from forcelab.jobs import finish\n"
+        "finish(elsewhere(counted, 2))\n"
+        "job = elsewhere(silent)\n"
+        "while not next(job).text.startswith('process '): pass\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
