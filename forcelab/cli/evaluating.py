@@ -34,7 +34,9 @@ def run(arguments: argparse.Namespace) -> None:
     _check_outputs(arguments, asked)
     _check_suffixes(asked)
     with Project.open(arguments.project) as project, progress_bar() as watch:
-        job = evaluate_tasks(project, settings, choice_from(arguments), jobs)
+        # Where the filters need probabilities anyway, the review is to have them too.
+        certainty = settings.needs_probabilities
+        job = evaluate_tasks(project, settings, choice_from(arguments), jobs, certainty=certainty)
         evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
     pairs, matrices = (
