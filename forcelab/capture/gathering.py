@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.joining import Stream, joined
-from forcelab.capture.journal import Contents, Kind, Record, block_of, json_of
+from forcelab.capture.journal import Contents, Kind, Record, block_of_all, json_of
 from forcelab.capture.reader import PLUGGED, UNPLUGGED
 from forcelab.capture.smoothing import Stamped, stamped
 from forcelab.clock import ClockMap
@@ -20,7 +20,7 @@ from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track, ordered
 
-__all__ = ["Gathered", "gather"]
+__all__ = ["Gathered", "channels_of_all", "gather"]
 
 #: Share of a period by which arrivals of a device without a counter may be off before they are
 #: taken as they came, instead of evenly.
@@ -114,7 +114,9 @@ def gather(contents: Contents, folder: Path) -> Gathered:
             video = VideoReference(file, _video_clock(frames, start))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
-    demonstration = Demonstration(name, task, times, signals, _channels(channels), video=video)
+    demonstration = Demonstration(
+        name, task, times, signals, channels_of_all(channels), video=video
+    )
     track = _marked(contents.records, start, demonstration.end, author)
     return Gathered(demonstration, track, tuple(remarks), stamps)
 
@@ -125,25 +127,22 @@ def _torn(count: int) -> str:
 
 def _recorded(records: Sequence[Record], device: int, columns: int) -> _Recorded:
     """All samples of a device, and where it was plugged in again."""
-    blocks, breaks, count = [], [], 0
+    pieces: list[list[bytes]] = [[]]
     for record in records:
         if record.device != device:
             continue
         if record.kind == Kind.BLOCK:
-            block = block_of(record.payload)
-            if block.values.shape[1] != columns:
-                raise InputError("The journal's samples do not fit its channels; record again.")
-            blocks.append(block)
-            count += len(block)
+            pieces[-1].append(record.payload)
         elif record.kind == Kind.EVENT and json_of(record).get("what") == PLUGGED:
-            breaks.append(count)
+            pieces.append([])
+    blocks = [block_of_all(piece, columns) for piece in pieces]
     ticked = [block.ticks for block in blocks if block.ticks is not None]
-    whole = bool(blocks) and len(ticked) == len(blocks)
+    whole = bool(ticked) and sum(map(len, ticked)) == sum(map(len, blocks))
     return _Recorded(
-        np.concatenate([block.arrived for block in blocks] or [np.empty(0)]),
+        np.concatenate([block.arrived for block in blocks]),
         np.concatenate(ticked) if whole else None,
-        np.concatenate([block.values for block in blocks] or [np.empty((0, columns))]),
-        np.array(breaks, dtype=np.int64),
+        np.concatenate([block.values for block in blocks]),
+        np.cumsum([len(block) for block in blocks[:-1]], dtype=np.int64),
     )
 
 
@@ -189,8 +188,14 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
     return f"{' and '.join(sentences)}; they are gaps." if sentences else ""
 
 
-def _channels(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:
-    """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash."""
+def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:
+    """The channels of all devices: ``fx1 fy1 fz1 fx2 ...``, others numbered where they clash.
+
+    Parameters
+    ----------
+    devices : sequence of sequence of Channel
+        Of each device, in the order of a demonstration's columns.
+    """
     forces = [c.name for each in devices for c in each if _FORCE.fullmatch(c.name)]
     clash = len(set(forces)) < len(forces)
     found: dict[str, Channel] = {}

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 
-__all__ = ["Stream", "joined"]
+__all__ = ["Stream", "joined", "onto"]
 
 _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
 _MISSED = 1.5  # periods apart: a sample is missing between two neighbours that were stamped evenly
@@ -80,7 +80,7 @@ def joined(
         within[:] = True
     host = host[within]
     columns = [
-        stream.values[kept][within] if i == lead else _onto(host, stream)
+        stream.values[kept][within] if i == lead else onto(host, stream)
         for i, stream in enumerate(streams)
     ]
     start = float(host[0])
@@ -100,8 +100,21 @@ def _shared(host: NDArray[np.float64], streams: Sequence[Stream]) -> tuple[float
     return max(begins, default=-np.inf), min(ends, default=np.inf)
 
 
-def _onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
-    """A device's channels at other stamps."""
+def onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
+    """A device's channels at other stamps.
+
+    Parameters
+    ----------
+    host : ndarray of float64, shape (n,)
+        The stamps, in seconds of the host's clock.
+    stream : Stream
+        The device.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, c)
+        NaN where it has no sample near.
+    """
     kept = _increasing(stream.host) if len(stream.host) else np.zeros(0, dtype=bool)
     own, values = stream.host[kept], stream.values[kept]
     out = np.full((len(host), stream.values.shape[1]), np.nan)

@@ -11,10 +11,11 @@ from __future__ import annotations
 import json
 import struct
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,7 @@ __all__ = [
     "Record",
     "block_bytes",
     "block_of",
+    "block_of_all",
     "encoded",
     "header_bytes",
     "json_of",
@@ -60,8 +62,10 @@ class Kind(IntEnum):
     FRAME = 6  #: JSON: stamps of frames that a camera gave
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
+_KINDS = {int(kind): kind for kind in Kind}
+
+
+class Record(NamedTuple):  # a recording has hundreds of thousands
     """One record.
 
     Parameters
@@ -130,24 +134,60 @@ def block_of(payload: bytes) -> Block:
     InputError
         If its length is not what it says of itself.
     """
+    return block_of_all([payload], _columns_of(payload))
+
+
+def block_of_all(payloads: Sequence[bytes], columns: int) -> Block:
+    """One block of all samples in the payloads of one device's records.
+
+    Parameters
+    ----------
+    payloads : sequence of bytes
+        In their order.
+    columns : int
+        Channels of the device.
+
+    Raises
+    ------
+    InputError
+        If the length of one is not what it says of itself, or it has other channels.
+    """
+    arrived, ticks, values, status = [], [], [], []
+    for payload in payloads:
+        if _columns_of(payload) != columns:
+            raise InputError("The journal's samples do not fit its channels; record again.")
+        rows, _, flags = _BLOCK.unpack_from(payload)
+        ticked, told = bool(flags & _TICKS), bool(flags & _STATUS)
+        if len(payload) != _BLOCK.size + rows * (8 + 8 * ticked + 8 * columns + 2 * told):
+            raise InputError("A block of samples in the journal has a wrong length; record again.")
+        # Bytes are cut and joined, and are made numbers once: that is what takes time.
+        at = _BLOCK.size + 8 * rows
+        arrived.append(payload[_BLOCK.size : at])
+        if ticked:
+            ticks.append(payload[at : at + 8 * rows])
+            at += 8 * rows
+        values.append(payload[at : at + 8 * rows * columns])
+        if told:
+            status.append(payload[at + 8 * rows * columns :])
+
+    def joined(parts: list[bytes], kind: str) -> Any:
+        return np.frombuffer(b"".join(parts), kind)
+
+    whole = len(payloads) > 0
+    return Block(
+        joined(arrived, "<f8"),
+        joined(ticks, "<i8") if whole and len(ticks) == len(payloads) else None,
+        joined(values, "<f8").reshape(-1, columns),
+        joined(status, "<u2") if whole and len(status) == len(payloads) else None,
+    )
+
+
+def _columns_of(payload: bytes) -> int:
+    """How many channels a block of samples has, by what it says of itself."""
     if len(payload) < _BLOCK.size:
         raise InputError("A block of samples in the journal is too short; record again.")
-    rows, columns, flags = _BLOCK.unpack_from(payload)
-    ticked, told = bool(flags & _TICKS), bool(flags & _STATUS)
-    if len(payload) != _BLOCK.size + rows * (8 + 8 * ticked + 8 * columns + 2 * told):
-        raise InputError("A block of samples in the journal has a wrong length; record again.")
-    at = _BLOCK.size
-
-    def take(kind: str, count: int) -> Any:
-        nonlocal at
-        array = np.frombuffer(payload, kind, count, at)
-        at += array.nbytes
-        return array
-
-    arrived = take("<f8", rows)
-    ticks = take("<i8", rows) if ticked else None
-    values = take("<f8", rows * columns).reshape(rows, columns)
-    return Block(arrived, ticks, values, take("<u2", rows) if told else None)
+    columns: int = _BLOCK.unpack_from(payload)[1]
+    return columns
 
 
 def json_of(record: Record) -> dict[str, Any]:
@@ -228,9 +268,9 @@ def _records(data: memoryview) -> tuple[list[Record], int]:
         (crc,) = _CRC.unpack_from(data, at + _HEAD.size)
         payload = bytes(data[at + begin : at + begin + length])
         check = zlib.crc32(payload, zlib.crc32(data[at : at + _HEAD.size]))
-        if len(payload) < length or check != crc or kind not in Kind.__members__.values():
+        if len(payload) < length or check != crc or kind not in _KINDS:
             break
-        found.append(Record(Kind(kind), device, payload))
+        found.append(Record(_KINDS[kind], device, payload))
         at += begin + length
     return found, len(data) - at
 

@@ -188,18 +188,24 @@ def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArra
 
 def _moments(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64], ...]:
     """Sums of ``fade^|m| m^p values[k + m]`` over m for p = 0, 1, 2, each of shape (n,)."""
-    from scipy.signal import lfilter
-
-    pole = np.array([1.0, -fade])
-    double = np.convolve(pole, pole)
-    filters = (
-        ([1.0], pole),
-        ([0.0, fade], double),
-        ([0.0, fade, fade * fade], np.convolve(double, pole)),
-    )
-    past = [lfilter(b, a, values) for b, a in filters]
-    coming = [lfilter(b, a, values[::-1])[::-1] for b, a in filters]
+    past = _past(values, fade)
+    coming = [sums[::-1] for sums in _past(values[::-1], fade)]
     return past[0] + coming[0] - values, coming[1] - past[1], past[2] + coming[2]
+
+
+def _past(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64], ...]:
+    """The same sums over what is before each value, with the sign of `m` turned.
+
+    A loop, for it is one of some thousand windows: to load scipy.signal would take longer.
+    """
+    rows = np.empty((len(values), 3))
+    s0 = s1 = s2 = 0.0
+    for k, value in enumerate(values.tolist()):
+        s2 = fade * (s2 + 2.0 * s1 + s0)
+        s1 = fade * (s1 + s0)
+        s0 = fade * s0 + value
+        rows[k] = s0, s1, s2
+    return rows[:, 0], rows[:, 1], rows[:, 2]
 
 
 def _line(host: NDArray[np.float64], ticks: NDArray[np.int64], rate: float) -> tuple[float, float]:

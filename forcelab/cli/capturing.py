@@ -6,8 +6,9 @@ import argparse
 import math
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from forcelab.capture.camera import Capture, open_camera
 from forcelab.capture.devices import device_named
@@ -15,11 +16,14 @@ from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
 from forcelab.capture.recorder import Recorder, RecorderState
 from forcelab.cli import capture_listing
 from forcelab.cli.output import counted, json_text, printable
+from forcelab.cli.recognising_live import LATENCY, LiveRecognition, Recognised, told
+from forcelab.cli.stopping import unbroken
 from forcelab.errors import InputError
 from forcelab.project import Project
+from forcelab.recognition.storage import load
 
-#: Seconds between two looks at how it goes.
-LOOK = 0.1
+#: Seconds between two looks at how it goes, and at what a recogniser makes of it.
+LOOK, BLOCK = 0.1, 0.02
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -31,6 +35,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("Name the project to record into, or give --list.")
     if arguments.recover:
         return _recover(arguments.project, arguments.json)
+    _check(arguments)
+    _record(arguments)
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what cannot be recorded."""
     if not arguments.device:
         raise InputError(
             "Name what to record, such as --device optoforce:/dev/ttyACM0; --list shows what is "
@@ -40,24 +51,57 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError("Say of which task the recording is (--task).")
     if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
         raise InputError(f"--seconds must be positive, not {arguments.seconds:g}.")
+    if arguments.latency is not None and arguments.recogniser is None:
+        raise InputError("--latency is that of a recogniser; name one with --recogniser FILE.")
+
+
+def _record(arguments: argparse.Namespace) -> None:
+    """Record into a project, and recognise meanwhile where that is asked for."""
+    recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
+    out = sys.stderr if arguments.json else sys.stdout
     devices = [device_named(name) for name in arguments.device]
+    live = None
     with Recorder(arguments.project, devices, _cameras(arguments.camera)) as recorder:
+        if recogniser is not None:
+            latency = LATENCY if arguments.latency is None else arguments.latency
+            name = arguments.recogniser.stem
+            live = LiveRecognition(recogniser, name, latency, recorder, devices)
         _ready(arguments.project)
         name = recorder.start(arguments.task, arguments.name)
+        if live is not None:
+            live.begin()
         _say(f"Recording '{name}'; Ctrl+C stops and keeps it.")
         try:
-            _watch(recorder, arguments.seconds)
+            _watch(recorder, arguments.seconds, live, out)
         except KeyboardInterrupt:  # that is how a recording without an end is ended
             pass
         finally:
             _clear()
         state = recorder.state()
+        if live is not None:
+            _found(live.finish(), live, out)
         kept = recorder.stop()
-        told = recorder.remarks()
-    for sentence in told:
+        remarks = recorder.remarks()
+    for sentence in remarks:
         _say(sentence)
-    print(json_text(_plain(kept, state)) if arguments.json else _told(kept, state))
-    return 0
+    recognised = None if live is None else live.keep(arguments.project, kept)
+    if arguments.json:
+        more = {} if recognised is None else {"recognised": recognised}
+        print(json_text(_plain(kept, state) | more))
+    else:
+        print(_told(kept, state))
+        if recognised is not None:
+            print(printable(told(recognised)))
+
+
+def _found(found: Sequence[Recognised], live: LiveRecognition, out: TextIO) -> None:
+    """Print the segments that have ended, where there is no line that shows them."""
+    if sys.stderr.isatty():
+        return
+    for one in found:
+        sure = "" if math.isnan(one.probability) else f"  {one.probability:.2f}"
+        start, end = (max(at - live.begun, 0.0) for at in (one.start, one.end))
+        print(f"{start:7.2f} {end:7.2f}  {printable(one.action)}{sure}", file=out, flush=True)
 
 
 def _cameras(wanted: list[str]) -> list[tuple[str, Capture]]:
@@ -86,15 +130,26 @@ def _ready(path: Path) -> None:
         )
 
 
-def _watch(recorder: Recorder, seconds: float | None) -> None:
+def _watch(
+    recorder: Recorder, seconds: float | None, live: LiveRecognition | None, out: TextIO
+) -> None:
     """Wait until so many seconds are recorded, and show how it goes."""
     until = time.monotonic() + (math.inf if seconds is None else seconds)
+    shown = -math.inf
     while (left := until - time.monotonic()) > 0:
-        time.sleep(min(LOOK, left))
+        time.sleep(min(LOOK if live is None else BLOCK, left))
+        if live is not None:
+            with unbroken():
+                found = live.look()
+            _found(found, live, out)
+        if time.monotonic() - shown < LOOK:
+            continue
+        shown = time.monotonic()
         for sentence in recorder.remarks():
             _say(sentence)
         if sys.stderr.isatty():
-            sys.stderr.write(f"\r\x1b[K{printable(_line(recorder.state()))}")
+            now = "" if live is None or not live.now else f"{live.now}  |  "
+            sys.stderr.write(f"\r\x1b[K{printable(now + _line(recorder.state()))}")
             sys.stderr.flush()
 
 

@@ -45,6 +45,18 @@ def add_capture(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )
+    parser.add_argument(
+        "--recogniser",
+        metavar="FILE",
+        type=Path,
+        help="label it while it lasts, by what train wrote; the track is kept with it",
+    )
+    parser.add_argument(
+        "--latency",
+        metavar="SECONDS",
+        type=float,
+        help="from a force to its label; the more, the better the label (0.3)",
+    )
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--list", action="store_true", help="show what is plugged in")
     what.add_argument(

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["Stopped", "stoppable"]
+__all__ = ["Stopped", "stoppable", "unbroken"]
 
 #: What else ends a program besides Ctrl+C; Windows has no SIGHUP.
 SIGNALS = ("SIGTERM", "SIGHUP")
@@ -49,3 +49,24 @@ def stoppable() -> Iterator[None]:
     finally:
         for number in heard:
             signal.signal(number, signal.SIG_DFL)
+
+
+@contextmanager
+def unbroken() -> Iterator[None]:
+    """Within the block Ctrl+C waits: what would be left half done is done first."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard: list[int] = []
+    known = [signal.SIGINT, *(getattr(signal, name) for name in SIGNALS if hasattr(signal, name))]
+    before = {number: signal.getsignal(number) for number in known}
+    waiting = [number for number, handler in before.items() if callable(handler)]
+    for number in waiting:
+        signal.signal(number, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        for number in waiting:
+            signal.signal(number, before[number])
+    for number in heard[:1]:
+        signal.raise_signal(number)

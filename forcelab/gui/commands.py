@@ -235,6 +235,11 @@ _REVIEW = _group(
         "once",
     ),
 )
+_CAPTURE = _group(
+    QT_TRANSLATE_NOOP("forcelab", "Capture"),
+    ("record", QT_TRANSLATE_NOOP("forcelab", "Record, or stop and keep"), ("F9",), "once"),
+    ("discard_recording", QT_TRANSLATE_NOOP("forcelab", "Discard the recording"), ("F10",), "once"),
+)
 _HELP = _group(
     QT_TRANSLATE_NOOP("forcelab", "Help"),
     ("help", QT_TRANSLATE_NOOP("forcelab", "Keys and mouse"), ("?", "F1"), "once"),
@@ -243,7 +248,7 @@ _HELP = _group(
 
 #: Every command there is, in the order of menus and help.
 COMMANDS: tuple[Command, ...] = (
-    _FILE + _VIEW + _TIME + _PLAYING + _LABELLING + _SEGMENTS + _REVIEW + _HELP
+    _FILE + _VIEW + _TIME + _PLAYING + _LABELLING + _SEGMENTS + _REVIEW + _CAPTURE + _HELP
 )
 #: The groups, in order.
 GROUPS: tuple[str, ...] = tuple(dict.fromkeys(command.group for command in COMMANDS))

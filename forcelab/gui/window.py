@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import asking, settings, theme
+from forcelab.gui.capture.tab import CaptureTab
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
@@ -67,6 +68,7 @@ class Window(QMainWindow):
         self.opening = Opening(self.document, self.jobs, self, remembering=remembering)
         self.label = LabelWorkspace(self.document, self.jobs, self)
         self.review = ReviewTab(self.document, self.jobs, self.label)
+        self.capture = CaptureTab(self.document, self.jobs)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome()
         self._tabs = QTabWidget()
@@ -74,7 +76,11 @@ class Window(QMainWindow):
         self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName(self.tr("Workspaces"))
         self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
-        built: dict[str, QWidget] = {"label": self.label, "review": self.review}
+        built: dict[str, QWidget] = {
+            "label": self.label,
+            "review": self.review,
+            "capture": self.capture,
+        }
         for workspace in WORKSPACES:
             self._tabs.addTab(built.get(workspace.name) or coming(workspace), workspace.title())
         self._tabs.currentChanged.connect(self._workspace_changed)
@@ -156,6 +162,7 @@ class Window(QMainWindow):
         self._look.stop()
         self._listing.stop()
         self.label.let_go()
+        self.capture.let_go()  # before the jobs: one of them may be keeping a recording
         self.jobs.close()
         self.document.close()
         super().closeEvent(event)
@@ -226,11 +233,12 @@ class Window(QMainWindow):
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
         label = verbs.handlers(document, self.label.tracks, self.label.player, self)
         dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands)
-        return handlers | label | dialogs | self.review.handlers()
+        return handlers | label | dialogs | self.review.handlers() | self.capture.handlers()
 
     def _workspace_changed(self, index: int) -> None:
-        """Lend timeline and video to the workspace in front."""
+        """Lend timeline and video to the workspace in front; build it, the first time."""
         self.review.come_to_front(WORKSPACES[index].name == "review")
+        self.capture.come_to_front(WORKSPACES[index].name == "capture")
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""

@@ -36,17 +36,7 @@ class Workspace:
 WORKSPACES = (
     Workspace("label", str(QT_TRANSLATE_NOOP("forcelab", "Label"))),
     Workspace("review", str(QT_TRANSLATE_NOOP("forcelab", "Review"))),
-    Workspace(
-        "capture",
-        str(QT_TRANSLATE_NOOP("forcelab", "Capture")),
-        str(
-            QT_TRANSLATE_NOOP(
-                "forcelab",
-                "Here forces and video will be captured from the tongs. Until then "
-                "recordings are imported (File, Import).",
-            )
-        ),
-    ),
+    Workspace("capture", str(QT_TRANSLATE_NOOP("forcelab", "Capture"))),
     Workspace(
         "tradeoff",
         str(QT_TRANSLATE_NOOP("forcelab", "Trade-off")),

@@ -119,6 +119,11 @@ class OnlineRecogniser:
         return None if self._stages is None else self._stages.budget
 
     @property
+    def step(self) -> float | None:
+        """Seconds between two labels; None before the device's period is known."""
+        return None if self._stages is None else self._grid.step
+
+    @property
     def early(self) -> tuple[Early, ...]:
         """The scales that are estimated, by the recogniser's rate until the device's is known."""
         recogniser = self.recogniser

@@ -181,4 +181,5 @@ def test_stamps_increase_and_never_lie_after_the_arrival_by_more_than_a_burst(
     assert np.isfinite(found.host).all()
     for first, last in zip(found.stretches, [*found.stretches[1:], len(ticks)], strict=True):
         assert (np.diff(found.host[first:last]) > 0).all()
-    assert np.abs(found.host - true).max() < 0.02
+    # A handful of samples in one burst tells no rate.
+    assert np.abs(found.host - true).max() < (0.02 if len(true) > 20 else 0.05)

@@ -8,6 +8,8 @@ import time
 import psutil
 import pytest
 
+from forcelab.cli.stopping import unbroken
+
 
 @pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path, sent):
@@ -28,3 +30,18 @@ def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path,
     assert said == "forcelab: stopped; nothing was left half done.\n"
     assert running.returncode == 128 + number
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_must_not_be_cut_is_done_before_ctrl_c_is_heard():
+    done = []
+    before = signal.getsignal(signal.SIGINT)
+
+    def interrupted():
+        with unbroken():
+            signal.raise_signal(signal.SIGINT)
+            done.append("all")
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert done == ["all"]
+    assert signal.getsignal(signal.SIGINT) is before

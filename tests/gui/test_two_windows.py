@@ -51,7 +51,7 @@ def window(app, path):
         document.close()
 
 
-def broken(*_):
+def broken(*_, **__):
     raise InputError("The disk is gone.")
 
 

@@ -1,0 +1,1 @@
+"""The Capture workspace: sensors and cameras live, and recordings into the project."""

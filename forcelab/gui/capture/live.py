@@ -1,0 +1,205 @@
+"""The live view: one lane a channel over the last seconds, and the track that is marked live."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from forcelab.capture.reader import DeviceState
+from forcelab.gui.capture.columns import Scale, columns_of
+from forcelab.gui.capture.session import Phase, Session
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.tracks import Look, paint_track
+from forcelab.gui.label.force_curves import Canvas
+from forcelab.gui.label.swatches import look_of
+from forcelab.gui.theme import colours, themes
+from forcelab.signals.envelope import Extremes
+
+__all__ = ["LiveView"]
+
+#: Seconds that are shown.
+SECONDS = 10.0
+#: Pixels: least height of a lane, free space above and below a curve, the track, the ruler.
+LANE, INSET, TRACK, RULER = 26, 3, 20, 20
+
+
+class LiveView(QWidget):
+    """What comes from the devices, 30 times a second while it can be seen.
+
+    Parameters
+    ----------
+    session : Session
+    parent : QWidget, optional
+    """
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self._scales: dict[tuple[int, int], Scale] = {}
+        self.setAccessibleName(self.tr("Live channels"))
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        session.ticked.connect(self._ticked)
+        session.changed.connect(self._changed)
+        themes().changed.connect(self.update)
+
+    def sizeHint(self) -> QSize:
+        """Room for six lanes."""
+        return QSize(520, 6 * 56 + TRACK + RULER)
+
+    def minimumSizeHint(self) -> QSize:
+        """The least room for the lanes that there are."""
+        lanes = sum(len(device.channels) for device in self._devices())
+        return QSize(280, max(lanes, 4) * LANE + TRACK + RULER)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw everything anew: everything has moved."""
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(colours().background))
+        if not self._session.connected:
+            self._paint_centred(painter, self._invitation(), colours().muted)
+        else:
+            self._paint_live(painter)
+        if self._session.phase is Phase.COUNTING:
+            face = self.font()
+            face.setPointSizeF(face.pointSizeF() * 8)
+            face.setBold(True)
+            painter.setFont(face)
+            self._paint_centred(painter, str(self._session.left), colours().accent)
+        if self.hasFocus():
+            painter.setPen(QPen(QColor(colours().accent), 1))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
+        painter.end()
+
+    # Inside
+
+    def _devices(self) -> tuple[DeviceState, ...]:
+        state = self._session.state
+        return () if state is None else state.devices
+
+    def _ticked(self) -> None:
+        if self.isVisible():
+            self.update()
+
+    def _changed(self) -> None:
+        if not self._session.connected:
+            self._scales.clear()
+        self.updateGeometry()
+        self.update()
+
+    def _invitation(self) -> str:
+        """What stands where nothing is connected."""
+        if self._session.phase is Phase.CONNECTING:
+            return self.tr("Connecting…")
+        return self.tr("Tick the devices at the left and connect them: what they measure is here.")
+
+    def _paint_centred(self, painter: QPainter, text: str, colour: str) -> None:
+        painter.setPen(QColor(colour))
+        box = self.rect().adjusted(24, 24, -24, -24)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap, text)
+
+    def _paint_live(self, painter: QPainter) -> None:
+        devices, windows = self._devices(), self._session.latest(SECONDS)
+        lanes = sum(len(device.channels) for device in devices)
+        metrics = self.fontMetrics()
+        gutter = 12 + metrics.horizontalAdvance("opening  −0000.0 Nmm")
+        plot = QRectF(gutter, 0, max(self.width() - gutter, 50), self.height() - TRACK - RULER)
+        now = time.monotonic()
+        canvas = Canvas(plot, self.devicePixelRatioF())
+        # Columns stand at multiples of their width, so that a curve moves and does not shimmer.
+        step = SECONDS / canvas.width
+        newest = math.floor(now / step)
+        edges = (newest - canvas.width + np.arange(canvas.width + 1, dtype=np.float64)) * step
+        axis = Axis(now - SECONDS, now, plot.left(), plot.right())
+        self._paint_begin(painter, plot, axis)
+        height = plot.height() / max(lanes, 1)
+        lane = 0
+        for number, (device, (_, times, values)) in enumerate(zip(devices, windows, strict=False)):
+            holds = device.rate == 0 and math.isnan(device.residual)
+            low, high = columns_of(times, values, edges, holds)
+            for column, channel in enumerate(device.channels):
+                box = QRectF(plot.left(), lane * height, plot.width(), height)
+                colour = QColor(colours().curves[lane % len(colours().curves)])
+                scale = self._scales.setdefault((number, column), Scale())
+                seen_low, seen_high = low[:, column], high[:, column]
+                if np.isfinite(seen_low).any():
+                    scale.fit(float(np.nanmin(seen_low)), float(np.nanmax(seen_high)), now)
+                up = Axis(scale.low, scale.high, box.bottom() - INSET, box.top() + INSET)
+                self._paint_lane(painter, box, up, lane)
+                latest = float(values[-1, column]) if len(values) else math.nan
+                self._paint_name(painter, box, channel.name, channel.unit, latest, colour)
+                found = Extremes(seen_low, seen_high)
+                canvas.draw(found, up, colour, (box.top() + 1, box.bottom() - 1))
+                lane += 1
+        canvas.paint(painter)
+        self._paint_track(painter, plot, axis, now)
+        self._paint_ruler(painter, plot)
+
+    def _paint_begin(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
+        """Show since when it is recorded."""
+        if not self._session.recording:
+            return
+        left = max(axis.at(self._session.begun), plot.left())
+        wash = QColor(colours().trouble)
+        wash.setAlphaF(0.07)
+        painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
+        if left > plot.left():
+            painter.setPen(QPen(QColor(colours().trouble), 1))
+            painter.drawLine(QLineF(left, 0, left, plot.height()))
+
+    def _paint_lane(self, painter: QPainter, box: QRectF, up: Axis, lane: int) -> None:
+        """The line at zero, and the one between two lanes."""
+        if lane:
+            painter.setPen(QPen(QColor(colours().frame), 1))
+            painter.drawLine(QLineF(0, box.top(), box.right(), box.top()))
+        if up.start < 0 < up.end:
+            painter.setPen(QPen(QColor(colours().grid), 1))
+            y = round(up.at(0.0)) + 0.5
+            painter.drawLine(QLineF(box.left(), y, box.right(), y))
+
+    def _paint_name(
+        self, painter: QPainter, box: QRectF, name: str, unit: str, value: float, colour: QColor
+    ) -> None:
+        """What a lane shows, and its latest value."""
+        gutter = QRectF(8, box.top(), box.left() - 14, box.height())
+        painter.fillRect(QRectF(0, box.top() + 3, 3, box.height() - 6), colour)
+        painter.setPen(QColor(colours().text))
+        middle = Qt.AlignmentFlag.AlignVCenter
+        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignLeft, name)
+        painter.setPen(QColor(colours().muted))
+        number = "–" if math.isnan(value) else f"{value:.1f}".replace("-", "\N{MINUS SIGN}")
+        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, f"{number} {unit}".strip())
+
+    def _paint_track(self, painter: QPainter, plot: QRectF, axis: Axis, now: float) -> None:
+        """What is marked live."""
+        box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), TRACK - 2)
+        segments = self._session.marks.track(now, axis.start)
+        vocabulary = self._session.vocabulary
+        looks: dict[str, Look] = {s.action: look_of(vocabulary, s.action) for s in segments}
+        painter.save()
+        painter.setClipRect(box)
+        paint_track(painter, box, axis, segments, looks=looks, theme=colours())
+        painter.restore()
+        painter.setPen(QColor(colours().muted))
+        gutter = QRectF(8, box.top(), plot.left() - 14, box.height())
+        painter.drawText(
+            gutter, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self.tr("Marks")
+        )
+
+    def _paint_ruler(self, painter: QPainter, plot: QRectF) -> None:
+        """Seconds before now."""
+        painter.setPen(QColor(colours().muted))
+        metrics = self.fontMetrics()
+        y = self.height() - (RULER - metrics.capHeight()) / 2
+        for ago in range(0, int(SECONDS) + 1, 2):
+            x = plot.right() - ago / SECONDS * plot.width()
+            text = "0 s" if not ago else f"\N{MINUS SIGN}{ago}"
+            width = metrics.horizontalAdvance(text)
+            left = min(x - width / 2, plot.right() - width - 4)
+            painter.drawText(QPointF(left, y), text)

@@ -1,0 +1,154 @@
+"""How devices and cameras do: a line each, and a line for each alarm."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
+
+from forcelab.capture.camera import CameraState
+from forcelab.capture.reader import DeviceState
+from forcelab.capture.recorder import RecorderState
+from forcelab.gui.capture.session import Session
+from forcelab.gui.theme import colours, themes
+
+__all__ = ["Standing", "alarms_of"]
+
+
+class Standing(QWidget):
+    """Lines of text, told anew five times a second.
+
+    Parameters
+    ----------
+    session : Session
+    parent : QWidget, optional
+    """
+
+    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._session = session
+        self.setAccessibleName(self.tr("Devices and alarms"))
+        self.alarms, self.facts, self.sentences = _line(), _line(), _line()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(8, 4, 8, 4)
+        column.setSpacing(4)
+        for line in (self.alarms, self.facts, self.sentences):
+            column.addWidget(line)
+        self._told: RecorderState | None = None
+        session.ticked.connect(self._ticked)
+        session.changed.connect(self.refresh)
+        session.said.connect(self.refresh)
+        themes().changed.connect(self._colour)
+        self._colour()
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Say how it is now, where that can be seen."""
+        state = self._told = self._session.state
+        _show(self.alarms, "" if state is None else "\n".join(alarms_of(state)))
+        _show(self.facts, "" if state is None else "\n".join(_facts(state)))
+        told = [sentence for sentence, _ in self._session.sentences]
+        _show(self.sentences, "\n".join(told))
+
+    def _ticked(self) -> None:
+        """Most frames bring samples and no news."""
+        if self._session.state is not self._told:
+            self.refresh()
+
+    def _colour(self) -> None:
+        for line, colour in (
+            (self.alarms, colours().trouble),
+            (self.facts, colours().muted),
+            (self.sentences, colours().text),
+        ):
+            palette = QPalette(self.palette())
+            palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
+            line.setPalette(palette)
+
+
+def alarms_of(state: RecorderState) -> list[str]:
+    """What is wrong, a sentence each.
+
+    Parameters
+    ----------
+    state : RecorderState
+    """
+    translate = QCoreApplication.translate
+    words = {
+        "unplugged": translate("forcelab", "{0} is unplugged; plug it in again."),
+        "stalled": translate("forcelab", "{0} sends nothing; look at its cable."),
+        "saturation": translate("forcelab", "{0} is saturated: the force is beyond its range."),
+        "lost samples": translate("forcelab", "{0} loses samples; they are gaps."),
+        "drift": translate("forcelab", "{0}: its clock and the computer's do not fit."),
+        "no picture": translate("forcelab", "{0} gives no picture; look at its cable."),
+        "not written": translate("forcelab", "{0}: its frames cannot be written to the disk."),
+    }
+    ones = [(device.name, device.alarms) for device in state.devices]
+    ones += [(camera.name, camera.alarms) for camera in state.cameras]
+    found = [
+        "\N{WARNING SIGN} " + words.get(alarm, "{0}").format(_short(name))
+        for name, alarms in ones
+        for alarm in alarms
+    ]
+    if state.in_memory:
+        text = translate("forcelab", "The disk refuses {0:.1f} MB; they are kept in memory.")
+        found.append("\N{WARNING SIGN} " + text.format(state.in_memory / 1e6))
+    return found
+
+
+def _facts(state: RecorderState) -> list[str]:
+    """How each device and camera does, in a line."""
+    return [*map(_device, state.devices), *map(_camera, state.cameras)]
+
+
+def _device(device: DeviceState) -> str:
+    """Rate, samples and clock."""
+    translate = QCoreApplication.translate
+    parts = [_short(device.name)]
+    if device.rate > 0:
+        parts.append(f"{device.rate:.1f} Hz")
+    counts = translate("forcelab", "{samples} samples, {lost} lost")
+    parts.append(counts.format(samples=_thousands(device.samples), lost=_thousands(device.lost)))
+    if math.isfinite(device.residual):
+        # An offset is only worth a look as a change: the rate says how fast it changes.
+        text = translate("forcelab", "clock {ppm:+.0f} ppm, ±{ms:.2f} ms, zero at {zero:.3f} s")
+        ppm = 1e6 * (device.clock_rate - 1) if math.isfinite(device.clock_rate) else 0.0
+        parts.append(text.format(ppm=ppm, ms=1000 * device.residual, zero=device.offset))
+    return " · ".join(parts)
+
+
+def _camera(camera: CameraState) -> str:
+    """Rate and frames."""
+    text = QCoreApplication.translate("forcelab", "{frames} frames, {dropped} dropped")
+    counts = text.format(frames=_thousands(camera.frames), dropped=_thousands(camera.dropped))
+    return " · ".join([camera.name, f"{camera.rate:.1f} Hz", counts])
+
+
+def _short(name: str) -> str:
+    """A device's name without its options."""
+    return name.partition("?")[0]
+
+
+def _thousands(number: int) -> str:
+    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+
+
+def _line() -> QLabel:
+    """A text of several lines that leaves the layout alone as it changes."""
+    label = QLabel()
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(True)
+    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    return label
+
+
+def _show(label: QLabel, text: str) -> None:
+    """Show a text; nothing is laid out anew where it is the same."""
+    if label.text() != text:
+        label.setText(text)
+        label.setAccessibleName(text)
+    if label.isHidden() == bool(text):
+        label.setVisible(bool(text))

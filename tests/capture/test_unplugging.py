@@ -1,0 +1,105 @@
+"""Unplugged and plugged in again, over a real pty: one demonstration, gaps where they were."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+from fake_devices import eventually
+
+from forcelab.capture.devices import device_named
+from forcelab.capture.keeping import CAPTURES
+from forcelab.capture.recorder import Recorder
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.demonstration import GAP_PERIODS
+from forcelab.project import Project
+
+#: How often it is unplugged within one recording; more often when asked, as each takes a second.
+UNPLUGS = int(os.environ.get("FORCELAB_UNPLUGS", "2"))
+#: Seconds by which stamps may be late on a loaded machine: all that arrives in a stretch is late.
+NEAR = 0.3
+
+
+def counting(times):
+    """A reading that counts milliseconds of the device's clock, in two parts, beside a constant."""
+    counts = np.round(times * 1000).astype(np.int64)
+    return np.stack([counts % 8000, counts // 8000, np.full_like(counts, 5)], axis=1)
+
+
+@pytest.fixture
+def project(tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        return made.path
+
+
+def pulled(recorder, daq, seconds):
+    """Pull the cable for some seconds; gives when, on the host's clock."""
+    daq.unplug()
+    gone = time.monotonic()
+    eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
+    time.sleep(seconds)
+    daq.replug()
+    back = time.monotonic()
+    eventually(lambda: recorder.state().devices[0].plugged)
+    return gone, back
+
+
+def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
+    times_pulled = []
+    with VirtualOptoForce(counting, clock_ppm=150) as daq:
+        device = device_named(f"optoforce:{daq.port}")
+        with Recorder(project, [device]) as recorder:
+            recorder.start("LEGO")
+            for turn in range(UNPLUGS):
+                samples = recorder.state().devices[0].samples
+                eventually(lambda s=samples: recorder.state().devices[0].samples >= s + 300)
+                times_pulled.append(pulled(recorder, daq, 0.02 * (turn % 5)))
+            samples = recorder.state().devices[0].samples
+            eventually(lambda: recorder.state().devices[0].samples >= samples + 300)
+            said = recorder.remarks()
+            kept = recorder.stop()
+    assert sum("is back after" in sentence for sentence in said) == UNPLUGS
+    assert device.connections == UNPLUGS + 1
+    how_often = "once" if UNPLUGS == 1 else f"{UNPLUGS} times"
+    assert any(f"was unplugged {how_often}" in remark for remark in kept.remarks)
+    with Project.open(project) as opened:
+        assert [one.name for one in opened.demonstrations()] == ["LEGO 01"]
+        d = opened.load("LEGO 01")
+        times, signals = np.array(d.times), np.array(d.signals)
+        start = float(opened.stamps(d.id)["start"])
+    assert len(times) >= 300 * (UNPLUGS + 1)
+    assert np.isfinite(signals).all()
+    assert len(d.gaps) == UNPLUGS
+    for (begin, end), (gone, back) in zip(d.gaps, times_pulled, strict=True):
+        assert begin == pytest.approx(gone - start, abs=NEAR)
+        assert end > back - start - 0.01
+        assert end - begin > GAP_PERIODS * d.period
+    # The clock of the device went on meanwhile: what it counted says how long each gap was.
+    truth = (signals[:, 1] * 8000 + signals[:, 0]) / 1000 / (1 + 150e-6)
+    assert np.ptp(truth - times) < NEAR
+    assert list((project / CAPTURES).iterdir()) == []
+
+
+def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project):
+    with VirtualOptoForce(counting) as left, VirtualOptoForce(counting, serial="ISE999ZZ") as right:
+        devices = [device_named(f"optoforce:{daq.port}") for daq in (left, right)]
+        with Recorder(project, devices) as recorder:
+            recorder.start("LEGO")
+            for _ in range(2):
+                count = recorder.state().devices[1].samples
+                eventually(lambda c=count: recorder.state().devices[1].samples >= c + 200)
+                right.unplug()
+                eventually(lambda: "unplugged" in recorder.state().devices[1].alarms)
+                right.replug()
+                eventually(lambda: recorder.state().devices[1].plugged)
+            count = recorder.state().devices[1].samples
+            eventually(lambda: recorder.state().devices[1].samples >= count + 200)
+            recorder.stop()
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        signals = np.array(d.signals)
+    missing = np.isnan(signals[:, 3])
+    assert np.isfinite(signals[:, :3]).all()
+    assert np.count_nonzero(np.diff(missing.astype(int)) == 1) == 2
+    assert not missing[0]
+    assert not missing[-1]

@@ -1,0 +1,197 @@
+"""Recording with a recogniser that labels the stream as it comes, from virtual DAQs."""
+
+import os
+import re
+import subprocess
+import sys
+from contextlib import ExitStack, contextmanager
+
+import numpy as np
+import pytest
+from fake_devices import FakeDevice, FakeEncoder
+from synthetic import synthetic_set
+from trained_project import FAST
+
+from forcelab.assets import asset
+from forcelab.capture.calibration import read_calibrations
+from forcelab.capture.following import Following
+from forcelab.capture.replaying import sensors_of
+from forcelab.capture.ring import Ring
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_streams import rows
+from forcelab.labels import to_codes
+from forcelab.project import Project
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.latency import with_latency
+from forcelab.recognition.storage import save
+from forcelab.recognition.training import train
+
+CALIBRATION = asset("calibrations", "3-axis-40N.toml")
+LATENCY = 0.3
+
+
+@pytest.fixture(scope="module")
+def three():
+    return synthetic_set(3)
+
+
+@pytest.fixture(scope="module")
+def recogniser(three):
+    return train([Labelled(*one) for one in three[:2]], FAST.replace(stride=10, max_scale=512.0))
+
+
+@pytest.fixture(scope="module")
+def file(recogniser, tmp_path_factory):
+    path = tmp_path_factory.mktemp("trained") / "tiny.skops"
+    save(recogniser, path)
+    return path
+
+
+@contextmanager
+def tongs(demonstration):
+    """Two virtual DAQs that play a demonstration; gives what capture is told of them."""
+    with ExitStack() as stack:
+        words = []
+        for sensor in sensors_of(demonstration, read_calibrations(CALIBRATION)):
+            daq = VirtualOptoForce(rows(sensor.counts, 1000.0), serial=sensor.serial)
+            stack.enter_context(daq)
+            words += ["--device", f"optoforce:{daq.port}?calibration={CALIBRATION}"]
+        yield words
+
+
+def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
+    forcelab, three, recogniser, file, tmp_path
+):
+    project = tmp_path / "lab.forcelab"
+    with tongs(three[2][0]) as devices:
+        said = forcelab(
+            "capture", project, *devices, "--task", "foam", "--seconds", "4", "--json",
+            "--recogniser", file, "--latency", LATENCY,
+        )  # fmt: skip
+    assert said.status == 0, said.err
+    told = said.json["recognised"]
+    with Project.open(project) as opened:
+        d = opened.load("foam 01")
+        (track,) = opened.tracks(d.id)
+        (edit,) = opened.history(d.id, track.author)
+        stated = with_latency(recogniser, d, LATENCY)
+    assert (track.author, edit.kind) == ("model tiny", "predict")
+    assert told["segments"] == len(track.segments) >= 2
+    assert told["labelled"] == pytest.approx(sum(s.duration for s in track.segments) / d.duration)
+    assert told["after"]["p99"] >= told["after"]["median"] >= LATENCY
+    assert told["cpu"] > 0
+    # The stamps of the demonstration are made of all arrivals, those of the stream of the arrivals
+    # until then, and the recording's first samples precede the stream's: edges may lie apart.
+    codes = to_codes(track.segments, stated.times, recogniser.actions)
+    assert np.mean(codes == stated.codes) >= 0.95
+    # Without a terminal each segment is told as it ends, on the recording's clock.
+    lines = re.findall(r"^ *(\d+\.\d\d) +(\d+\.\d\d)  (\w+)  (\d\.\d\d)$", said.err, re.M)
+    assert [line[2] for line in lines] == [s.action for s in track.segments]
+    for line, segment in zip(lines, track.segments, strict=True):
+        assert float(line[1]) == pytest.approx(segment.end, abs=0.1)
+        assert 0.5 < float(line[3]) <= 1
+
+
+def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(three, file, tmp_path):
+    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "2", "--recogniser", file]
+    leader, follower = os.openpty()
+    with tongs(three[2][0]) as devices:
+        child = subprocess.Popen(
+            [sys.executable, "-m", "forcelab", "capture", *map(str, words), *devices],
+            stdout=subprocess.PIPE, stderr=follower, text=True,
+        )  # fmt: skip
+        os.close(follower)
+        shown = b""
+        while True:
+            try:
+                more = os.read(leader, 4096)
+            except OSError:  # so a pty says that the other end is closed
+                break
+            if not more:
+                break
+            shown += more
+        out, _ = child.communicate(timeout=60)
+    os.close(leader)
+    assert child.returncode == 0, shown
+    assert re.search(r"still \d\.\d\d  \|  \d\.\d s  \|  \d+ samples", shown.decode())
+    first, second = out.splitlines()
+    assert first.startswith("'foam 01'")
+    assert re.fullmatch(
+        r"Recognised by 'model tiny': \d+ segments?, \d+ % labelled, labels 0\.\d\d s after the "
+        r"force \(99 %: \d\.\d\d s\), [\d.]+ % of a core\.",
+        second,
+    )
+
+
+def test_what_cannot_be_recognised_is_one_sentence_and_makes_no_project(
+    forcelab, three, file, tmp_path
+):
+    project = tmp_path / "lab.forcelab"
+    words = ["capture", project, "--task", "foam", "--seconds", "1"]
+    with tongs(three[2][0]) as devices:
+        said = forcelab(*words, *devices, "--recogniser", tmp_path / "none.skops")
+        assert "none.skops" in said.sentence
+        said = forcelab(*words, *devices, "--latency", "1")
+        assert "--recogniser" in said.sentence
+        said = forcelab(*words, *devices, "--recogniser", file, "--latency", "-1")
+        assert "latency" in said.sentence
+        said = forcelab(*words, *devices[:2], "--recogniser", file)
+        assert "tangential 2" in said.sentence
+    assert not project.exists()
+
+
+class Rings:
+    """Devices whose samples a test gives."""
+
+    def __init__(self, *devices):
+        self.devices = devices
+        self.rings = [Ring(10_000, len(device.channels)) for device in devices]
+        self.following = Following(devices, lambda i, number: self.rings[i].since(number))
+
+    def give(self, device, times, values):
+        columns = len(self.devices[device].channels)
+        values = np.broadcast_to(np.asarray(values, dtype=float)[..., None], (len(times), columns))
+        self.rings[device].extend(np.asarray(times, dtype=float), values)
+
+
+def test_samples_of_two_devices_are_joined_as_far_as_both_have_told():
+    there = Rings(FakeDevice("a"), FakeDevice("b"))
+    t = np.arange(200) / 1000
+    there.give(0, t, t)
+    there.give(1, t[:100] + 4e-4, t[:100] + 4e-4)
+    times, values = there.following.read()
+    assert times[-1] == pytest.approx(0.099)
+    there.give(1, t[100:] + 4e-4, t[100:] + 4e-4)
+    later, more = there.following.read()
+    times, values = np.concatenate([times, later]), np.concatenate([values, more])
+    np.testing.assert_allclose(times, t, atol=1e-12)
+    np.testing.assert_array_equal(values[:, 0], t)
+    np.testing.assert_allclose(values[1:, 3], t[1:], atol=1e-12)
+
+
+def test_a_device_that_is_silent_is_not_waited_for_and_one_that_holds_never_is():
+    encoder = FakeEncoder()
+    there = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
+    there.give(2, [-5.0], [7.0])
+    there.following.skip([ring.latest(0.0) for ring in there.rings])
+    t = np.arange(1000) / 1000
+    there.give(0, t, t)
+    times, values = there.following.read()
+    assert times[-1] == pytest.approx(0.749)
+    assert np.isnan(values[:, 3:6]).all()
+    assert (values[:, 6] == 7).all()
+    times, _ = there.following.read(ended=True)
+    assert times[-1] == t[-1]
+
+
+def test_stamps_increase_when_the_clock_is_set_back_and_no_sample_is_left_out():
+    there = Rings(FakeDevice("a"))
+    t = np.arange(100) / 1000
+    there.give(0, t, t)
+    first, _ = there.following.read()
+    there.give(0, t + 0.095, t)
+    second, _ = there.following.read()
+    times = np.concatenate([first, second])
+    assert len(times) == 200
+    assert (np.diff(times) > 0).all()
+    assert times[-1] == pytest.approx(0.194)

@@ -1,0 +1,259 @@
+"""The Capture workspace in the whole window, with virtual devices on real pseudo-terminals."""
+
+import sys
+from subprocess import run
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from forcelab.capture.keeping import CAPTURES, unfinished
+from forcelab.capture.recorder import Recorder
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.gui.app import Start
+from forcelab.gui.capture.columns import Scale, columns_of
+from forcelab.gui.capture.marks import LiveMarks
+from forcelab.gui.capture.session import Phase
+from forcelab.gui.window import Window
+from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
+
+#: Seconds that something may take on a busy machine.
+PATIENCE = 30.0
+
+
+def source(times):
+    """Counts of three axes, with noise so that nothing stands still."""
+    phase = 2 * np.pi * np.asarray(times)
+    axes = [2000 * np.sin(phase), 1000 * np.cos(phase), 3000 * np.sin(0.5 * phase)]
+    return np.stack(axes, axis=1).astype(np.int64)
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        project.set_vocabulary("LEGO", Vocabulary().with_actions("grab", "pull"))
+    return path
+
+
+@pytest.fixture
+def tongs():
+    with VirtualOptoForce(source) as device:
+        yield device
+
+
+@pytest.fixture(autouse=True)
+def _nothing_else_is_plugged_in(monkeypatch):
+    monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
+    monkeypatch.setattr("forcelab.capture.ports.cameras", lambda: ())
+
+
+@pytest.fixture
+def window(app, study, until):
+    made = Window("Ann", remembering=False)
+    made.resize(1100, 700)
+    made.show()
+    made.begin(Start(project=study, workspace="capture"))
+    until(lambda: made.settled)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def connected(window, tongs, until):
+    """The workspace with the tongs connected, and samples coming."""
+    page = window.capture.workspace
+    page.task.setCurrentText("LEGO")
+    page.sources.add(f"optoforce:{tongs.port}")
+    page.connect_button.click()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
+    return page
+
+
+def recorded(window, page, until, samples=150):
+    """Press the key and wait until so many samples are in the recording."""
+    window.commands["record"].trigger()
+    until(lambda: page.session.recording, PATIENCE)
+    until(lambda: page.session._recorder.state().devices[0].samples > samples, PATIENCE)
+
+
+def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
+    window, connected, until, study
+):
+    page = connected
+    assert page.name.placeholderText() == "LEGO 01"
+    recorded(window, page, until, 60)
+    assert window.focusWidget() is page.live or not window.isActiveWindow()
+    QTest.keyPress(page.live, Qt.Key.Key_2)
+    QTest.keyPress(page.live, Qt.Key.Key_X)  # marks nothing
+    before = page.session._recorder.state().devices[0].samples
+    until(lambda: page.session._recorder.state().devices[0].samples > before + 100, PATIENCE)
+    assert page.session.marks.track(1e12)[-1].action == "pull"
+    QTest.keyRelease(page.live, Qt.Key.Key_2)
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert [info.name for info in window.document.infos] == ["LEGO 01"]
+    assert "'LEGO 01' is kept" in page.standing.sentences.text()
+    assert page.name.placeholderText() == "LEGO 02"
+    recorded(window, page, until)
+    window.commands["discard_recording"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert page.name.placeholderText() == "LEGO 02"
+    assert not list((study / CAPTURES).iterdir())
+    with Project.open(study) as project:
+        [info] = project.demonstrations()
+        [track] = project.tracks(info.id)
+        assert info.task == "LEGO"
+        assert track.author == "Ann"
+        [segment] = track.segments
+        assert segment.action == "pull"
+        assert segment.start > 0.05
+        assert segment.duration > 0.05
+
+
+def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
+    window, connected, tongs, until
+):
+    page = connected
+    page.countdown.setCurrentIndex(1)
+    window.commands["record"].trigger()
+    assert page.session.phase is Phase.COUNTING
+    assert page.session.left == 3
+    window.commands["discard_recording"].trigger()
+    assert page.session.phase is Phase.READY
+    page.countdown.setCurrentIndex(0)
+    recorded(window, page, until, 10)
+    tongs.unplug()
+    until(lambda: "is unplugged" in page.standing.alarms.text(), PATIENCE)
+    assert page.standing.alarms.isVisible()
+    tongs.replug()
+    until(lambda: "is unplugged" not in page.standing.alarms.text(), PATIENCE)
+    window.document.project.path.rename(window.document.project.path.with_suffix(".away"))
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.STUCK, PATIENCE)
+    assert page.record_button.isEnabled()
+    window.document.project.path.with_suffix(".away").rename(window.document.project.path)
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert len(window.document.infos) == 1
+
+
+def test_a_window_that_is_closed_while_recording_keeps_the_recording(
+    window, connected, until, study
+):
+    recorded(window, connected, until)
+    window.close()
+    assert unfinished(study) == ()
+    with Project.open(study) as project:
+        [info] = project.demonstrations()
+        assert len(project.load(info.id).times) > 100
+
+
+def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, tongs):
+    page = window.capture.workspace
+    page.sources.add(f"optoforce:{tongs.port}")
+    page.connect_button.click()
+    assert page.session.phase is Phase.CONNECTING
+    window.close()  # that no thread is left is looked at after every test
+    assert not page.session.connected
+
+
+def test_a_project_that_is_left_while_recording_gets_the_recording(
+    window, connected, until, study, tmp_path
+):
+    Project.create(tmp_path / "other.forcelab").close()
+    recorded(window, connected, until)
+    window.opening.open(tmp_path / "other.forcelab")
+    until(lambda: connected.session.phase is Phase.APART, PATIENCE)
+    assert window.document.infos == ()
+    with Project.open(study) as project:
+        assert len(project.demonstrations()) == 1
+
+
+def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, until, tmp_path):
+    page = window.capture.workspace
+    window.commands["record"].trigger()
+    assert "Connect the devices" in page.standing.sentences.text()
+    page.connect_button.click()
+    assert "Tick a device" in page.standing.sentences.text()
+    page.sources.add(f"optoforce:{tmp_path / 'none'}")
+    page.connect_button.click()
+    until(lambda: page.session.phase is Phase.APART, PATIENCE)
+    assert not window.capture.workspace.record_button.isEnabled()
+    assert str(tmp_path / "none") in page.standing.sentences.text()
+    assert page.connect_button.isEnabled()
+
+
+def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, until):
+    from fake_devices import FakeDevice, eventually
+
+    with Recorder(study, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: recorder.state().devices[0].samples > 100)
+    window = Window("Ann", remembering=False)
+    window.show()
+    window.begin(Start(project=study, workspace="capture"))
+    page = window.capture.workspace
+    try:
+        assert page.recover_button.isVisible()
+        page.recover_button.click()
+        until(lambda: page.session.phase is Phase.APART, PATIENCE)
+        assert not page.recover_button.isVisible()
+        assert [info.name for info in window.document.infos] == ["LEGO 01"]
+    finally:
+        window.close()
+
+
+def test_the_tab_loads_no_driver_before_it_is_shown():
+    script = (
+        "import sys, forcelab.gui.capture.tab;"
+        "print(*{'serial', 'cv2', 'forcelab.capture.recorder'} & set(sys.modules))"
+    )
+    done = run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert not done.stdout.split()
+
+
+def test_columns_have_every_extreme_and_leave_gaps_open():
+    times = np.r_[0:1:0.001, 2:3:0.001]
+    values = np.random.default_rng(0).normal(size=(len(times), 2))
+    edges = np.linspace(-0.5, 3.5, 81)
+    low, high = columns_of(times, values, edges)
+    for column in range(80):
+        inside = (times >= edges[column]) & (times < edges[column + 1])
+        if not inside.any():
+            assert np.isnan(low[column]).all()
+            continue
+        assert (low[column] <= values[inside].min(axis=0)).all()
+        assert (high[column] >= values[inside].max(axis=0)).all()
+    np.testing.assert_array_equal(np.nanmin(low, axis=0), values.min(axis=0))
+    held, _ = columns_of(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
+    assert np.isnan(held[:14]).all()
+    assert (held[14:] == 7.0).all()
+
+
+def test_a_lane_grows_at_once_and_shrinks_late():
+    scale = Scale()
+    scale.fit(0.0, 10.0, 0.0)
+    assert scale.low < 0.0
+    assert scale.high > 10.0
+    scale.fit(-5.0, 20.0, 0.1)
+    assert scale.high > 20.0
+    scale.fit(0.0, 1.0, 0.2)
+    assert scale.high > 20.0
+    scale.fit(0.0, 1.0, 5.0)
+    assert scale.high < 2.0
+
+
+def test_of_several_keys_the_last_one_counts_and_the_one_below_it_goes_on():
+    marks = LiveMarks()
+    marks.press("grab", True, 1.0)
+    marks.press("pull", True, 2.0)
+    marks.press("pull", False, 3.0)
+    told = [(s.action, s.start, s.end) for s in marks.track(4.0)]
+    assert told == [("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("grab", 3.0, 4.0)]
+    marks.end(4.0)
+    assert len(marks.track(9.0)) == 3
+    assert len(marks.track(9.0, since=2.5)) == 2
