@@ -23,12 +23,15 @@ class FakeDevice:
         self.opened = self.closed = self.reopened = self.zeroed = 0
         self._said = []
         self.next, self.began = 0, 0.0
+        #: The longest that nobody read it, in seconds: no stamp can be better than that.
+        self.unread, self._read = 0.0, 0.0
 
     def open(self):
         if self.gone.is_set():
             raise InputError(f"{self.name} is not there; plug it in.")
         self.opened += 1
         self.began, self.next = time.monotonic(), 0
+        self._read = self.began
 
     def reopen(self):
         self.open()
@@ -52,6 +55,7 @@ class FakeDevice:
         if self.gone.is_set():
             raise UnpluggedError(f"{self.name} is gone; plug it in again.")
         now = time.monotonic()
+        self.unread, self._read = max(self.unread, now - self._read), now
         due = int((now - self.began) * self.rate / (1 + 1e-6 * self.ppm))
         ticks = np.arange(self.next, due, dtype=np.int64)
         self.next = max(due, self.next)

@@ -28,8 +28,9 @@ def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
     made = finish(elsewhere(elsewhere_work.counted, 5), told.append)
     assert made["sum"] == 10
     assert made["process"] != os.getpid()
-    distinct = [p for before, p in pairwise(told) if p is not before]
-    assert [p.done for p in distinct] == [1, 2, 3, 4, 5]
+    distinct = [told[0], *(p for before, p in pairwise(told) if p is not before)]
+    # The first one may say that the process is starting, if that takes time.
+    assert [p.done for p in distinct if p.text != "starting"] == [1, 2, 3, 4, 5]
     assert not psutil.pid_exists(made["process"])
 
 

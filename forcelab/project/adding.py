@@ -79,9 +79,11 @@ class _Adding:
         self.old = self.row()
         self.changed = self.old is None or self.damaged
         if self.old is None and not self.home.exists():
-            self.home.mkdir()
+            # In one step: a folder without its mark would never be known for a leftover.
+            with files.staging(self.home.parent) as marked:
+                (marked / files.UNCOMMITTED).touch()
+                marked.rename(self.home)
             self.made_home = True
-            (self.home / files.UNCOMMITTED).touch()
         self.home.mkdir(exist_ok=True)
         if self.given.truth is not None:
             self.changed |= not files.same(self.staged / TRUTH, self.home / TRUTH)
