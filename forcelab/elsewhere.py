@@ -90,6 +90,7 @@ def elsewhere(
     beginning = _Beginning(process, sender, alone)
     latest = Progress(0, 1, "starting")
     try:
+        yield latest
         while not beginning.done(SLICE):
             yield latest
         while True:
