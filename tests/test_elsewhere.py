@@ -92,7 +92,8 @@ def test_closing_ends_a_job_in_the_middle_of_what_hears_nothing():
     assert min(took) < 0.2
 
 
-def test_closing_lets_what_is_interruptible_clean_up(tmp_path):
+def test_closing_lets_what_is_interruptible_clean_up(tmp_path, monkeypatch):
+    monkeypatch.setattr("forcelab.elsewhere.GRACE", 5.0)  # the machine may be busy
     job = elsewhere(elsewhere_work.silent, tmp_path / "half")
     begun(job)
     deadline = time.monotonic() + 5
