@@ -19,7 +19,7 @@ from forcelab.review.differences import compared
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.suspicion import SUSPECT, heard, suspect_edges, suspect_segments
 
-TONGS = Path("/work/shared/data/tongs")
+TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
 ACTIONS = ORDER[:4]
 
