@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from outcomes import drawn_outcome, outcome_of, reviewed
-from painted import opened, shown
+from painted import shown
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
 from forcelab.gui.figures.confusion import ConfusionMatrix
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion import ConfusionView
 from forcelab.gui.review.confusion_painting import fitted
 from forcelab.gui.theme import DARK
@@ -17,29 +16,6 @@ from forcelab.review.certainty import Certainty
 
 ACTIONS = ("grab", "hold", "release")
 SURE = Certainty(0.0, 50.0, ACTIONS, np.full((500, 3), 204, dtype=np.uint8))
-
-
-@pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
-    with opened(tmp_path_factory.mktemp("study")) as document:
-        yield document
-
-
-@pytest.fixture
-def document(kept):
-    kept.open_demonstration(kept.infos[0].id)
-    kept.told.clear()
-    yield kept
-    kept.set_outcome(None)
-    for assignment in kept.project.assignments():
-        kept.project.unassign(assignment.demonstration, assignment.author)
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
 
 
 @pytest.fixture

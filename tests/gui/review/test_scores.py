@@ -2,12 +2,11 @@
 
 import pytest
 from outcomes import drawn_outcome, outcome_of, reviewed
-from painted import opened, shown
+from painted import shown
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.metric_words import events, rates
 from forcelab.gui.review.scores import ScoresView
 from forcelab.recognition.intervals import Intervals, intervals, look_up
@@ -15,29 +14,6 @@ from forcelab.recognition.resampling import METRICS
 from forcelab.recognition.timed import timed_counts
 
 ACTIONS = ("grab", "hold", "release")
-
-
-@pytest.fixture(scope="module")
-def kept(app, tmp_path_factory):
-    with opened(tmp_path_factory.mktemp("study")) as document:
-        yield document
-
-
-@pytest.fixture
-def document(kept):
-    kept.open_demonstration(kept.infos[0].id)
-    kept.told.clear()
-    yield kept
-    kept.set_outcome(None)
-    for assignment in kept.project.assignments():
-        kept.project.unassign(assignment.demonstration, assignment.author)
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
 
 
 @pytest.fixture
