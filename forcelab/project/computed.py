@@ -147,7 +147,7 @@ class ProjectComputed(ProjectCoding):
         Parameters
         ----------
         labels : sequence of LabelsUsed
-            Whose later edits are counted, undo and redo among them.
+            Whose later edits are counted; one that was taken back counts for nothing.
         tasks : sequence of str
             Their demonstrations that `labels` does not name are counted.
         """

@@ -17,7 +17,7 @@ from datetime import datetime
 from forcelab.project.database import Database
 from forcelab.project.records import Edit, segments_from_json
 
-__all__ = ["Line", "edit_of", "edits_of", "line_of"]
+__all__ = ["Line", "edit_of", "edits_of", "line_of", "net_edits"]
 
 _EDITS = """
     SELECT edit.*, track.demonstration, author.name AS author
@@ -34,10 +34,14 @@ class Line:
     redo: int | None = None
 
 
-def line_of(database: Database, track: int) -> Line:
-    """Where the track stands."""
+def line_of(database: Database, track: int, until: int | None = None) -> Line:
+    """Where the track stands, or stood after the edit with the number `until`."""
     head = database.one(
-        "SELECT id, kind, reverts FROM edit WHERE track = ? ORDER BY id DESC LIMIT 1", track
+        "SELECT id, kind, reverts FROM edit WHERE track = ? AND (? IS NULL OR id <= ?) "
+        "ORDER BY id DESC LIMIT 1",
+        track,
+        until,
+        until,
     )
     if head is None:
         return Line()
@@ -48,6 +52,31 @@ def line_of(database: Database, track: int) -> Line:
     if head["kind"] == "undo":
         return Line(head["id"], undo=taken["parent"], redo=head["id"])
     return Line(head["id"], undo=taken["reverts"], redo=taken["parent"])
+
+
+def net_edits(database: Database, track: int, since: int) -> int:
+    """How many edits lie between what the track was after the edit number `since` and what it is.
+
+    An edit that was taken back counts for nothing. One that is older than `since` and was taken
+    back afterwards counts as one. Below an edit on the stack lie only older ones, so that the two
+    stacks are followed downwards side by side until they meet.
+    """
+    then, now = line_of(database, track, since).undo, line_of(database, track).undo
+    count = 0
+    while then != now:
+        count += 1
+        if (now or 0) > (then or 0):
+            now = _below(database, now)
+        else:
+            then = _below(database, then)
+    return count
+
+
+def _below(database: Database, number: int | None) -> int | None:
+    """The edit to undo after this one."""
+    row = database.one("SELECT parent FROM edit WHERE id = ?", number)
+    assert row is not None
+    return None if row["parent"] is None else int(row["parent"])
 
 
 def edits_of(

@@ -15,6 +15,7 @@ from typing import Any
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database, Value
+from forcelab.project.history import net_edits
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.records import utc_now
 
@@ -138,31 +139,34 @@ class Runs:
 
     def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str]) -> int:
         """How many edits labels have had since, and demonstrations their tasks."""
-        row = self._db.one(
+        used = _json([[used.demonstration, used.author, used.edit] for used in labels])
+        edited = self._db.all(
             """
-            WITH used AS (
-                SELECT json_extract(value, '$[0]') AS demonstration,
-                       json_extract(value, '$[1]') AS author,
-                       json_extract(value, '$[2]') AS edit
-                FROM json_each(?)
+            SELECT track.id AS track, json_extract(value, '$[2]') AS edit
+            FROM json_each(?)
+            JOIN author ON author.name = json_extract(value, '$[1]')
+            JOIN track ON track.demonstration = json_extract(value, '$[0]')
+                      AND track.author = author.id
+            WHERE EXISTS (
+                SELECT 1 FROM edit
+                WHERE edit.track = track.id AND edit.id > json_extract(value, '$[2]')
             )
-            SELECT (
-                SELECT count(*) FROM used
-                JOIN author ON author.name = used.author
-                JOIN track ON track.demonstration = used.demonstration
-                          AND track.author = author.id
-                JOIN edit ON edit.track = track.id AND edit.id > used.edit
-            ) + (
-                SELECT count(*) FROM demonstration
-                WHERE task IN (SELECT value FROM json_each(?))
-                  AND id NOT IN (SELECT demonstration FROM used)
-            ) AS number
             """,
-            _json([[used.demonstration, used.author, used.edit] for used in labels]),
-            json.dumps(list(tasks)),
+            used,
         )
-        assert row is not None
-        return int(row["number"])
+        new = self._db.one(
+            """
+            SELECT count(*) AS number FROM demonstration
+            WHERE task IN (SELECT value FROM json_each(?))
+              AND id NOT IN (SELECT json_extract(value, '$[0]') FROM json_each(?))
+            """,
+            json.dumps(list(tasks)),
+            used,
+        )
+        assert new is not None
+        return int(new["number"]) + sum(
+            net_edits(self._db, row["track"], row["edit"]) for row in edited
+        )
 
     def run(self, number: int) -> StoredRun:
         """One run."""

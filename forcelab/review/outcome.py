@@ -165,9 +165,10 @@ def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | No
 
 
 def edits_since(project: Project, outcome: Outcome) -> int:
-    """How many edits the labels that were used have had since, undo and redo among them.
+    """How many edits lie between the labels that were used and those of now.
 
-    Demonstrations that have come into its tasks since count as one each. A single query.
+    Edits that were taken back count for nothing. Demonstrations that have come into its tasks
+    since count as one each.
     """
     tested = () if outcome.test_task is None else (outcome.test_task,)
     return project.edits_since(outcome.labels, (*outcome.tasks, *tested))

@@ -53,6 +53,7 @@ SETTERS = {
     "getSaveFileName",
     "getExistingDirectory",
     "getText",
+    "ask_picture",
     "question",
     "warning",
     "information",

@@ -154,7 +154,7 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
         assert outcome.find(info.id).human[0].action == before[0].action
         assert edits_since(project, outcome) == 2
         project.undo(info.id, "Ada")
-        assert edits_since(project, outcome) == 3
+        assert edits_since(project, outcome) == 1  # taken back: only the new demonstration
 
 
 def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):

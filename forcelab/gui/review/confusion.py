@@ -8,7 +8,6 @@ import numpy as np
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QHideEvent, QPalette, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QScrollArea,
@@ -30,6 +29,7 @@ from forcelab.gui.review.confusion_switches import Switches
 from forcelab.gui.review.confusion_words import as_text, sentence
 from forcelab.gui.review.rows import copy_text
 from forcelab.gui.review.seen import seen_of
+from forcelab.gui.saving import ask_picture
 from forcelab.gui.theme import colours, themes
 from forcelab.review.cells import Cells, crossing
 from forcelab.review.outcome import Outcome
@@ -110,14 +110,9 @@ class ConfusionView(QWidget):
 
     def ask_save(self) -> None:
         """Let the user name a file for the matrix."""
-        chosen, _ = QFileDialog.getSaveFileName(
-            self,
-            self.tr("Save the confusion matrix"),
-            self.tr("confusion.svg"),
-            self.tr("Pictures (*.svg *.pdf *.png)"),
-        )
-        if chosen:
-            self.save(Path(chosen))
+        title = self.tr("Save the confusion matrix")
+        if (chosen := ask_picture(self, title, self.tr("confusion.svg"))) is not None:
+            self.save(chosen)
 
     def save(self, path: Path) -> None:
         """Write the matrix as a figure, in the format that the suffix names."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QFileDialog, QLabel, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
@@ -29,6 +29,7 @@ from forcelab.gui.review.pairs_rows import (
 from forcelab.gui.review.pairs_tools import AxisStrip, LegendStrip, PairsTools
 from forcelab.gui.review.pairs_words import Looks, actions_of, missing
 from forcelab.gui.review.seen import blind_to
+from forcelab.gui.saving import ask_picture
 from forcelab.gui.shortcuts import keys
 from forcelab.review.outcome import Outcome
 from forcelab.vocabulary import Vocabulary
@@ -108,18 +109,12 @@ class PairsView(QWidget):
 
     def export(self) -> None:
         """Ask where to save the pairs, and save them in the background."""
-        chosen, _ = QFileDialog.getSaveFileName(
-            self,
-            self.tr("Export timeline pairs"),
-            SUGGESTED,
-            self.tr("Pictures (*.svg *.pdf *.png)"),
-        )
-        if chosen:
-            self.export_to(Path(chosen))
+        chosen = ask_picture(self, self.tr("Export timeline pairs"), SUGGESTED)
+        if chosen is not None:
+            self.export_to(chosen)
 
     def export_to(self, path: Path) -> None:
         """Save the pairs in the background, and say when that is done."""
-        path = path if path.suffix else path.with_suffix(".svg")
         try:
             figure = self.figure()
         except InputError as error:

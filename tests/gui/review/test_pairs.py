@@ -482,7 +482,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
 ):
     view, said = shown(), []
     study.said.connect(lambda words, trouble: said.append((words, trouble)))
-    view.export_to(tmp_path / "pairs")
+    view.export_to(tmp_path / "pairs.svg")
     until(lambda: said)
     assert said == [("Saved pairs.svg.", False)]
     view.export_to(tmp_path / "none" / "pairs.svg")

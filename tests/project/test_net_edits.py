@@ -1,0 +1,67 @@
+"""How many edits lie between two states of a track."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.labels import Segment
+from forcelab.project import Project
+from forcelab.project.made import LabelsUsed
+
+#: Where commits need not wait for a disk.
+MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
+
+
+@pytest.fixture(scope="module")
+def shared():
+    """A project in memory and the demonstration that all authors label."""
+    stamps = np.arange(500) / 1000
+    recorded = Demonstration("01", "foam", stamps, np.zeros((500, 1)), (Channel("fz", "N"),))
+    with (
+        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
+        Project.create(Path(folder) / "p.forcelab") as project,
+    ):
+        yield project, project.add(recorded).id
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from(["paint", "undo", "redo"]), max_size=14), st.integers(0, 14))
+def test_what_was_taken_back_counts_for_nothing(shared, steps, looked_at):
+    """Beside two plain stacks: what lies on one and not on the other is counted."""
+    project, demonstration = shared
+    author = f"coder {len(project.authors())}"
+    done: list[int] = []
+    undone: list[int] = []
+    used, then = LabelsUsed(demonstration, author, 0), []
+    for number, step in enumerate(steps):
+        if number == looked_at:
+            history = project.history(demonstration, author)
+            used = LabelsUsed(demonstration, author, history[-1].id if history else 0)
+            then = list(done)
+        if step == "paint":
+            before = project.track(demonstration, author).segments
+            after = (Segment(0.0, 0.1 + 0.01 * number, "grab"),)
+            project.edit(demonstration, author, before, after, f"painted {number}")
+            done.append(number)
+            undone.clear()
+        elif step == "undo" and done:
+            project.undo(demonstration, author)
+            undone.append(done.pop())
+        elif step == "redo" and undone:
+            project.redo(demonstration, author)
+            done.append(undone.pop())
+    assert project.edits_since([used]) == len(set(then) ^ set(done))
+
+
+def test_another_coders_edits_do_not_count(project: Project, make):
+    demonstration = project.add(make(1)).id
+    project.edit(demonstration, "anna", (), (Segment(0.0, 0.1, "grab"),), "painted")
+    assert project.edits_since([LabelsUsed(demonstration, "bert", 0)]) == 0
