@@ -510,7 +510,7 @@ class Painted(QObject):
 
 
 def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_first(
-    shown, monkeypatch
+    shown, until, monkeypatch
 ):
     view = shown(outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(6))), size=(600, 420))
     area = view.area
@@ -518,14 +518,13 @@ def test_a_row_that_was_skipped_is_painted_wholly_though_a_part_of_it_is_seen_fi
     area.repaint_all()
     area.viewport().repaint()  # all rows are skipped
     assert area.pictures.known("id 2") is None
-    monkeypatch.setattr(pairs_canvas, "BUDGET", 1.0)
+    monkeypatch.setattr(pairs_canvas, "BUDGET", 60.0)
     events = Painted()
     area.viewport().installEventFilter(events)
-    area._painted(2)  # as an event does that shows a part of it
-    QTest.qWait(30)
-    area.viewport().removeEventFilter(events)
     row = area.arrangement.row_box(2).toAlignedRect()
-    assert any(region.contains(row) for region in events.regions)
+    area._painted(2)  # as an event does that shows a part of it
+    until(lambda: any(part.contains(row) for part in events.regions))
+    area.viewport().removeEventFilter(events)
 
 
 def test_the_open_demonstration_is_in_view_whoever_opened_it(shown, study):
