@@ -26,9 +26,17 @@ HOMES = {
 }
 
 
+def statements(block):
+    """Those of a block and of all blocks within: expressions, most of a tree, import nothing."""
+    for node in block:
+        yield node
+        for name in ("body", "handlers", "orelse", "finalbody", "cases"):
+            yield from statements(getattr(node, name, ()))
+
+
 def imported(source):
     """The packages a file imports anywhere, also inside functions."""
-    for node in ast.walk(ast.parse(source)):
+    for node in statements(ast.parse(source).body):
         if isinstance(node, ast.Import):
             yield from (alias.name.split(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -48,18 +56,49 @@ def test_outside_packages_are_imported_in_their_own_rooms_only():
 def test_the_names_for_scripts_are_not_used_inside():
     # Through them any room could reach any other, unseen by the layers.
     for path in (ROOT / "forcelab").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in statements(ast.parse(path.read_text("utf-8")).body):
             if isinstance(node, ast.ImportFrom) and node.module == "forcelab":
                 assert [alias.name for alias in node.names] == ["__version__"], path
             elif isinstance(node, ast.Import):
                 assert "forcelab" not in [alias.name for alias in node.names], path
 
 
+HIDDEN = """
+def f():
+    import a.b
+    if f:
+        from c.d import e
+    else:
+        import g
+    try:
+        import h
+    except ImportError:
+        import i
+    else:
+        import j
+    finally:
+        import k
+    match f:
+        case 1:
+            import l
+    while f:
+        with f:
+            import m
+class C:
+    for n in f:
+        import o
+    async def p():
+        async with f:
+            import q
+"""
+
+
 def test_an_import_is_found_wherever_it_hides():
-    source = (
-        "def f():\n    import cv2.aruco\n    if f:\n        from serial.tools import list_ports"
+    every = [node for node in ast.walk(ast.parse(HIDDEN)) if isinstance(node, ast.stmt)]
+    assert set(imported(HIDDEN)) == set("acghijklmoq")
+    assert len(every) == sum(
+        isinstance(node, ast.stmt) for node in statements(ast.parse(HIDDEN).body)
     )
-    assert set(imported(source)) == {"cv2", "serial"}
 
 
 @pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)

@@ -5,40 +5,24 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.camera_device import Capture
+from forcelab.capture.frames import SILENT, FrameCount
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.matroska import MatroskaWriter
-from forcelab.errors import InputError
 
-__all__ = ["CameraReader", "CameraState", "Capture", "open_camera"]
+__all__ = ["CameraReader", "CameraState"]
 
 _POSITION_MS = 0  # OpenCV's CAP_PROP_POS_MSEC
 _QUALITY = 90  # of the JPEG pictures, in percent
 _PAUSE = 0.02  # s between two tries while there is no picture
-_SILENT = 2.0  # s without a picture after which that is said
-_INTERVALS = 30  # of which the median is the camera's period
-_LATE, _EARLY = 1.6, 0.5  # periods between two frames: one is missing, or was late
-
-
-class Capture(Protocol):
-    """What OpenCV's capture objects do."""
-
-    def read(self) -> tuple[bool, NDArray[np.uint8] | None]:
-        """Wait for the next frame: whether there is one, and its picture (blue, green, red)."""
-
-    def get(self, what: int, /) -> float:
-        """A property."""
-
-    def release(self) -> None:
-        """Let go of the camera."""
+_RETRY = 1.0  # s between two tries to find it again
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,40 +48,18 @@ class CameraState:
     alarms: tuple[str, ...]
 
 
-def open_camera(which: str) -> Capture:
-    """Open a camera.
-
-    Parameters
-    ----------
-    which : str
-        Its number, such as ``"0"``, or its device, such as ``"/dev/video0"``.
-
-    Raises
-    ------
-    InputError
-        If it cannot be opened.
-    """
-    from forcelab.video.opencv import opencv
-
-    capture = opencv().VideoCapture(int(which) if which.isdigit() else which)
-    if not capture.isOpened():
-        raise InputError(
-            f"The camera {which} cannot be opened; plug it in, close what else uses it, and see "
-            f"'forcelab capture --list' for what there is."
-        )
-    found: Capture = capture
-    return found
-
-
 class CameraReader:
     """Reads one camera.
+
+    One that falls silent is looked for until it is back, and is a gap in its video.
 
     Parameters
     ----------
     number : int
         Of the camera in the journal.
     capture : Capture
-        Open; used by this thread alone from now on.
+        Open; used by this thread alone from now on. After it fell silent, its `reopen` is called,
+        where it has that, until it gives whether it is back.
     name : str
         Such as ``"camera 0"``.
     """
@@ -111,12 +73,12 @@ class CameraReader:
         self._path: Path | None = None
         self._writer: MatroskaWriter | None = None
         self._first = 0.0
+        self._size: tuple[int, int] | None = None  # height and width of the video
         self._refused = self._silent = False
         self._remarks: list[str] = []
         self._latest: tuple[float, NDArray[np.uint8]] | None = None
-        self._steps: deque[float] = deque(maxlen=_INTERVALS)
-        self._heard, self._own = time.monotonic(), 0.0
-        self._frames = self._dropped = self._owed = 0
+        self._count = FrameCount()
+        self._heard = self._tried = time.monotonic()
         self._thread = threading.Thread(target=self._run, name=f"forcelab {name}")
         self._thread.start()
 
@@ -126,7 +88,7 @@ class CameraReader:
             self._finish_video()
             self._journal, self._path, self._refused = journal, path, False
             if journal is not None:
-                self._frames = self._dropped = self._owed = 0
+                self._count.restart()
 
     def latest(self) -> tuple[float, NDArray[np.uint8]] | None:
         """When the latest frame arrived (s, host's clock), and it: (height, width, 3), BGR."""
@@ -143,10 +105,10 @@ class CameraReader:
     def state(self) -> CameraState:
         """How the camera does."""
         with self._lock:
-            rate = 1.0 / float(np.median(self._steps)) if self._steps else 0.0
+            count = self._count
             alarms = {"no picture": self._silent, "not written": self._refused}
             told = tuple(name for name, there in alarms.items() if there)
-            return CameraState(self.name, self._frames, self._dropped, rate, told)
+            return CameraState(self.name, count.frames, count.dropped, count.rate, told)
 
     def close(self) -> None:
         """End the thread and let go of the camera."""
@@ -168,49 +130,58 @@ class CameraReader:
             own = self._capture.get(_POSITION_MS) / 1000.0
             encoded = self._encode(picture) if self._journal is not None else None
             with self._lock:
-                self._count(arrived, own)
+                self._heard_again(arrived)
+                self._count.count(arrived, own)
                 self._latest = (arrived, picture)
                 if encoded is not None and self._journal is not None:
-                    self._write(encoded, picture, arrived, own)
+                    self._write(encoded, arrived, own)
 
     def _nothing(self, now: float) -> None:
-        """No picture came; say so once it has been long."""
-        with self._lock:
-            if now - self._heard > _SILENT and not self._silent:
+        """No picture came; say so once it has been long, and look for the camera."""
+        if now - self._heard <= SILENT:
+            return
+        if not self._silent:
+            with self._lock:
                 self._silent = True
-                self._remarks.append(f"{self.name} gives no picture; look at its cable.")
+                self._count.interrupted()
+                self._say(f"{self.name} gives no picture; look at its cable.")
+        again = getattr(self._capture, "reopen", None)
+        if again is not None and now - self._tried >= _RETRY:
+            again()
+            self._tried = time.monotonic()
 
-    def _count(self, arrived: float, own: float) -> None:
-        """Count the frame, and those that are missing before it."""
-        moves = self._own > 0 and own > self._own
-        step = own - self._own if moves else arrived - self._heard
-        if self._latest is not None and step > 0:
-            period = float(np.median(self._steps)) if len(self._steps) > 4 else np.inf
-            if step > _LATE * period:
-                self._owed = max(round(step / period) - 1, 1)
-                self._dropped += self._owed
-            elif step < _EARLY * period and self._owed and not moves:
-                self._owed -= 1  # it was late, not missing
-                self._dropped -= 1
-            self._steps.append(step)
-        self._heard, self._own, self._silent = arrived, own, False
-        self._frames += 1
+    def _heard_again(self, arrived: float) -> None:
+        """A picture came, perhaps after long; holding the lock."""
+        if self._silent:
+            self._silent = False
+            self._say(f"{self.name} is back after {arrived - self._heard:.1f} s.")
+        self._heard = arrived
 
-    @staticmethod
-    def _encode(picture: NDArray[np.uint8]) -> bytes:
-        """A picture as JPEG."""
+    def _say(self, sentence: str) -> None:
+        """Say a sentence, and note it in the journal; holding the lock."""
+        self._remarks.append(sentence)
+        if self._journal is not None:
+            self._journal.note(Kind.MESSAGE, at=time.monotonic(), text=sentence)
+
+    def _encode(self, picture: NDArray[np.uint8]) -> bytes:
+        """A picture as JPEG, in the size that the video has."""
         from forcelab.video.opencv import opencv
 
         cv2 = opencv()
+        size = self._size
+        if size is not None and picture.shape[:2] != size:  # it came back with another one
+            picture = cv2.resize(picture, size[::-1])
         _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+        if size is None:
+            self._size = (picture.shape[0], picture.shape[1])
         jpeg: bytes = data.tobytes()
         return jpeg
 
-    def _write(self, jpeg: bytes, picture: NDArray[Any], arrived: float, own: float) -> None:
+    def _write(self, jpeg: bytes, arrived: float, own: float) -> None:
         """Write a frame, and its stamps into the journal."""
         try:
-            if self._writer is None and self._path is not None:
-                height, width = picture.shape[:2]
+            if self._writer is None and self._path is not None and self._size is not None:
+                height, width = self._size
                 self._writer = MatroskaWriter(self._path, width, height)
                 self._first = arrived
             if self._writer is None or self._journal is None:
@@ -230,7 +201,7 @@ class CameraReader:
 
     def _finish_video(self) -> None:
         """Close the video that is being written."""
-        writer, self._writer = self._writer, None
+        writer, self._writer, self._size = self._writer, None, None
         if writer is not None:
             with contextlib.suppress(OSError):  # what is there can be read without its end
                 writer.close()

@@ -27,6 +27,7 @@ STEP = 0.02
 _LATE = 0.005  # s behind the line, at least, of windows that say nothing of the device's clock
 _PATIENCE = 16  # late windows in a row after which it is the line that is wrong
 _SETTLED = 2.0  # s of ticks before the slope of the line is believed
+_ENOUGH = 5  # windows that may tell that the device was told a wrong rate
 _STARTING = 8  # windows that are all looked at again with each further one, as many may be late
 
 
@@ -58,7 +59,8 @@ class ArrivalClock:
     """
 
     def __init__(self, rate: float, half_life: float = HALF_LIFE, window: float = WINDOW) -> None:
-        self._told = 1.0 / rate if rate > 0 else 1e-3
+        self._told = self._promised = 1.0 / rate if rate > 0 else 1e-3
+        self._learnt = False
         self._decay = math.log(2.0) / half_life
         self._window = window
         self.stretches = 0
@@ -66,7 +68,12 @@ class ArrivalClock:
         self.restart()
 
     def restart(self) -> None:
-        """Begin a new stretch of ticks: the device was plugged in again, or its counter jumped."""
+        """Begin a new stretch of ticks: the device was plugged in again, or its counter jumped.
+
+        Its crystal is the same, so that only the offset is to be learnt anew.
+        """
+        if self._learnt:
+            self._promised = self.rate
         self.stretches += 1
         self._zero: tuple[int, float] | None = None  # ticks and host time that are counted from
         self._last: int | None = None
@@ -181,7 +188,7 @@ class ArrivalClock:
 
     def _forget(self) -> None:
         """No window has been seen."""
-        self.rate = self._told
+        self.rate, self._learnt = self._promised, False
         self._begin()
         self._starting: list[tuple[float, float]] = []
         self._late: list[tuple[float, float]] = []
@@ -210,6 +217,7 @@ class ArrivalClock:
         self._late.append((x, y))
         if off < 0 or len(self._late) >= _PATIENCE:
             points = self._late if off > 0 else [(x, y)]
+            self._promised = self._told
             self._forget()
             for point in points:
                 self._learn(*point)
@@ -219,10 +227,11 @@ class ArrivalClock:
         self._starting.append(point)
         x, y = (np.array(values) for values in zip(*self._starting, strict=True))
         self._begin()
-        self.rate = self._told
-        if len(x) > 1 and abs(y[-1] - y[-2] - self._told * (x[-1] - x[-2])) > _LATE:
+        self.rate = self._promised
+        if len(x) >= _ENOUGH:
+            # Delays turn single windows; only a rate that was told wrong turns most of them.
             slope = float(np.median(np.diff(y) / np.diff(x)))
-            if slope > 0:
+            if slope > 0 and np.ptp(x) * abs(slope - self.rate) > _LATE * len(x):
                 self.rate = slope
         late = y - self.rate * x
         for a, b in zip(*(v[late <= late.min() + _LATE].tolist() for v in (x, y)), strict=True):
@@ -248,12 +257,7 @@ class ArrivalClock:
         self._x += dx / self._weight
         self._y += dy / self._weight
         self.residual = math.sqrt(self._squares / self._weight)
-        if self._xx > 0:
-            self.rate = self._slope(x)
-
-    def _slope(self, x: float) -> float:
-        """Seconds a tick, by the line; as told while the line is too short to tell."""
-        slope = self._xy / self._xx
-        if slope <= 0 or self.rate * (x - self._first) < _SETTLED:
-            return self.rate
-        return slope
+        slope = self._xy / self._xx if self._xx > 0 else 0.0
+        # While the line is too short to tell, the rate is that of before, or as told.
+        if slope > 0 and self.rate * (x - self._first) >= _SETTLED:
+            self.rate, self._learnt = slope, True

@@ -8,8 +8,9 @@ from typing import TypeVar
 
 from forcelab.capture.blocks import Device
 from forcelab.capture.discovery import port_of
-from forcelab.capture.line_devices import Encoder, TextLine
+from forcelab.capture.encoder_device import Encoder
 from forcelab.capture.optoforce_device import OptoForce
+from forcelab.capture.text_device import TextLine
 from forcelab.errors import InputError
 
 __all__ = ["Encoder", "OptoForce", "TextLine", "device_named", "number_sensors"]

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.blocks import Block
+from forcelab.capture.frames import SILENT
 from forcelab.capture.joining import Stream, joined
-from forcelab.capture.journal import Contents, Kind, Record, block_of_all, json_of
-from forcelab.capture.reader import PLUGGED, UNPLUGGED
+from forcelab.capture.journal import Contents
 from forcelab.capture.smoothing import Stamped, stamped
+from forcelab.capture.sorting import sorted_records
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
@@ -44,22 +46,15 @@ class Gathered:
         clock), ``ticks_i`` (where it has a counter) and ``clock_i``: offset (s), rate (s a tick)
         and residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own
         stamp (s; NaN where it tells none); ``start`` (s, host's monotonic clock) of time 0.
+    further : tuple of (str, Path)
+        Names and videos of the cameras after the first one that gave pictures.
     """
 
     demonstration: Demonstration
     track: Track | None
     remarks: tuple[str, ...]
     stamps: dict[str, NDArray[Any]]
-
-
-@dataclass(frozen=True, eq=False)
-class _Recorded:
-    """All samples of one device, put together."""
-
-    arrived: NDArray[np.float64]
-    ticks: NDArray[np.int64] | None
-    values: NDArray[np.float64]
-    breaks: NDArray[np.int64]
+    further: tuple[tuple[str, Path], ...] = ()
 
 
 def gather(contents: Contents, folder: Path) -> Gathered:
@@ -84,93 +79,72 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         told: list[Mapping[str, Any]] = list(header["devices"])
         channels = [tuple(Channel(*pair) for pair in one["channels"]) for one in told]
         names, holds = [str(one["name"]) for one in told], [bool(one["holds"]) for one in told]
+        rates = [float(one.get("rate", 0.0)) for one in told]
         cameras: list[Mapping[str, Any]] = list(header["cameras"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"The journal does not say what was recorded ({error}).") from error
+    found = sorted_records(contents, [len(each) for each in channels], len(cameras))
     remarks = [] if not contents.torn else [_torn(contents.torn)]
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
     streams = []
-    for i, each in enumerate(channels):
-        recorded = _recorded(contents.records, i, len(each))
-        stamps[f"arrived_{i}"] = recorded.arrived
-        if recorded.ticks is not None:
-            stamps[f"ticks_{i}"] = recorded.ticks
-        when = _stamped(recorded, holds[i])
+    for i, recorded in enumerate(found.devices):
+        block = recorded.samples.block()
+        stamps[f"arrived_{i}"] = block.arrived
+        if block.ticks is not None and len(block):
+            stamps[f"ticks_{i}"] = block.ticks
+        when = _stamped(block, np.array(recorded.breaks, dtype=np.int64), holds[i], rates[i])
         if when is not None:
             stamps[f"clock_{i}"] = np.array([when.offset, when.rate, when.residual])
-        host = recorded.arrived if when is None else when.host
-        away = _away(contents.records, i)
-        streams.append(Stream(host, recorded.values, holds[i], when is not None, away))
+        host = block.arrived if when is None else when.host
+        away = tuple(recorded.away)
+        streams.append(Stream(host, block.values, holds[i], when is not None, away))
     told_lost = [_lost(names[i], streams[i], stamps.get(f"ticks_{i}")) for i in range(len(names))]
     remarks += [sentence for sentence in told_lost if sentence]
     times, signals, start = joined(streams, names)
     stamps["start"] = np.array(start)
-    video = None
+    filmed: list[tuple[str, VideoReference]] = []
     for i, camera in enumerate(cameras):
-        frames = _frames(contents.records, i)
+        frames = found.frames[i]
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
-        if len(frames) and file.is_file() and video is None:
-            video = VideoReference(file, _video_clock(frames, start))
+        if len(frames) and file.is_file():
+            filmed.append((str(camera["name"]), VideoReference(file, _video_clock(frames, start))))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
+        remarks += _unseen(str(camera["name"]), frames[:, 0])
+    video = filmed[0][1] if filmed else None
+    further = tuple((name, reference.path) for name, reference in filmed[1:])
     demonstration = Demonstration(
         name, task, times, signals, channels_of_all(channels), video=video
     )
-    track = _marked(contents.records, start, demonstration.end, author)
-    return Gathered(demonstration, track, tuple(remarks), stamps)
+    track = _marked(found.marks, start, demonstration.end, author)
+    return Gathered(demonstration, track, tuple(remarks), stamps, further)
+
+
+def _unseen(name: str, arrived: NDArray[np.float64]) -> list[str]:
+    """What is said of a camera that was away for a while."""
+    away = np.diff(arrived)
+    away = away[away > SILENT]
+    if not len(away):
+        return []
+    times = "once" if len(away) == 1 else f"{len(away)} times"
+    return [f"{name} was away {times}, {away.sum():.1f} s in all; its video has no frames then."]
 
 
 def _torn(count: int) -> str:
     return f"The last {count} bytes of the journal were torn and are left out."
 
 
-def _recorded(records: Sequence[Record], device: int, columns: int) -> _Recorded:
-    """All samples of a device, and where it was plugged in again."""
-    pieces: list[list[bytes]] = [[]]
-    for record in records:
-        if record.device != device:
-            continue
-        if record.kind == Kind.BLOCK:
-            pieces[-1].append(record.payload)
-        elif record.kind == Kind.EVENT and json_of(record).get("what") == PLUGGED:
-            pieces.append([])
-    blocks = [block_of_all(piece, columns) for piece in pieces]
-    ticked = [block.ticks for block in blocks if block.ticks is not None]
-    whole = bool(ticked) and sum(map(len, ticked)) == sum(map(len, blocks))
-    return _Recorded(
-        np.concatenate([block.arrived for block in blocks]),
-        np.concatenate(ticked) if whole else None,
-        np.concatenate([block.values for block in blocks]),
-        np.cumsum([len(block) for block in blocks[:-1]], dtype=np.int64),
-    )
-
-
-def _stamped(recorded: _Recorded, holds: bool) -> Stamped | None:
+def _stamped(block: Block, breaks: NDArray[np.int64], holds: bool, rate: float) -> Stamped | None:
     """When the samples were taken; None where only the arrivals tell."""
-    if holds or not len(recorded.arrived):
+    if holds or not len(block):
         return None
-    if recorded.ticks is not None:
-        return stamped(recorded.arrived, recorded.ticks, recorded.breaks)
+    if block.ticks is not None:
+        return stamped(block.arrived, block.ticks, breaks, rate)
     # Without a counter the samples count themselves, if they come evenly.
-    found = stamped(recorded.arrived, np.arange(len(recorded.arrived)), recorded.breaks)
+    found = stamped(block.arrived, np.arange(len(block)), breaks)
     even = found.residual <= _UNEVEN * found.rate and len(found.stretches) < 0.1 * len(found.host)
     return found if even else None
-
-
-def _away(records: Sequence[Record], device: int) -> tuple[tuple[float, float], ...]:
-    """From when to when (host's clock, s) a device was unplugged."""
-    spans, since = [], None
-    for record in records:
-        if record.kind != Kind.EVENT or record.device != device:
-            continue
-        event = json_of(record)
-        if event.get("what") == UNPLUGGED and since is None:
-            since = float(event["at"])
-        elif event.get("what") == PLUGGED and since is not None:
-            spans.append((since, float(event["at"])))
-            since = None
-    return (*spans, *(() if since is None else ((since, np.inf),)))
 
 
 def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
@@ -218,25 +192,15 @@ def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]
     return tuple(found.values())
 
 
-def _frames(records: Sequence[Record], camera: int) -> NDArray[np.float64]:
-    """Arrived, the camera's own stamp, and the file's own stamp of each frame (s), shape (m, 3)."""
-    rows = [
-        json_of(record)["frames"]
-        for record in records
-        if record.kind == Kind.FRAME and record.device == camera
-    ]
-    flat = [[np.nan if x is None else float(x) for x in row] for part in rows for row in part]
-    return np.array(flat, dtype=np.float64).reshape(-1, 3)
-
-
 def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
     """From the video's own stamps, which are made of the arrivals, to force time."""
     return ClockMap(float(np.median(frames[:, 0] - start - frames[:, 2])))
 
 
-def _marked(records: Sequence[Record], start: float, end: float, author: str) -> Track | None:
+def _marked(
+    marks: Sequence[Mapping[str, Any]], start: float, end: float, author: str
+) -> Track | None:
     """The track that keys made that were held down: of several, the last one pressed counts."""
-    marks = [json_of(record) for record in records if record.kind == Kind.MARK]
     held: list[str] = []
     segments: list[Segment] = []
     since = 0.0

@@ -14,6 +14,7 @@ from forcelab.errors import InputError
 __all__ = ["Stream", "joined", "onto"]
 
 _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
+_AT_ONCE = 1 << 16  # stamps; more would only take memory
 _MISSED = 1.5  # periods apart: a sample is missing between two neighbours that were stamped evenly
 
 
@@ -79,12 +80,19 @@ def joined(
     if within.sum() < 2:
         within[:] = True
     host = host[within]
-    columns = [
-        stream.values[kept][within] if i == lead else onto(host, stream)
-        for i, stream in enumerate(streams)
-    ]
+    signals = np.empty((len(host), sum(stream.values.shape[1] for stream in streams)))
+    column = 0
+    for i, stream in enumerate(streams):
+        part = signals[:, column : column + stream.values.shape[1]]
+        if i == lead:
+            part[:] = stream.values[np.flatnonzero(kept)[within]]
+        else:
+            _onto(host, stream, part)
+        column += part.shape[1]
     start = float(host[0])
-    return host - start, np.concatenate(columns, axis=1), start
+    times = host - start
+    times.flags.writeable = signals.flags.writeable = False  # so that nobody needs a copy
+    return times, signals, start
 
 
 def _increasing(host: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -115,22 +123,45 @@ def onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
     ndarray of float64, shape (n, c)
         NaN where it has no sample near.
     """
-    kept = _increasing(stream.host) if len(stream.host) else np.zeros(0, dtype=bool)
-    own, values = stream.host[kept], stream.values[kept]
-    out = np.full((len(host), stream.values.shape[1]), np.nan)
+    out = np.empty((len(host), stream.values.shape[1]))
+    _onto(host, stream, out)
+    return out
+
+
+def _onto(host: NDArray[np.float64], stream: Stream, out: NDArray[np.float64]) -> None:
+    """As :func:`onto`, into an array."""
+    own, values = stream.host, stream.values
+    if len(own) and not (kept := _increasing(own)).all():
+        own, values = own[kept], values[kept]
+    out[:] = np.nan
     if len(own) == 0:
-        return out
-    after = np.searchsorted(own, host, side="right")
+        return
     if stream.holds:
+        after = np.searchsorted(own, host, side="right")
         known = after > 0
         out[known] = values[after[known] - 1]
         for gone, back in stream.away:
             # Until it has something to say again, for what it held may have changed unseen.
             again = own[own >= back]
             out[(host >= gone) & (host < (again[0] if len(again) else np.inf))] = np.nan
-        return out
+        return
     if len(own) == 1:
-        return out
+        return
+    apart = (_MISSED if stream.even else GAP_PERIODS) * float(np.median(np.diff(own)))
+    for first in range(0, len(host), _AT_ONCE):
+        part = slice(first, first + _AT_ONCE)
+        _between(host[part], own, values, apart, out[part])
+
+
+def _between(
+    host: NDArray[np.float64],
+    own: NDArray[np.float64],
+    values: NDArray[np.float64],
+    apart: float,
+    out: NDArray[np.float64],
+) -> None:
+    """Interpolate between neighbours that are not too far apart (s), into an array."""
+    after = np.searchsorted(own, host, side="right")
     after = np.where(host == own[-1], len(own) - 1, after)
     inside = (after > 0) & (after < len(own))
     right = after[inside]
@@ -138,9 +169,7 @@ def onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
     step = own[right] - own[left]
     share = (host[inside] - own[left]) / step
     mixed = values[left] + share[:, None] * (values[right] - values[left])
-    apart = _MISSED if stream.even else GAP_PERIODS
-    mixed[step > apart * float(np.median(np.diff(own)))] = np.nan
+    mixed[step > apart] = np.nan
     exact = share == 0.0
     mixed[exact] = values[left][exact]
     out[inside] = mixed
-    return out

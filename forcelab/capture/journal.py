@@ -8,29 +8,24 @@ first record, JSON, says what is recorded. The writer keeps what the disk refuse
 
 from __future__ import annotations
 
+import itertools
 import json
 import struct
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterator
 from enum import IntEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from forcelab.capture.blocks import Block
 from forcelab.errors import InputError
 
 __all__ = [
     "FLUSHED",
+    "PIECE",
     "SUFFIX",
     "Contents",
     "Kind",
     "Record",
-    "block_bytes",
-    "block_of",
-    "block_of_all",
     "encoded",
     "header_bytes",
     "json_of",
@@ -42,13 +37,15 @@ __all__ = [
 FLUSHED = 0.2
 #: How the names of journals end.
 SUFFIX = ".journal"
+#: Bytes that are read at once.
+PIECE = 1 << 20
 
 _MAGIC = b"forcelab journal "
 _VERSION = 1
 _HEAD = struct.Struct("<BBI")
 _CRC = struct.Struct("<I")
-_BLOCK = struct.Struct("<IHBx")
-_TICKS, _STATUS = 1, 2
+_BEGIN = _HEAD.size + _CRC.size
+_LINE = len(_MAGIC) + 12  # bytes of the first line, at most
 
 
 class Kind(IntEnum):
@@ -81,23 +78,81 @@ class Record(NamedTuple):  # a recording has hundreds of thousands
     payload: bytes
 
 
-@dataclass(frozen=True, slots=True)
 class Contents:
-    """What is in a journal.
+    """What is in a journal, read piece by piece whenever it is gone through.
+
+    An hour of recording is hundreds of megabytes, which need never be in memory at once.
 
     Parameters
     ----------
+    source : callable
+        Gives the journal's bytes from the first on, in pieces of any length.
+    name : str
+        What errors call it.
+
+    Attributes
+    ----------
     header : dict
         What is recorded.
-    records : tuple of Record
-        All whole records after the header.
-    torn : int
-        Bytes at the end that are no whole record.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is no journal or one of another version, or ends before it says what
+        was recorded.
     """
 
-    header: dict[str, Any]
-    records: tuple[Record, ...]
-    torn: int
+    def __init__(self, source: Callable[[], Iterator[bytes]], name: str) -> None:
+        self._source, self._name = source, name
+        self._torn: int | None = None
+        found = self._all()
+        first = next(found, None)
+        found.close()
+        if first is None or first.kind != Kind.HEADER:
+            raise InputError(
+                f"The journal '{name}' ends before it says what was recorded; nothing is in it, "
+                f"delete it."
+            )
+        self.header = json_of(first)
+
+    def __iter__(self) -> Iterator[Record]:
+        """All whole records after the header."""
+        found = self._all()
+        next(found)
+        yield from found
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """The same, all at once."""
+        return tuple(self)
+
+    @property
+    def torn(self) -> int:
+        """Bytes at the end that are no whole record."""
+        while self._torn is None:
+            for _ in self:
+                pass
+        return self._torn
+
+    def _all(self) -> Generator[Record, None, None]:
+        """The whole records from the first on."""
+        pieces = self._source()
+        try:
+            data = _after_version(pieces, self._name)
+            whole = True
+            for piece in itertools.chain((b"",), pieces):
+                data += piece
+                if whole:
+                    at = 0
+                    while (found := _record(data, at)) is not None:
+                        yield found
+                        at += _BEGIN + len(found.payload)
+                    data = data[at:]
+                    whole = _may_follow(data)
+            self._torn = len(data)
+        finally:
+            if isinstance(pieces, Generator):
+                pieces.close()  # and with it the file
 
 
 def encoded(kind: Kind, payload: bytes, device: int = 0) -> bytes:
@@ -109,85 +164,6 @@ def encoded(kind: Kind, payload: bytes, device: int = 0) -> bytes:
 def header_bytes(header: dict[str, Any]) -> bytes:
     """What a journal begins with."""
     return _MAGIC + b"%d\n" % _VERSION + encoded(Kind.HEADER, json.dumps(header).encode())
-
-
-def block_bytes(block: Block) -> bytes:
-    """A block of samples as the payload of a record."""
-    flags = (_TICKS if block.ticks is not None else 0) | (
-        _STATUS if block.status is not None else 0
-    )
-    rows, columns = block.values.shape
-    parts = [_BLOCK.pack(rows, columns, flags), _raw(block.arrived, "<f8")]
-    if block.ticks is not None:
-        parts.append(_raw(block.ticks, "<i8"))
-    parts.append(_raw(block.values, "<f8"))
-    if block.status is not None:
-        parts.append(_raw(block.status, "<u2"))
-    return b"".join(parts)
-
-
-def block_of(payload: bytes) -> Block:
-    """The block of samples in the payload of a record.
-
-    Raises
-    ------
-    InputError
-        If its length is not what it says of itself.
-    """
-    return block_of_all([payload], _columns_of(payload))
-
-
-def block_of_all(payloads: Sequence[bytes], columns: int) -> Block:
-    """One block of all samples in the payloads of one device's records.
-
-    Parameters
-    ----------
-    payloads : sequence of bytes
-        In their order.
-    columns : int
-        Channels of the device.
-
-    Raises
-    ------
-    InputError
-        If the length of one is not what it says of itself, or it has other channels.
-    """
-    arrived, ticks, values, status = [], [], [], []
-    for payload in payloads:
-        if _columns_of(payload) != columns:
-            raise InputError("The journal's samples do not fit its channels; record again.")
-        rows, _, flags = _BLOCK.unpack_from(payload)
-        ticked, told = bool(flags & _TICKS), bool(flags & _STATUS)
-        if len(payload) != _BLOCK.size + rows * (8 + 8 * ticked + 8 * columns + 2 * told):
-            raise InputError("A block of samples in the journal has a wrong length; record again.")
-        # Bytes are cut and joined, and are made numbers once: that is what takes time.
-        at = _BLOCK.size + 8 * rows
-        arrived.append(payload[_BLOCK.size : at])
-        if ticked:
-            ticks.append(payload[at : at + 8 * rows])
-            at += 8 * rows
-        values.append(payload[at : at + 8 * rows * columns])
-        if told:
-            status.append(payload[at + 8 * rows * columns :])
-
-    def joined(parts: list[bytes], kind: str) -> Any:
-        return np.frombuffer(b"".join(parts), kind)
-
-    whole = len(payloads) > 0
-    return Block(
-        joined(arrived, "<f8"),
-        joined(ticks, "<i8") if whole and len(ticks) == len(payloads) else None,
-        joined(values, "<f8").reshape(-1, columns),
-        joined(status, "<u2") if whole and len(status) == len(payloads) else None,
-    )
-
-
-def _columns_of(payload: bytes) -> int:
-    """How many channels a block of samples has, by what it says of itself."""
-    if len(payload) < _BLOCK.size:
-        raise InputError("A block of samples in the journal is too short; record again.")
-    columns: int = _BLOCK.unpack_from(payload)[1]
-    return columns
 
 
 def json_of(record: Record) -> dict[str, Any]:
@@ -208,42 +184,42 @@ def json_of(record: Record) -> dict[str, Any]:
 
 
 def read(path: Path) -> Contents:
-    """Read all whole records of a journal.
+    """The contents of a journal; see :class:`Contents` for what may be wrong with it.
 
     Parameters
     ----------
     path : Path
         Of a recording that has ended, however it ended.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no journal or one of another version, or ends before it says what
-        was recorded.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(
-            f"The journal '{path}' cannot be read ({error.strerror or error}); look whether the "
-            f"disk is connected."
-        ) from error
-    return parsed(data, str(path))
+
+    def pieces() -> Iterator[bytes]:
+        try:
+            with path.open("rb") as file:
+                while piece := file.read(PIECE):
+                    yield piece
+        except OSError as error:
+            raise InputError(
+                f"The journal '{path}' cannot be read ({error.strerror or error}); look whether "
+                f"the disk is connected."
+            ) from error
+
+    return Contents(pieces, str(path))
 
 
 def parsed(data: bytes, name: str) -> Contents:
-    """Read all whole records in the bytes of a journal; see :func:`read`.
+    """The contents of a journal whose bytes are all there; see :func:`read`."""
+    return Contents(lambda: iter((data,)), name)
 
-    Parameters
-    ----------
-    data : bytes
-        All that there is.
-    name : str
-        What errors call it.
-    """
-    line, _, _ = data[: len(_MAGIC) + 12].partition(b"\n")
-    whole = line.startswith(_MAGIC) and len(line) < len(data) and line[len(_MAGIC) :].isdigit()
-    if not whole:
+
+def _after_version(pieces: Iterator[bytes], name: str) -> bytes:
+    """What was read beyond the line with the version."""
+    data = b""
+    while b"\n" not in data and len(data) < _LINE and (piece := next(pieces, b"")):
+        data += piece
+    line, end, rest = data.partition(b"\n")
+    if not (
+        end and line.startswith(_MAGIC) and len(line) < _LINE and line[len(_MAGIC) :].isdigit()
+    ):
         raise InputError(f"'{name}' is no journal of a recording; choose another file.")
     version = int(line[len(_MAGIC) :])
     if version != _VERSION:
@@ -251,30 +227,26 @@ def parsed(data: bytes, name: str) -> Contents:
             f"The journal '{name}' is of version {version}, which this program does not know; "
             f"open it with a newer forcelab."
         )
-    records, torn = _records(memoryview(data)[len(line) + 1 :])
-    if not records or records[0].kind != Kind.HEADER:
-        raise InputError(
-            f"The journal '{name}' ends before it says what was recorded; nothing is in it, "
-            f"delete it."
-        )
-    return Contents(json_of(records[0]), tuple(records[1:]), torn)
+    return rest
 
 
-def _records(data: memoryview) -> tuple[list[Record], int]:
-    """The whole records from the first on, and how many bytes are left."""
-    found, at, begin = [], 0, _HEAD.size + _CRC.size
-    while len(data) - at >= begin:
-        kind, device, length = _HEAD.unpack_from(data, at)
-        (crc,) = _CRC.unpack_from(data, at + _HEAD.size)
-        payload = bytes(data[at + begin : at + begin + length])
-        check = zlib.crc32(payload, zlib.crc32(data[at : at + _HEAD.size]))
-        if len(payload) < length or check != crc or kind not in _KINDS:
-            break
-        found.append(Record(_KINDS[kind], device, payload))
-        at += begin + length
-    return found, len(data) - at
+def _record(data: bytes, at: int) -> Record | None:
+    """The record that begins at a place; None where there is no whole one."""
+    if len(data) - at < _BEGIN:
+        return None
+    kind, device, length = _HEAD.unpack_from(data, at)
+    payload = data[at + _BEGIN : at + _BEGIN + length]
+    if len(payload) < length or kind not in _KINDS:
+        return None
+    (crc,) = _CRC.unpack_from(data, at + _HEAD.size)
+    if zlib.crc32(payload, zlib.crc32(data[at : at + _HEAD.size])) != crc:
+        return None
+    return Record(_KINDS[kind], device, payload)
 
 
-def _raw(array: Any, kind: str) -> bytes:
-    """An array's numbers as little-endian bytes."""
-    return np.ascontiguousarray(array, dtype=kind).tobytes()
+def _may_follow(data: bytes) -> bool:
+    """Whether what begins here may be a record that goes on in the next piece."""
+    if len(data) < _BEGIN:
+        return True
+    kind, _, length = _HEAD.unpack_from(data)
+    return kind in _KINDS and len(data) < _BEGIN + length

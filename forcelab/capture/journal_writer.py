@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from forcelab.atomic import sync_folder
 from forcelab.capture.blocks import Block
-from forcelab.capture.journal import FLUSHED, Contents, Kind, block_bytes, encoded, header_bytes
-from forcelab.capture.journal import parsed as parsed_journal
+from forcelab.capture.journal import FLUSHED, PIECE, Contents, Kind, encoded, header_bytes
+from forcelab.capture.samples import block_bytes
 from forcelab.errors import InputError
 
 __all__ = ["JournalWriter", "being_written"]
@@ -120,7 +121,9 @@ class JournalWriter:
         InputError
             If the disk does not give it back.
         """
-        return parsed_journal(self._written() + self._unwritten, str(self.path))
+        return Contents(
+            lambda: itertools.chain(self._written(), (self._unwritten,)), str(self.path)
+        )
 
     def close(self, *, delete: bool = False) -> None:
         """Let go of the file; closing twice is fine.
@@ -178,9 +181,10 @@ class JournalWriter:
         anew = self._opener(self.path, "x+")  # fails while the folder is away
         try:
             _hold(anew)
-            rest = self._written()
-            while rest:
-                rest = rest[anew.write(rest) or 0 :]
+            for piece in self._written():
+                rest = piece
+                while rest:
+                    rest = rest[anew.write(rest) or 0 :]
             os.fsync(anew.fileno())
             sync_folder(self.path.parent)
         except OSError:
@@ -191,21 +195,23 @@ class JournalWriter:
         self._file.close()
         self._file = anew
 
-    def _written(self) -> bytes:
-        """What is in the open file, which outlives its name."""
+    def _written(self) -> Iterator[bytes]:
+        """What is in the open file, which outlives its name, in pieces."""
         try:
-            end = self._file.seek(0, os.SEEK_END)
-            self._file.seek(0)
-            data = bytearray()
-            while len(data) < end and (part := self._file.read(end - len(data))):
-                data += part
-            self._file.seek(0, os.SEEK_END)
+            end, at = self._file.seek(0, os.SEEK_END), 0
+            while at < end:
+                self._file.seek(at)
+                piece = self._file.read(min(PIECE, end - at)) or b""
+                self._file.seek(0, os.SEEK_END)
+                if not piece:
+                    break
+                yield piece
+                at += len(piece)
         except OSError as error:
             raise InputError(
                 f"The journal '{self.path}' cannot be read back ({error.strerror or error}); "
                 f"connect the disk again."
             ) from error
-        return bytes(data)
 
     def _refuse(self, error: OSError) -> None:
         """Go on in memory, and say so once."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from forcelab.capture.gathering import gather
@@ -14,7 +14,16 @@ from forcelab.errors import InputError
 from forcelab.project import Added, Project
 from forcelab.project.records import Incoming
 
-__all__ = ["CAPTURES", "Kept", "Recovered", "keep", "next_name", "recover", "unfinished"]
+__all__ = [
+    "CAPTURES",
+    "Kept",
+    "Recovered",
+    "discard",
+    "keep",
+    "next_name",
+    "recover",
+    "unfinished",
+]
 
 #: Name of the folder in a project that holds recordings while they last.
 CAPTURES = "captures"
@@ -32,12 +41,15 @@ class Kept:
     seconds : float
     remarks : tuple of str
         What is to be said of it, a sentence each.
+    heads : dict of str to int
+        Of each author, the last edit of the track that was marked live.
     """
 
     added: Added
     samples: int
     seconds: float
     remarks: tuple[str, ...]
+    heads: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +107,35 @@ def keep(path: Path, contents: Contents) -> Kept:
     with Project.open(path) as project:
         (added,) = project.add_all([incoming])
         project.attach_stamps(added.id, gathered.stamps)
-    remarks = (*gathered.remarks, *added.remarks)
-    return Kept(added, len(demonstration.times), demonstration.duration, remarks)
+        beside = [(name, project.attach_beside(added.id, file)) for name, file in gathered.further]
+        heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
+    more = (
+        f"The video of {name} lies beside the first one's as '{file}'." for name, file in beside
+    )
+    remarks = (*gathered.remarks, *added.remarks, *more)
+    return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
+
+
+def discard(path: Path, kept: Kept) -> None:
+    """Remove a recording from its project for good, as if it had never been kept.
+
+    Parameters
+    ----------
+    path : Path
+        The project's folder.
+    kept : Kept
+        What :func:`keep` gave.
+
+    Raises
+    ------
+    InputError
+        If it was there before it was recorded, as when it was recovered twice, or was labelled,
+        assigned, reviewed or used for training since: it stays then.
+    """
+    if kept.added.status != "new":
+        raise InputError(f"'{kept.added.name}' was in the project before; it stays.")
+    with Project.open(path) as project:
+        project.discard(kept.added.id, kept.heads)
 
 
 def videos(folder: Path, contents: Contents) -> tuple[Path, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from forcelab.capture.blocks import Block, UnpluggedError
 from forcelab.capture.calibration import Calibration, channels_of, read_calibrations
 from forcelab.capture.discovery import optoforce_ports
-from forcelab.capture.events import Events
 from forcelab.capture.optoforce import (
     BAUD,
     FILTERS,
@@ -22,39 +20,20 @@ from forcelab.capture.optoforce import (
     serial_request,
     speed_for,
 )
+from forcelab.capture.optoforce_said import Said
 from forcelab.capture.optoforce_talk import ANSWER, Talk
+from forcelab.capture.optoforce_zeroed import Zeroed
 from forcelab.capture.serial_port import Port
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import Kind
-from forcelab.formats.optoforce.status import sentences
 
 __all__ = ["OptoForce"]
 
 #: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
 GATHER = 0.004
-#: Seconds without a packet after which that is remarked.
-SILENCE = 1.0
 #: Seconds over which the readings are averaged that a zeroing takes for zero.
 ZEROING = 0.03
-
-
-@dataclass(frozen=True)
-class _Zeroed(Calibration):
-    """A calibration of a DAQ that has forgotten its zero.
-
-    Parameters
-    ----------
-    offset : ndarray of float64, shape (c,)
-        Counts that it reads where zero was taken.
-    """
-
-    offset: NDArray[np.float64]
-
-    def apply(self, counts: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Carry counts, shape (n, c), to the unit of the channels, from the zero on."""
-        left = counts - self.offset
-        return left * np.where(left < 0, self.negative, self.positive)
 
 
 class OptoForce:
@@ -129,7 +108,7 @@ class OptoForce:
         self._port = Port(path, BAUD, GATHER)
         self._left = b""
         self._heard = 0.0
-        self._events = Events()
+        self._said = Said()
 
     @property
     def name(self) -> str:
@@ -201,7 +180,7 @@ class OptoForce:
         if self._left:
             data, self._left = self._left + data, b""
         if not data:
-            self._silent()
+            self._said.silence(self._called(), self._heard)
             return None
         return self._told(data, arrived)
 
@@ -230,7 +209,7 @@ class OptoForce:
 
     def remarks(self) -> tuple[str, ...]:
         """What went wrong since the last time this was asked; see ``Device.remarks``."""
-        return self._events.take()
+        return self._said.take()
 
     def close(self) -> None:
         """Let go of it; see ``Device.close``."""
@@ -262,13 +241,13 @@ class OptoForce:
             raise
         self._take(path, port, talk.left, kind, found)
         if found is None:
-            self._events.say(
+            self._said.say(
                 f"{self._called()} does not tell its serial number; after unplugging it is looked "
                 f"for at the same port only."
             )
         if code is None or code.code:
             why = "did not confirm" if code is None else f"refused (code {code.code})"
-            self._events.say(f"{self._called()} {why} its configuration.")
+            self._said.say(f"{self._called()} {why} its configuration.")
 
     def _take(self, path: str, port: Port, left: bytes, kind: Kind, serial: str | None) -> None:
         """From now on, read from this port."""
@@ -292,7 +271,7 @@ class OptoForce:
         if self._offset is not None and self._zeroed != self.connections:
             ones = np.ones(len(self._offset))
             known = calibration or Calibration("counts", ones, ones)
-            calibration = _Zeroed(known.source, known.positive, known.negative, self._offset)
+            calibration = Zeroed(known.source, known.positive, known.negative, self._offset)
         self._stream.calibration = calibration
 
     def _order(self, message: bytes) -> None:
@@ -307,39 +286,20 @@ class OptoForce:
             if codes:
                 self._heard = arrived
                 if codes[-1] != 0:
-                    self._events.say(f"{self._called()} refused to be zeroed (code {codes[-1]}).")
+                    self._said.say(f"{self._called()} refused to be zeroed (code {codes[-1]}).")
                 return
-        self._events.say(f"{self._called()} did not confirm that it was zeroed; zero it again.")
+        self._said.say(f"{self._called()} did not confirm that it was zeroed; zero it again.")
 
     def _told(self, data: bytes, arrived: float) -> Block | None:
         """What the DAQ told."""
         block = self._stream.feed(data, arrived)
         for reply in self._stream.take_replies():
             if reply.code:
-                self._events.say(f"{self._called()} refused a configuration (code {reply.code}).")
+                self._said.say(f"{self._called()} refused a configuration (code {reply.code}).")
         if block is None:
-            self._silent()
+            self._said.silence(self._called(), self._heard)
             return None
         self._heard = arrived
         if block.status is not None:
-            self._note(block.status[block.status != 0], arrived)
+            self._said.status(self._called(), block.status[block.status != 0], arrived)
         return block
-
-    def _note(self, status: NDArray[np.uint16], arrived: float) -> None:
-        """Remark what status words say, each event once."""
-        for number in np.unique(status & 0xF):
-            word = int(np.bitwise_or.reduce(status[status & 0xF == number]))
-            for sentence in sentences(word & ~0x03F0):
-                self._events.during(sentence, f"{self._called()}: {sentence}", arrived)
-            for sentence in sentences(word & 0x03FF):
-                self._events.during(int(number), f"{self._called()}: {sentence}", arrived)
-
-    def _silent(self) -> None:
-        """Remark it once when nothing has come for long."""
-        now = time.monotonic()
-        if now - self._heard > SILENCE:
-            self._events.during(
-                "silence",
-                f"{self._called()} has sent no valid packet for {SILENCE:g} s; check its cable.",
-                now,
-            )

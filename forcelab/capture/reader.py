@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from dataclasses import dataclass
@@ -14,16 +15,20 @@ from forcelab.capture.clocks import ArrivalClock
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.ring import Ring, Window
+from forcelab.capture.wander import ZeroWander
 from forcelab.demonstration import Channel
 from forcelab.errors import ForcelabError
 
-__all__ = ["OVERLOAD", "PLUGGED", "UNPLUGGED", "DeviceReader", "DeviceState"]
+__all__ = ["FORCES", "OVERLOAD", "PLUGGED", "UNPLUGGED", "DeviceReader", "DeviceState"]
 
 #: What events in the journal are called.
 UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
 #: Bits of a sample's status that mean that a reading is beyond what the sensor can tell.
 OVERLOAD = 0x03F0
+#: Units of channels that read zero when nothing is touched.
+FORCES = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN m", "g", "kg"})
 
+_FORCE = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
 _WAIT = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
 _RECENT = 2.0  # s for which an alarm is shown after its cause
@@ -57,7 +62,10 @@ class DeviceState:
     residual : float
         Root mean square distance (s) of the earliest arrivals from the clock.
     alarms : tuple of str
-        Of ``unplugged``, ``stalled``, ``saturation``, ``lost samples`` and ``drift``.
+        Of ``unplugged``, ``stalled``, ``saturation``, ``lost samples``, ``drift`` (of its clock)
+        and ``zero`` (which wanders).
+    wandered : tuple of (Channel, float)
+        The channels whose zero wandered, and by how much in their unit.
     """
 
     name: str
@@ -71,6 +79,7 @@ class DeviceState:
     clock_rate: float
     residual: float
     alarms: tuple[str, ...]
+    wandered: tuple[tuple[Channel, float], ...] = ()
 
 
 class DeviceReader:
@@ -92,6 +101,7 @@ class DeviceReader:
         self._clock = ArrivalClock(device.rate)
         rate = device.rate if device.rate > 0 else _UNKNOWN
         self._ring = Ring(max(int(seconds * rate), 64), len(device.channels))
+        self._wander = ZeroWander(len(device.channels))
         self._lock = threading.Lock()
         self._ended, self._zero = threading.Event(), threading.Event()
         self._journal: JournalWriter | None = None
@@ -151,12 +161,14 @@ class DeviceReader:
             residual = self._clock.residual if clocked else np.nan
             silent = now - self._heard > _STALLED + (2 / told if told > 0 else 0)
             drifts = clocked and (residual > _DRIFT or abs(pace - 1) > _FAST)
+            wandered = self._wandered()
             alarms = {
                 "unplugged": not self._plugged,
                 "stalled": self._plugged and silent and not self.device.holds,
                 "saturation": now - self._saturated_at < _RECENT,
                 "lost samples": now - self._lost_at < _RECENT,
                 "drift": drifts,
+                "zero": bool(wandered),
             }
             return DeviceState(
                 self.device.name,
@@ -170,7 +182,17 @@ class DeviceReader:
                 pace,
                 residual,
                 tuple(name for name, there in alarms.items() if there),
+                wandered,
             )
+
+    def _wandered(self) -> tuple[tuple[Channel, float], ...]:
+        """The channels whose zero wandered; of forces alone, as others may rest anywhere."""
+        wander = self._wander.wander.tolist()
+        return tuple(
+            (channel, by)
+            for channel, by in zip(self.device.channels, wander, strict=True)
+            if by and (channel.unit in FORCES or _FORCE.fullmatch(channel.name))
+        )
 
     def close(self) -> None:
         """End the thread and let go of the device."""
@@ -186,6 +208,8 @@ class DeviceReader:
                 if self._zero.is_set():
                     self._zero.clear()
                     self.device.zero()
+                    with self._lock:
+                        self._wander.restart()
                 block = self.device.read(_WAIT)
             except UnpluggedError as error:
                 self._wait_for_it(error)
@@ -209,6 +233,8 @@ class DeviceReader:
             self._heard = time.monotonic()
             self._samples += len(block)
             self._ring.extend(self._times(block), block.values)
+            if not self.device.holds:
+                self._wander.update(block.arrived, block.values)
             if block.status is not None:
                 over = int(np.count_nonzero(block.status & OVERLOAD))
                 self._saturated += over
@@ -248,6 +274,7 @@ class DeviceReader:
                 self._plugged = True
                 self._heard = time.monotonic()
                 self._clock.restart()
+                self._wander.interrupt()
                 self._note(PLUGGED)
             self._say(f"{self.device.name} is back after {self._heard - gone:.1f} s.")
             return

@@ -11,7 +11,8 @@ from pathlib import Path
 from types import TracebackType
 
 from forcelab.capture.blocks import Device
-from forcelab.capture.camera import CameraReader, CameraState, Capture
+from forcelab.capture.camera import CameraReader, CameraState
+from forcelab.capture.camera_device import Capture
 from forcelab.capture.devices import number_sensors
 from forcelab.capture.journal import SUFFIX, Kind
 from forcelab.capture.journal_writer import JournalWriter
@@ -62,8 +63,8 @@ class Recorder:
     devices : sequence of Device
         Not open yet; the first that samples evenly gives the clock.
     cameras : sequence of (str, Capture)
-        Names and open capture objects; a demonstration has the first one's video. They are
-        released at the end.
+        Names and open capture objects; a demonstration has the first one's video, the others lie
+        beside it. They are released at the end.
     seconds : float
         That are kept for views.
     """

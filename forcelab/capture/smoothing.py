@@ -17,11 +17,17 @@ from forcelab.capture.clocks import HALF_LIFE, STEP, WINDOW
 
 __all__ = ["Stamped", "stamped"]
 
-_AROUND = 1.0  # s on either side of a step that tell whether it stays
+_AROUND = 1.0  # s on either side of a jump of the counter that tell whether it is one
+_STAYS = 10.0  # s for which samples must come late, none lost, to say that the counter stood still
 _ENOUGH = 0.5  # s of arrivals after a step that tell it from a delay, at least
 _LONG = 30.0  # s, at most, over which the rate is guessed
+_SHORT = 5.0  # s over which a guess is no better than what a crystal promises
+_PROMISED = 0.1  # s by which a guess may contradict what the device was told
 _LATE = 0.003  # s behind the lines, at least, of windows that are left out
-_RUNNING = 41  # windows of the running median that tells them first
+_NEIGHBOURS = 20  # windows on either side of which the earliest tells first which are late
+# The slope is believed to differ from the guess by some 200 ppm of a crystal, and windows' earliest
+# arrivals to be off by some ms: the square of their ratio, in windows, is the weight of that.
+_STIFF = (1e-3 / (2e-4 * WINDOW)) ** 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +56,15 @@ class Stamped:
 
 
 def stamped(
-    arrived: NDArray[np.float64], ticks: NDArray[np.int64], breaks: NDArray[np.int64] | None = None
+    arrived: NDArray[np.float64],
+    ticks: NDArray[np.int64],
+    breaks: NDArray[np.int64] | None = None,
+    told: float = 0.0,
 ) -> Stamped:
     """Find out when samples were taken.
+
+    A short stretch, as after plugging in, has the rate of the longest one: it is the same crystal,
+    and only its offset is to be found, for which one sample that was read at once is enough.
 
     Parameters
     ----------
@@ -62,45 +74,77 @@ def stamped(
         The device's counter, in samples.
     breaks : ndarray of int64, shape (b,), optional
         Samples with which the counter is known to begin anew, such as after plugging in.
+    told : float
+        Samples a second that the device was told to give; believed where too little was recorded
+        to know better. 0 where it was told none.
 
     Returns
     -------
     Stamped
     """
-    rate = _guess(arrived, ticks, 8)
     known = np.empty(0, dtype=np.int64) if breaks is None else breaks
+    rate = _believed(arrived, ticks, known, told)
     jumps = _jumps(arrived, ticks, rate, known)
     firsts = np.unique(np.concatenate([[0], known, jumps]).astype(np.int64))
     firsts = firsts[firsts < len(ticks)]
     lasts = np.append(firsts[1:], len(ticks))
     host = np.empty(len(ticks))
     squares, windows = 0.0, 0
-    for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True):
-        piece = slice(first, last)
-        own = _guess(arrived[piece], ticks[piece], 2) if last - first > 8 else rate
+    offset = slope = np.nan
+    for longest in np.argsort(firsts - lasts, kind="stable").tolist():
+        piece = slice(int(firsts[longest]), int(lasts[longest]))
+        lasting = rate * float(ticks[piece][-1] - ticks[piece][0])
+        own = _guess(arrived[piece], ticks[piece], 2)[0] if lasting > 2 * _SHORT else rate
         host[piece], square, used = _stretch(arrived[piece], ticks[piece], own)
         squares, windows = squares + square, windows + used
-    longest = int(np.argmax(lasts - firsts))
-    piece = slice(int(firsts[longest]), int(lasts[longest]))
-    offset, slope = _line(host[piece], ticks[piece], rate)
+        if np.isnan(slope):
+            offset, slope = _line(host[piece], ticks[piece], rate)
+            rate = slope if lasting > 2 * _SHORT else rate
     return Stamped(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
 
 
-def _guess(arrived: NDArray[np.float64], ticks: NDArray[np.int64], parts: int) -> float:
-    """Seconds a tick: the median over pairs up to 1 / `parts` of the samples apart.
+def _believed(
+    arrived: NDArray[np.float64],
+    ticks: NDArray[np.int64],
+    breaks: NDArray[np.int64],
+    told: float,
+) -> float:
+    """Seconds a tick: as told, or as the arrivals tell where they contradict it or tell enough."""
+    guess, over = _guess(arrived, ticks, 8, breaks)
+    if not told > 0:
+        return guess
+    contradicted = over * abs(guess * told - 1) > _PROMISED
+    return guess if over > _SHORT or contradicted else 1.0 / told
 
-    Few of them have a jump between them where these parts are many.
+
+def _guess(
+    arrived: NDArray[np.float64],
+    ticks: NDArray[np.int64],
+    parts: int,
+    breaks: NDArray[np.int64] | tuple[int, ...] = (),
+) -> tuple[float, float]:
+    """Seconds a tick: the median over pairs of samples far apart; and how far apart (s).
+
+    That is up to 1 / `parts` of the samples between two breaks: few pairs have a jump of the
+    counter between them where these parts are many.
     """
     n = len(ticks)
-    if n < 2:
-        return 1e-3
-    rough = (arrived[-1] - arrived[0]) / n
-    apart = int(np.clip(_LONG / rough if rough > 0 else n, 1, max(n // parts, 1)))
+    edges = np.unique(np.concatenate([[0], np.asarray(breaks, dtype=np.int64), [n]]))
+    longest = int(np.argmax(np.diff(edges)))
+    first, last = int(edges[longest]), int(edges[longest + 1]) - 1
+    if last <= first:
+        return 1e-3, 0.0
+    rough = (arrived[last] - arrived[first]) / (last - first)
+    most = max((last - first) // parts, 1)
+    apart = int(np.clip(_LONG / rough if rough > 0 else n, 1, most))
     begin = np.arange(0, n - apart, max(1, (n - apart) // 20_000))
+    begin = begin[
+        np.searchsorted(edges, begin, "right") == np.searchsorted(edges, begin + apart, "right")
+    ]
     steps = ticks[begin + apart] - ticks[begin]
     slopes = (arrived[begin + apart] - arrived[begin])[steps > 0] / steps[steps > 0]
     slopes = slopes[slopes > 0]
-    return float(np.median(slopes)) if len(slopes) else 1e-3
+    return (float(np.median(slopes)), apart * rough) if len(slopes) else (1e-3, 0.0)
 
 
 def _jumps(
@@ -123,12 +167,15 @@ def _jumps(
         if first == i:
             continue
         low = max(int(np.searchsorted(arrived, arrived[i - 1] - _AROUND)), first, *found[-1:])
-        high = min(int(np.searchsorted(arrived, arrived[i] + _AROUND)), last)
-        # Delays end soon after they began; what still disagrees a second later is the counter.
+        # Delays end; what still disagrees afterwards is the counter. Where that went on by one, a
+        # busy computer is the likelier cause, and is busy for seconds.
+        after = _STAYS if steps[i - 1] == 1 else _AROUND
+        high = min(int(np.searchsorted(arrived, arrived[i] + after)), last)
         if off[i - 1] > 0 and arrived[high - 1] - arrived[i] < _ENOUGH:
             continue
         before = float(behind[min(low, i - 1) : i].min())
-        if abs(float(behind[i : max(high, i + 1)].min()) - before) > 0.75 * threshold:
+        stays = float(behind[i : max(high, i + 1)].min()) - before
+        if stays * np.sign(off[i - 1]) > 0.75 * threshold:
             found.append(i)
     return np.union1d(back, np.array(found, dtype=np.int64))
 
@@ -146,11 +193,11 @@ def _stretch(
     base = float(late.min())  # small numbers keep their digits
     earliest[filled] = np.minimum.reduceat(late, starts) - base
     weights = np.zeros(len(earliest))
-    weights[filled] = 1.0
-    weights[filled] = ~_outlying(earliest[filled], _running(earliest[filled]))
+    # Nothing arrives before it was taken: the earliest of the neighbours are right.
+    weights[filled] = earliest[filled] - _running(earliest[filled]) <= _LATE
     for _ in range(3):
         smooth = _smooth(earliest, weights)
-        weights[filled] = ~_outlying(earliest[filled], smooth[filled])
+        weights[filled] = _on_time((earliest - smooth)[filled], weights[filled] > 0)
     used = weights > 0
     squares = float(np.sum((earliest - smooth)[used] ** 2))
     centres = (np.arange(len(earliest)) + 0.5) * WINDOW
@@ -158,21 +205,19 @@ def _stretch(
 
 
 def _running(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A running median."""
-    from scipy.ndimage import median_filter
+    """The smallest of each value and its neighbours."""
+    around = np.pad(values, _NEIGHBOURS, constant_values=np.inf)
+    smallest: NDArray[np.float64] = np.lib.stride_tricks.sliding_window_view(
+        around, 2 * _NEIGHBOURS + 1
+    ).min(axis=1)
+    return smallest
 
-    smooth: NDArray[np.float64] = median_filter(
-        values, size=min(_RUNNING, len(values)), mode="nearest"
-    )
-    return smooth
 
-
-def _outlying(values: NDArray[np.float64], smooth: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which windows are late; never all of them."""
-    off = values - smooth
-    spread = float(np.median(np.abs(off)))
-    late = off > max(_LATE, 6.0 * spread)
-    return np.zeros_like(late) if late.all() else late
+def _on_time(off: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which windows are not late, by those that were used so far; never none."""
+    spread = float(np.median(np.abs(off[used])))
+    found = off <= max(_LATE, 6.0 * spread)
+    return found if found.any() else used
 
 
 def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -180,10 +225,10 @@ def _smooth(values: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArra
     fade = 0.5 ** (WINDOW / HALF_LIFE)
     s0, s1, s2 = _moments(weights, fade)
     t0, t1, _ = _moments(weights * values, fade)
-    power = s0 * s2 - s1 * s1
-    straight = power > 1e-9 * s0 * s0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(straight, (s2 * t0 - s1 * t1) / power, t0 / s0)
+    # Least squares with a penalty on the slope, so that a few windows turn no line: see _STIFF.
+    slope = (s0 * t1 - s1 * t0) / (s0 * (s2 + _STIFF) - s1 * s1)
+    smooth: NDArray[np.float64] = (t0 - slope * s1) / s0
+    return smooth
 
 
 def _moments(values: NDArray[np.float64], fade: float) -> tuple[NDArray[np.float64], ...]:

@@ -10,15 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
-from forcelab.capture.camera import Capture, open_camera
+from forcelab.capture.camera_device import Capture, open_camera
 from forcelab.capture.devices import device_named
 from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
 from forcelab.capture.recorder import Recorder, RecorderState
 from forcelab.cli import capture_listing
 from forcelab.cli.output import counted, json_text, printable
-from forcelab.cli.recognising_live import LATENCY, LiveRecognition, Recognised, told
+from forcelab.cli.recognising_live import told
 from forcelab.cli.stopping import unbroken
 from forcelab.errors import InputError
+from forcelab.live.recognition import LATENCY, LiveRecognition
+from forcelab.live.segments import Recognised
 from forcelab.project import Project
 from forcelab.recognition.storage import load
 

@@ -17,23 +17,29 @@ from forcelab.measure.rows import FRONT, Table
 #: What is measured by which module, each loaded only when it is asked for.
 MODULES = {
     "contact": "forcelab.measure.contact",
+    "cwt": "forcelab.measure.cwt",
     "stream": "forcelab.measure.stream",
     "live": "forcelab.measure.live",
     "view": "forcelab.gui.measuring",
     "training": "forcelab.gui.measuring.training",
 }
+#: What measures how long a person waits, with bounds instead of errors: nothing to trade off.
+WAITS = ("view", "training")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
     check_outputs([json_path(arguments.json), figure], [])
-    if figure is not None and arguments.what != "contact":
+    if figure is not None and arguments.what in WAITS:
         raise InputError(f"There is no figure of '{arguments.what}'; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 
         check_suffix(figure)
+    if arguments.extremes:
+        _extremes(arguments)
+        return
     module = import_module(MODULES[arguments.what])
     with progress_bar("measuring") as watch:
         measured: Table | Latencies = finish(module.tabulate(quick=arguments.quick), watch)
@@ -45,6 +51,18 @@ def run(arguments: argparse.Namespace) -> None:
         from forcelab.gui.figures.tradeoff import Tradeoff
 
         Tradeoff(measured).save(figure)
+
+
+def _extremes(arguments: argparse.Namespace) -> None:
+    """Judge extreme inputs and print a word for each."""
+    from forcelab.measure.extremes import tabulate_extremes
+
+    if arguments.what != "cwt" or arguments.figure is not None:
+        raise InputError("--extremes goes with 'cwt', and there is no figure of it.")
+    with progress_bar("measuring") as watch:
+        verdicts = finish(tabulate_extremes(), watch)
+    text = "\n".join([table(verdicts.cells()), *verdicts.left_out])
+    report(text, verdicts.to_json(), arguments.json)
 
 
 def _told(measured: Table) -> str:

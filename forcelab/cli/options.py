@@ -17,6 +17,10 @@ __all__ = [
 
 Commands = argparse._SubParsersAction
 
+_PRESETS = (
+    "paper: the published method (default); released: what its authors' code does; fast; best: "
+    "the most accurate"
+)
 PROJECT = "project folder NAME.forcelab"
 
 
@@ -77,11 +81,44 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how = parser.add_argument_group(
         "settings", "Where not given, the preset's; in brackets that of preset paper."
     )
-    how.add_argument("--preset", default="paper", help="paper: the published method (default)")
+    how.add_argument("--preset", default="paper", help=_PRESETS)
     how.add_argument(
         "--classifier",
         metavar="NAME",
-        help="mlp, naive-bayes, decision-tree, svm or nearest-neighbours (mlp)",
+        help="mlp, naive-bayes, decision-tree, svm, nearest-neighbours, logistic, extra-trees, "
+        "boosting or ensemble (mlp)",
+    )
+    how.add_argument("--features", metavar="NAME", help="wavelets or windows (wavelets)")
+    how.add_argument(
+        "--windows",
+        metavar="S,S,...",
+        help="standard deviations of the windows, in seconds (0.01,0.04,0.16,0.64)",
+    )
+    how.add_argument(
+        "--amplitude",
+        metavar="UNIT",
+        help="forces in windows: absolute, in units of each demonstration's own amplitude, or "
+        "chosen by inner cross-validation (absolute)",
+    )
+    how.add_argument(
+        "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"
+    )
+    how.add_argument(
+        "--circular", action="store_true", help="cosine and sine of each phase, not its angle"
+    )
+    how.add_argument(
+        "--balanced", action="store_true", help="every action counts the same in training"
+    )
+    how.add_argument(
+        "--calibrated",
+        action="store_true",
+        help="calibrate probabilities on demonstrations that were left out",
+    )
+    how.add_argument("--decoder", metavar="NAME", help="filters or semi-markov (filters)")
+    how.add_argument(
+        "--choreography",
+        metavar="USE",
+        help="what the decoder may use: none, durations or order too (order)",
     )
     how.add_argument(
         "--channels",

@@ -142,6 +142,8 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "contact: the solvers of the simulated tongs. Every row has its error and against what,\n"
         "the median CPU time of five interleaved repetitions with its spread, and the memory;\n"
         "* marks those that no other beats in both error and time (Pareto front).\n"
+        "cwt: the wavelet engine at all its tolerances, to log magnitude and phase, beside\n"
+        "PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').\n"
         "stream: wavelets of a stream, complete and early: error against latency and cost.\n"
         "live: live recognition at 1 kHz x 6 channels: its share of a core, p50 and p99 of a\n"
         "block, time from force to label, labels beside the offline ones.\n"
@@ -155,8 +157,8 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "what",
         metavar="WHAT",
-        choices=("contact", "stream", "live", "view", "training"),
-        help="contact, stream, live, view, training",
+        choices=("contact", "cwt", "stream", "live", "view", "training"),
+        help="contact, cwt, stream, live, view, training",
     )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
@@ -166,6 +168,11 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar="FILE",
         type=Path,
         help="contact: draw error against time (.svg, .pdf or .png)",
+    )
+    parser.add_argument(
+        "--extremes",
+        action="store_true",
+        help="cwt: zeros, gaps, steps, huge and tiny numbers: who gives the right answer",
     )
     parser.add_argument(
         "--quick", action="store_true", help="less of it: some minutes instead of half an hour"

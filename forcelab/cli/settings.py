@@ -35,14 +35,28 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
             "spacing",
             "stride",
             "seed",
+            "features",
+            "amplitude",
+            "decoder",
+            "choreography",
         )
         if getattr(arguments, name) is not None
     }
+    for name in ("circular", "balanced", "calibrated"):
+        if getattr(arguments, name):
+            changes[name] = True
+    if arguments.windows is not None:
+        changes["windows"] = _windows(arguments.windows)
     if arguments.no_phase:
         changes["phase"] = False
     if arguments.channels is not None:
         changes["channels"] = tuple(name.strip() for name in arguments.channels.split(","))
-    for name, kind in (("threshold", float), ("median", int), ("drop", float)):
+    for name, kind in (
+        ("threshold", float),
+        ("median", int),
+        ("drop", float),
+        ("step", float),
+    ):
         text = getattr(arguments, name)
         if text is not None:
             changes[name] = _switchable(name, text, kind)
@@ -52,7 +66,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 
 
 def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | int | None:
-    """A filter's value, or None for ``off``."""
+    """A value that can be switched off, or None for ``off``."""
     if text == "off":
         return None
     try:
@@ -60,6 +74,14 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
     except ValueError as error:
         what = "a whole number" if kind is int else "a number"
         raise InputError(f"--{name} takes {what} or 'off', not '{text}'.") from error
+
+
+def _windows(text: str) -> tuple[float, ...]:
+    """Windows in seconds, as they are written with commas between them."""
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise InputError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:

@@ -82,6 +82,7 @@ class Document(Reviewing):
         project = Project.open(path)
         try:
             infos = project.demonstrations()
+            project.sync_behind()
         except ForcelabError:
             project.close()
             raise
@@ -98,17 +99,22 @@ class Document(Reviewing):
         self.project.close()
         self.project = None
         self.infos = ()
-        self._look_anew(None)
-        self._take_up("", None)
-        self.others = {}
-        self._list_actions(Vocabulary())
         self.outcome = self.examined = None
-        self.demonstration_changed.emit()
-        self.vocabulary_changed.emit()
+        self._put_down()
         self.project_changed.emit()
         self.listing_changed.emit()
         self.outcome_changed.emit()
         self.examined_changed.emit()
+
+    def _put_down(self) -> None:
+        """No demonstration is open any more."""
+        self.set_playing(False)
+        self._look_anew(None)
+        self._take_up("", None)
+        self.others = {}
+        self._list_actions(Vocabulary())
+        self.demonstration_changed.emit()
+        self.vocabulary_changed.emit()
 
     def open_demonstration(self, id_: str) -> bool:
         """Open a demonstration of the project; gives whether that could be done."""
@@ -184,6 +190,9 @@ class Document(Reviewing):
         """Take over what is stored by now: names, videos, assignments, labels, actions."""
         self.refresh_listing()
         if self.project is None or self.demonstration is None or self._labelling is None:
+            return
+        if all(info.id != self.id for info in self.infos):  # a recording that was discarded
+            self._put_down()
             return
         old = self.demonstration
         with self._telling() as told:

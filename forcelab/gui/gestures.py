@@ -76,4 +76,8 @@ PAINTING: tuple[tuple[str, str], ...] = (
         QT_TRANSLATE_NOOP("forcelab", "Press with a segment selected"),
         QT_TRANSLATE_NOOP("forcelab", "Give the segment that action"),
     ),
+    (
+        QT_TRANSLATE_NOOP("forcelab", "Hold while recording"),
+        QT_TRANSLATE_NOOP("forcelab", "Mark the action live, in Capture"),
+    ),
 )

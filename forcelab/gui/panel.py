@@ -13,13 +13,13 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QPixmap,
     QResizeEvent,
     QWheelEvent,
 )
 from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.kept import Kept
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["TimePanel"]
@@ -68,7 +68,8 @@ class TimePanel(QWidget):
         self.setMouseTracking(True)
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._content: QPixmap | None = None
+        self._content, self._gutter = Kept(), Kept()
+        self._stale = True
         self._press: QPointF | None = None
         self._marking = False
         self._panning: QPointF | None = None
@@ -109,15 +110,22 @@ class TimePanel(QWidget):
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw what only changes with span, size, theme or :meth:`invalidate`."""
 
+    def gutter_shows(self) -> object:
+        """All that the gutter is drawn from, but for size and theme: equal if it looks the same.
+
+        Asked after the content was drawn. By default nothing equals it.
+        """
+        return object()
+
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
-        """Draw names and axes left of the time axis; kept like the content."""
+        """Draw names and axes left of the time axis; kept until :meth:`gutter_shows` changes."""
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Draw what changes often: above the content, below the cursor."""
 
     def invalidate(self, *_: object) -> None:
         """Say that the content is stale."""
-        self._content = None
+        self._stale = True
         self.update()
 
     # Qt
@@ -129,6 +137,7 @@ class TimePanel(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         """Draw anew when fonts or the palette change."""
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
+            self._gutter.forget()
             self.invalidate()
         super().changeEvent(event)
 
@@ -140,12 +149,14 @@ class TimePanel(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the kept content, then what lies over it."""
         ratio = self.devicePixelRatioF()
-        if self._content is None or self._content.devicePixelRatio() != ratio:
-            self._content = self._drawn(ratio)
+        if self._stale:
+            self._content.forget()
+        content = self._content.picture(self.size(), ratio, None, self._draw)
+        self._stale = False
         # All that has moved since the last time was marked for this one.
         self._drawn_over = self._marks()
         painter = QPainter(self)
-        painter.drawPixmap(0, 0, self._content)
+        painter.drawPixmap(0, 0, content)
         plot = self.plot
         painter.save()
         painter.setClipRect(plot)
@@ -205,23 +216,24 @@ class TimePanel(QWidget):
 
     # Inside
 
-    def _drawn(self, ratio: float) -> QPixmap:
-        """The content and the gutter, at the screen's resolution."""
-        pixmap = QPixmap(self.size() * ratio)
-        pixmap.setDevicePixelRatio(ratio)
-        pixmap.fill(QColor(colours().background))
-        painter = QPainter(pixmap)
-        painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-        if self.document.demonstration is not None:
-            painter.save()
-            painter.setClipRect(self.plot)
-            self.paint_content(painter, self.plot)
-            painter.restore()
-            painter.save()
-            self.paint_gutter(painter, QRectF(0, 0, self.GUTTER, self.height()))
-            painter.restore()
-        painter.end()
-        return pixmap
+    def _draw(self, painter: QPainter) -> None:
+        """Draw the content and the gutter."""
+        painter.fillRect(self.rect(), QColor(colours().background))
+        if self.document.demonstration is None:
+            return
+        painter.save()
+        painter.setClipRect(self.plot)
+        self.paint_content(painter, self.plot)
+        painter.restore()
+        size = QSize(self.GUTTER, self.height())
+        shown, ratio = (self.gutter_shows(), colours()), self.devicePixelRatioF()
+        painter.drawPixmap(0, 0, self._gutter.picture(size, ratio, shown, self._draw_gutter))
+
+    def _draw_gutter(self, painter: QPainter) -> None:
+        """Draw the gutter."""
+        box = QRectF(0, 0, self.GUTTER, self.height())
+        painter.fillRect(box, QColor(colours().background))
+        self.paint_gutter(painter, box)
 
     def _paint_range(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the marked range and the unfinished stroke as bands."""

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import asking, settings, theme
-from forcelab.gui.capture.tab import CaptureTab
+from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
@@ -101,6 +101,8 @@ class Window(QMainWindow):
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.statusBar().addPermanentWidget(self.review.standing)
+        self.statusBar().addPermanentWidget(self.capture.line)
+        self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
         self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self)
@@ -147,12 +149,16 @@ class Window(QMainWindow):
 
         A training goes on behind it; what it brings comes when it is done.
         """
-        return UNHURRIED.issuperset(self.jobs.busy) and self.label.settled
+        return (UNHURRIED | ENDLESS).issuperset(self.jobs.busy) and self.label.settled
 
     # Qt
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Remember the layout and let go of everything; all labels are stored already."""
+        # Who closes it from within has asked, or is a signal that waits for nobody.
+        if event.spontaneous() and not self.capture.may_close(self):
+            event.ignore()
+            return
         if self._remembering:
             settings.put("window/geometry", bytes(self.saveGeometry().data()))
             settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
@@ -200,6 +206,7 @@ class Window(QMainWindow):
         document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
         document.snapping_changed.connect(self._check_snapping)
         document.said.connect(self._say)
+        self.capture.recording_changed.connect(self._recording_changed)
         self.jobs.trouble.connect(partial(self._say, trouble=True))
         opening.sampling.connect(self._welcome.show_progress)
         self.demonstrations.importing.connect(opening.ask_import)
@@ -222,7 +229,7 @@ class Window(QMainWindow):
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
             "search": self.demonstrations.focus_search,
-            "quit": self.close,
+            "quit": lambda: self.capture.may_close(self) and self.close(),
             "full_screen": self._toggle_full_screen,
             "reset_layout": self._reset_layout,
         }
@@ -260,7 +267,15 @@ class Window(QMainWindow):
         project, demonstration = self.document.project, self.document.demonstration
         parts = [demonstration.name] if demonstration is not None else []
         parts += [project.path.name] if project is not None else []
-        self.setWindowTitle(" · ".join([*parts, "forcelab"]))
+        if self.capture.recording:
+            parts.insert(0, self.tr("recording '{0}'").format(self.capture.recording))
+        self.setWindowTitle(self.capture.title(" · ".join([*parts, "forcelab"])))
+
+    def _recording_changed(self) -> None:
+        """Say in the tab and in the title that something is recorded."""
+        place = [workspace.name for workspace in WORKSPACES].index("capture")
+        self._tabs.setTabText(place, self.capture.title(WORKSPACES[place].title()))
+        self._title()
 
     def _say(self, sentence: str, trouble: bool = False) -> None:
         """Say a sentence in the status line; one about trouble stays longer."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -59,7 +61,8 @@ def measuring(
 
     The error is the largest difference from the offline transform, over channels and samples,
     relative to the largest coefficient of the scale, of the worst scale; beside it the root mean
-    square of the difference over that of the coefficients, the median of scales and channels.
+    square of the difference over that of the coefficients, the median of scales and channels, the
+    delay, and of blocks of one size the CPU time that one takes.
 
     Parameters
     ----------
@@ -82,80 +85,110 @@ def measuring(
     # Half the memory: single precision is far finer than any tolerance here.
     wanted = np.stack([cwt(channel, scales) for channel in x.T]).astype(np.complex64)
     words = f"{block} samples" if block else "1 to 5000 samples"
-    size = f"{len(x)} samples x {x.shape[1]} channels x {len(scales)} scales, blocks of {words}"
-    ways = [_way(x, scales, block, wanted, tolerance, None) for tolerance in tolerances]
-    ways += [_way(x, scales, block, wanted, 3e-7, share) for share in shares]
+    channels = "1 channel" if x.shape[1] == 1 else f"{x.shape[1]} channels"
+    size = f"{len(x)} samples x {channels} x {len(scales)} scales, blocks of {words}"
+    out = np.empty_like(wanted)
+    runs = [
+        *(_Run.of(x, scales, tolerance, None, block, out) for tolerance in tolerances),
+        *(_Run.of(x, scales, 3e-7, share, block, out) for share in shares),
+    ]
+    ways = [Way(run.name, run.stream, partial(run.look, wanted)) for run in runs]
     timed = yield from timed_ways(ways, repetitions)
     rows = []
-    for way, found in zip(ways, timed, strict=True):
+    for run, found in zip(runs, timed, strict=True):
         if found.seen is None:
-            rows.append(Row("stream", way.name, size, "offline", refusal=found.refusal))
+            rows.append(Row("stream", run.name, size, "offline", refusal=found.refusal))
             continue
-        error, rms, delay = found.seen
+        error, further = found.seen
         per_sample = 1e6 / x.size
         rows.append(
             Row(
-                "early" if way.name.startswith("after") else "complete",
-                way.name,
+                "early" if run.name.startswith("after") else "complete",
+                run.name,
                 size,
                 "the offline transform (signals/cwt.py)",
                 error=error,
                 seconds=found.seconds * per_sample,
                 spread=found.spread * per_sample,
                 peak_bytes=found.peak_bytes,
-                further={"error (rms)": rms, "delay (scales)": delay},
+                further=further | (run.block_times() if block else {}),
             )
         )
     return tuple(rows)
 
 
-def _way(
-    x: Real, scales: Real, block: int, wanted: Complex, tolerance: float, share: float | None
-) -> Way[list[Complex], tuple[float, float, float]]:
-    """A stream of one tolerance or delay."""
-    # A delay for each scale: a stream each, of all scales of an octave with the same share.
-    if share is None:
-        streams = [StreamingCwt(scales, x.shape[1], tolerance=tolerance)]
-        name = f"tolerance {tolerance:g}"
-    else:
-        streams = [
-            StreamingCwt([a], x.shape[1], tolerance=tolerance, latency=int(np.ceil(share * a)))
-            for a in scales
-        ]
-        name = f"after {share:g} scales"
-    return Way(name, partial(_run, streams, x, block), partial(_look, streams, scales, wanted))
+@dataclass(frozen=True)
+class _Run:
+    """A signal streamed with one tolerance or delay.
 
+    Parameters
+    ----------
+    name : str
+    transform : StreamingCwt
+    x : ndarray, shape (n, c)
+    sizes : ndarray of int
+        Of the blocks.
+    out : ndarray, shape (c, k, n)
+        Overwritten with the coefficients; apart from the run, whose memory is what it takes
+        besides.
+    taken : list of ndarray
+        Of each run so far the CPU seconds of its blocks.
+    """
 
-def _run(streams: Sequence[StreamingCwt], x: Real, block: int) -> list[Complex]:
-    """All coefficients of all streams."""
-    from threadpoolctl import threadpool_limits
+    name: str
+    transform: StreamingCwt
+    x: Real
+    sizes: NDArray[np.int64]
+    out: Complex
+    taken: list[Real] = field(default_factory=list)
 
-    sizes = np.random.default_rng(0).integers(1, 5001, len(x)) if not block else None
-    with threadpool_limits(1, user_api="blas"):
-        found = []
-        for stream in streams:
-            stream.reset()
-            out = np.empty((x.shape[1], len(stream.scales), len(x)), dtype=np.complex64)
-            start = turn = 0
-            while start < len(x):
-                end = min(len(x), start + (block if sizes is None else int(sizes[turn])))
-                out[:, :, start:end] = stream.push(x[start:end])
-                start, turn = end, turn + 1
-            found.append(out)
-    return found
+    @classmethod
+    def of(
+        cls, x: Real, scales: Real, tolerance: float, share: float | None, block: int, out: Complex
+    ) -> _Run:
+        """With blocks of one size, or of random sizes from 1 to 5000."""
+        name = f"tolerance {tolerance:g}" if share is None else f"after {share:g} scales"
+        latency = None if share is None else np.ceil(share * scales).astype(np.int64)
+        transform = StreamingCwt(scales, x.shape[1], tolerance=tolerance, latency=latency)
+        n = len(x)
+        if block:
+            sizes = np.full(-(-n // block), block)
+        else:
+            sizes = np.random.default_rng(0).integers(1, 5001, n)
+            sizes = sizes[: int(np.searchsorted(np.cumsum(sizes), n)) + 1]
+        return cls(name, transform, x, sizes, out)
 
+    def stream(self) -> Complex:
+        """All coefficients."""
+        from threadpoolctl import threadpool_limits
 
-def _look(
-    streams: Sequence[StreamingCwt], scales: Real, wanted: Complex, found: list[Complex]
-) -> tuple[float, float, float]:
-    """Largest error, median rms error, and the largest delay over scale."""
-    largest, rms = 0.0, []
-    delays = np.concatenate([stream.delays for stream in streams])
-    rows = np.concatenate(found, axis=1)
-    for j, delay in enumerate(delays.tolist()):
-        mine, theirs = rows[:, j, delay:], wanted[:, j, : rows.shape[2] - delay]
-        wrong = np.abs(mine - theirs)
-        largest = max(largest, float((wrong.max(axis=1) / np.abs(theirs).max(axis=1)).max()))
-        power = np.sqrt((np.abs(theirs) ** 2).mean(axis=1))
-        rms += (np.sqrt((wrong**2).mean(axis=1)) / power).tolist()
-    return largest, float(np.median(rms)), float((delays / scales).max())
+        taken = np.empty(len(self.sizes))
+        self.transform.reset()
+        start = 0
+        with threadpool_limits(1, user_api="blas"):
+            for i, end in enumerate(np.minimum(np.cumsum(self.sizes), len(self.x)).tolist()):
+                began = time.thread_time()
+                found = self.transform.push(self.x[start:end])
+                taken[i] = time.thread_time() - began
+                self.out[:, :, start:end] = found
+                start = end
+        self.taken.append(taken)
+        return self.out
+
+    def look(self, wanted: Complex, found: Complex) -> tuple[float, dict[str, float]]:
+        """Largest error; median rms error, and the largest delay over scale."""
+        largest, rms = 0.0, []
+        for j, delay in enumerate(self.transform.delays.tolist()):
+            mine, theirs = found[:, j, delay:], wanted[:, j, : wanted.shape[2] - delay]
+            wrong = np.abs(mine - theirs)
+            largest = max(largest, float((wrong.max(axis=1) / np.abs(theirs).max(axis=1)).max()))
+            power = np.sqrt((np.abs(theirs) ** 2).mean(axis=1))
+            rms += (np.sqrt((wrong**2).mean(axis=1)) / power).tolist()
+        delay = float((self.transform.delays / self.transform.scales).max())
+        return largest, {"error (rms)": float(np.median(rms)), "delay (scales)": delay}
+
+    def block_times(self) -> dict[str, float]:
+        """CPU time of a block; the first run counted memory, which takes time."""
+        each = [np.percentile(taken, [50, 99]) for taken in self.taken[1:]]
+        half, most = (np.median(each, axis=0) * 1e3).tolist()
+        return {"block p50 (ms)": half, "block p99 (ms)": most}

@@ -248,7 +248,7 @@ def clear_away(database: Database) -> None:
         if files.leftovers(parent, known_ids(database)):
             with database.writing():
                 for path in files.leftovers(parent, known_ids(database)):
-                    shutil.rmtree(path, ignore_errors=True)
+                    files.remove(path)
 
 
 def _intact(home: Path, row: sqlite3.Row) -> bool:

@@ -11,6 +11,7 @@ from typing import Final
 
 from forcelab.errors import InputError
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
+from forcelab.project.syncing import Syncing
 
 __all__ = ["FILE", "Database", "Value"]
 
@@ -65,6 +66,7 @@ class Database:
         self.folder = folder
         self.on_rollback: Callable[[], None] = lambda: None
         self._timeout = timeout
+        self._syncing: Syncing | None = None
         _probe(folder)
         file, journal = folder / FILE, folder / f"{FILE}-wal"
         self.read_only = not (os.access(folder, os.W_OK) and os.access(file, os.W_OK))
@@ -96,7 +98,21 @@ class Database:
 
     def close(self) -> None:
         """Let go of the file."""
+        if self._syncing is not None:
+            self._syncing.close()
+            self._syncing = None
         self._connection.close()
+
+    def sync_behind(self) -> None:
+        """Let a commit return when the operating system has it; a thread brings it to the disk.
+
+        A process that is killed at any instant loses nothing, and the store is whole whatever
+        happens. A power cut loses what was committed while the disk was at work: the last tens of
+        milliseconds.
+        """
+        if not self.read_only and self._syncing is None:
+            self.execute("PRAGMA synchronous = NORMAL")
+            self._syncing = Syncing(self.folder / f"{FILE}-wal")
 
     def execute(self, sql: str, *values: Value) -> sqlite3.Cursor:
         """Carry out one statement."""
@@ -141,8 +157,13 @@ class Database:
     def writing(self) -> Iterator[None]:
         """A transaction that alone may write: all of it is committed at the end, or nothing."""
         self.refuse_read_only()
+        if self._syncing is not None and self._syncing.failed:
+            self._syncing = None
+            self.execute("PRAGMA synchronous = FULL")  # should the disk refuse again, it is told
         with self._transaction("BEGIN IMMEDIATE"):
             yield
+        if self._syncing is not None:
+            self._syncing.ask()
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[None]:

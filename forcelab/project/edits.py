@@ -28,6 +28,10 @@ from forcelab.project.records import (
 __all__ = ["Tracks"]
 
 
+Whose = tuple[str, str]
+"""A demonstration's id and an author, who together have a track."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Change:
     """What an edit is about to do to a track."""
@@ -127,7 +131,7 @@ class Tracks:
             parent=line.undo,
             proposed_by=proposed_by,
         )
-        return self._carry_out(track, line, change)
+        return self._carry_out(track, (demonstration, author), line, change)
 
     def undo(self, demonstration: str, author: str) -> Edit | None:
         """Take back the latest edit that was not taken back yet."""
@@ -170,7 +174,8 @@ class Tracks:
             )
             if edit.kind in ("undo", "redo"):
                 change = self._fitting(edit, line, numbers.get(edit.reverts or 0))
-            numbers[edit.id] = self._carry_out(track, line, change).id
+            whose = edit.demonstration, edit.author
+            numbers[edit.id] = self._carry_out(track, whose, line, change).id
         return numbers
 
     def _fitting(self, edit: Edit, line: Line, reverts: int | None) -> _Change:
@@ -195,7 +200,8 @@ class Tracks:
         top = line.undo if kind == "undo" else line.redo
         if top is None:
             return None
-        return self._carry_out(track, line, self._reverting(top, kind, line))
+        change = self._reverting(top, kind, line)
+        return self._carry_out(track, (demonstration, author), line, change)
 
     def _reverting(
         self,
@@ -212,7 +218,7 @@ class Tracks:
         parent = line.redo if kind == "undo" else None
         return _Change(kind, what, old.position, old.inserted, old.removed, top, parent, time)
 
-    def _carry_out(self, track: int, line: Line, change: _Change) -> Edit:
+    def _carry_out(self, track: int, whose: Whose, line: Line, change: _Change) -> Edit:
         """Change the segments, and write down how."""
         before = self._segments(track, line.head)
         after = spliced(before, change.position, change.removed, change.inserted)
@@ -228,23 +234,36 @@ class Tracks:
                 float(segment.end),
                 segment.action,
             )
+        time = change.time or utc_now()
+        removed, inserted = segments_to_json(change.removed), segments_to_json(change.inserted)
         new = self._db.execute(
             "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
             "parent, proposed_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             track,
             change.kind,
-            (change.time or utc_now()).isoformat(),
+            time.isoformat(),
             change.what,
             change.position,
-            json.dumps(segments_to_json(change.removed), ensure_ascii=False),
-            json.dumps(segments_to_json(change.inserted), ensure_ascii=False),
+            json.dumps(removed, ensure_ascii=False),
+            json.dumps(inserted, ensure_ascii=False),
             change.reverts,
             change.parent,
             change.proposed_by,
         ).lastrowid
         assert new is not None
         self._known[track] = (new, after)
-        return edit_of(self._db, new)
+        return Edit(
+            new,
+            *whose,
+            change.kind,
+            time,
+            change.what,
+            change.position,
+            _as_stored(change.removed),
+            _as_stored(change.inserted),
+            change.reverts,
+            change.proposed_by,
+        )
 
     def _segments(self, track: int, head: int | None = None) -> Segments:
         """The segments of a track as they are now."""
@@ -278,6 +297,14 @@ class Tracks:
 
     def _row_for(self, demonstration: str, author: str, kind: AuthorKind) -> int:
         """The number of a track, made where there is none; its author must be of that kind."""
+        there = self._db.one(
+            "SELECT track.id, kind FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ?",
+            demonstration,
+            author,
+        )
+        if there is not None and there["kind"] == kind:
+            return int(there["id"])
         Track(author)  # refuses an author without a name
         known = self.kind(author)
         if known is None:
@@ -296,6 +323,11 @@ class Tracks:
         row = self._row(demonstration, author)
         assert row is not None
         return row
+
+
+def _as_stored(segments: Segments) -> Segments:
+    """Segments as they are when they are read again."""
+    return tuple(Segment(float(s.start), float(s.end), s.action) for s in segments)
 
 
 def _made_by(kind: EditKind, author: str) -> AuthorKind:

@@ -32,6 +32,7 @@ __all__ = [
     "move_into",
     "read_array",
     "read_json",
+    "remove",
     "same",
     "staging",
     "told",
@@ -160,6 +161,17 @@ def move_into(home: Path, staged: Path) -> None:
     for file in staged.iterdir():
         file.replace(home / file.name)
     sync_folder(home)
+
+
+def remove(folder: Path) -> None:
+    """Delete a folder of a demonstration that the store does not know any more.
+
+    A process that is killed meanwhile leaves what is known for a leftover, however far it got.
+    """
+    gone = folder.with_name(f"{_STAGING}{secrets.token_hex(8)}")
+    with contextlib.suppress(OSError):  # in use, or away: the next start tries again
+        folder.rename(gone)
+        shutil.rmtree(gone, ignore_errors=True)
 
 
 def leftovers(parent: Path, known: Collection[str]) -> list[Path]:

@@ -17,6 +17,7 @@ from forcelab.project.adding import add_all
 from forcelab.project.arranging import attach_video, rename, set_video_clock
 from forcelab.project.computed import ProjectComputed
 from forcelab.project.database import Database
+from forcelab.project.discarding import discard
 from forcelab.project.edits import Tracks
 from forcelab.project.judged import ProjectJudged
 from forcelab.project.loading import info, infos, known_id, known_ids, load, natural_order, truth
@@ -27,7 +28,7 @@ from forcelab.project.records import (
     Edit,
     Incoming,
 )
-from forcelab.project.stamps import attach_stamps, stamps
+from forcelab.project.stamps import attach_beside, attach_stamps, stamps
 from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
@@ -37,9 +38,9 @@ __all__ = ["Project"]
 class Project(ProjectJudged, ProjectComputed):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
-    Made by :meth:`create` or :meth:`open`; a context manager. Everything is
-    on the disk when a method returns. Several processes may have one project open; each thread
-    opens its own. A demonstration is told by its id, except in :meth:`load`.
+    Made by :meth:`create` or :meth:`open`; a context manager. Everything is on the disk when a
+    method returns, but for :meth:`sync_behind`. Several processes may have one project open; each
+    thread opens its own. A demonstration is told by its id, except in :meth:`load`.
 
     Every method raises :class:`~forcelab.errors.InputError` if the disk is full, the store is
     damaged, or another process keeps it busy for more than five seconds; nothing was written then.
@@ -157,6 +158,25 @@ class Project(ProjectJudged, ProjectComputed):
         """
         attach_stamps(self._db, demonstration, arrays)
 
+    def attach_beside(self, demonstration: str, path: str | PathLike[str]) -> str:
+        """Keep a file beside a recording, such as the video of a second camera; gives its name.
+
+        Nothing of the program shows it, and archives leave it out.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        path : path-like
+            A file; what is in it is not looked at.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or it cannot be copied.
+        """
+        return attach_beside(self._db, demonstration, Path(path))
+
     def stamps(self, demonstration: str) -> dict[str, NDArray[Any]] | None:
         """The raw stamps beside a demonstration; None for all but recorded ones.
 
@@ -168,6 +188,24 @@ class Project(ProjectJudged, ProjectComputed):
             If there is no such demonstration or the file is damaged.
         """
         return stamps(self._db, demonstration)
+
+    def discard(self, demonstration: str, heads: Mapping[str, int]) -> None:
+        """Remove a recording that was not worth keeping, for good, with what was marked live.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        heads : mapping of str to int
+            Of each author, the :meth:`head` of the track it was added with.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or it was labelled, assigned, reviewed or used for
+            training or evaluation since: it stays then.
+        """
+        discard(self._db, demonstration, heads)
 
     def rename(self, demonstration: str, name: str) -> None:
         """Give a demonstration another name.
@@ -213,6 +251,14 @@ class Project(ProjectJudged, ProjectComputed):
 
     # Labels
 
+    def sync_behind(self) -> None:
+        """Let edits return before the disk has them, for a coder who paints one after the other.
+
+        From now on what a method stored is safe from this process being killed, and a moment later
+        from a power cut as well.
+        """
+        self._db.sync_behind()
+
     def authors(self) -> tuple[Author, ...]:
         """Everybody who made an edit, in order of first appearance."""
         return self._tracks.authors()
@@ -248,7 +294,7 @@ class Project(ProjectJudged, ProjectComputed):
         kind: Literal["paint", "predict"] = "paint",
         proposed_by: str | None = None,
     ) -> Edit:
-        """Change a track, as one transaction that is on the disk when this returns.
+        """Change a track, as one transaction that is in the store when this returns.
 
         Parameters
         ----------

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
 
 __all__ = ["Step", "fitting"]
 
@@ -33,7 +34,7 @@ class Step:
     loss : float or None
         Training loss; None for classifiers that have none.
     classifier : object
-        The classifier as it stands, ready to predict.
+        The classifier as it stands, ready to predict; None where there is none yet.
     """
 
     number: int
@@ -43,7 +44,12 @@ class Step:
 
 
 def fitting(
-    name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int, probabilities: bool
+    name: str,
+    X: NDArray[np.float64],
+    y: NDArray[np.int64],
+    seed: int,
+    probabilities: bool,
+    care: Care | None = None,
 ) -> Iterator[Step]:
     """Fit a classifier step by step; the last step's classifier is the fitted one.
 
@@ -60,11 +66,14 @@ def fitting(
     probabilities : bool
         Whether ``predict_proba`` will be asked for. The SVM gets none otherwise, and decides by
         its margins; with them, by what its margins were calibrated to.
+    care : Care, optional
+        What the fit must take care of, of those that take any.
 
     Yields
     ------
     Step
-        One an epoch for the MLP, a single one for the others.
+        One an epoch for the MLP; one for each inner fit, without a classifier, and a last one for
+        those that choose or calibrate; a single one for the others.
 
     Raises
     ------
@@ -80,6 +89,9 @@ def fitting(
     if name == "mlp":
         yield from _fitting_mlp(X, y, seed)
         return
+    if name in AVERAGED:
+        yield from _fitting_averaged(name, X, y, seed, care or Care())
+        return
     if name == "nearest-neighbours" and len(y) < NEIGHBOURS:
         raise InputError(
             f"There are {len(y)} labelled samples, fewer than the {NEIGHBOURS} neighbours that "
@@ -88,6 +100,21 @@ def fitting(
     classifier = _untrained(name, seed, probabilities, int(counts.min()))
     classifier.fit(X, y)
     yield Step(1, 1, None, classifier)
+
+
+def _fitting_averaged(
+    name: str, X: NDArray[np.float64], y: NDArray[np.int64], seed: int, care: Care
+) -> Iterator[Step]:
+    """Fit what :mod:`forcelab.recognition.learning` fits; inner fits are steps on the way."""
+    job = fitting_averaged(name, X, y, seed, care)
+    number = total = 1
+    try:
+        while True:
+            number, total = next(job)
+            if number < total:
+                yield Step(number, total, None, None)
+    except StopIteration as ended:
+        yield Step(number, total, None, ended.value)
 
 
 def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Generator, Sequence
 from time import perf_counter
 
@@ -118,7 +119,7 @@ def leave_one_out(
         channels=examples[0].channels,
         trained_on=tuple(ids),
         seconds=seconds,
-        remarks=(*remarks, *_lonely(examples), *_fitting(used, examples, settings)),
+        remarks=(*remarks, *_twins(used), *_lonely(examples), *_fitting(used, examples, settings)),
     )
 
 
@@ -214,6 +215,24 @@ def _with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[st
     return used, (f"{without} {what} left out.",)
 
 
+def _twins(labelled: Sequence[Labelled]) -> tuple[str, ...]:
+    """A remark on recordings that are there twice, by whatever names and stamps.
+
+    Their ids differ as soon as a stamp does; what was recorded is then still the same.
+    """
+    homes: dict[bytes, list[str]] = {}
+    for item in labelled:
+        signals = np.ascontiguousarray(item.demonstration.signals, dtype=np.float64)
+        key = hashlib.sha256(signals.tobytes()).digest()
+        homes.setdefault(key, []).append(item.demonstration.name)
+    return tuple(
+        f"{' and '.join(names)} hold the same recording, so that each was tested by a recogniser "
+        f"that had seen it; remove all but one."
+        for names in homes.values()
+        if len(names) > 1
+    )
+
+
 def _lonely(examples: Sequence[Examples]) -> tuple[str, ...]:
     """A remark on actions of a single demonstration, which no other can teach."""
     homes: dict[str, list[str]] = {}
@@ -237,8 +256,12 @@ def _fitting(
             f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at "
             f"{examples[0].rate:.6g} Hz."
         )
-    short = [example.name for example in examples if len(example.times) < settings.max_scale]
-    if short:
+    short = [
+        example.name
+        for example in examples
+        if len(example.times) * settings.hop(example.rate) < settings.max_scale
+    ]
+    if short and settings.features == "wavelets":
         remarks.append(
             f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
             + (f" and {len(short) - 1} more" if len(short) > 1 else "")

@@ -15,6 +15,7 @@ from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.windows import window_features
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
@@ -64,7 +65,8 @@ class Examples:
     channels : tuple of str
         Recognition channels behind the features.
     rate : float
-        Samples a second.
+        Samples a second of the grid that the features were computed on; time steps may lie
+        farther apart.
     """
 
     name: str
@@ -111,17 +113,31 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     except InputError as error:
         raise InputError(f"Demonstration '{demonstration.name}': {error}") from error
     grid = on_grid(demonstration, rate or settings.rate, channels.recorded)
+    hop = settings.hop(grid.rate)
+    # In the middle of the samples that it stands for; every sample where there is no step.
+    steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
     return Examples(
         name=demonstration.name,
-        times=grid.times,
-        features=features(
-            channels.apply(grid.signals), settings.scales, settings.mother, settings.phase
-        ),
-        valid=grid.valid,
+        times=grid.times[steps],
+        features=_features(channels.apply(grid.signals), settings, grid.rate, steps),
+        valid=grid.valid[steps],
         segments=labelled.merged(settings.merge).segments,
         channels=channels.names,
         rate=grid.rate,
     )
+
+
+def _features(
+    signals: NDArray[np.float64], settings: Settings, rate: float, steps: slice
+) -> NDArray[np.float64]:
+    """The features of some time steps, shape (m, f), of channels (q, n)."""
+    if settings.features == "windows":
+        places = np.arange(signals.shape[1])[steps]
+        return window_features(signals, rate, settings.windows, places, settings.amplitude)
+    found = features(
+        signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
+    )
+    return found if steps == slice(0, None, 1) else found[steps]
 
 
 def common_rate(demonstrations: Sequence[Demonstration], settings: Settings) -> float:

@@ -31,6 +31,8 @@ def features(
     wavelet: Wavelet,
     phase: bool = True,
     noise: NDArray[np.float64] | None = None,
+    *,
+    circular: bool = False,
 ) -> NDArray[np.float64]:
     """Compute the features of every time step.
 
@@ -47,10 +49,13 @@ def features(
         Standard deviation of each channel's noise in its own unit, not negative. By default it is
         estimated from `channels` by :func:`~forcelab.signals.conditioning.noise_level`; give it
         where features of several recordings, or of parts of one, must have the same floor.
+    circular : bool
+        Whether cosine and sine of the phase stand for the phase. Both fade to 0 towards the floor:
+        times ``1 - (floor / magnitude)^2``.
 
     Returns
     -------
-    ndarray of float64, shape (n, q * k) or (n, 2 * q * k)
+    ndarray of float64, shape (n, q * k), (n, 2 * q * k), or circular (n, 3 * q * k)
         Always finite. Natural logarithms of magnitudes in the unit of the channel, phases in
         radians in [-pi, pi].
 
@@ -71,7 +76,7 @@ def features(
     k = len(scales)
     if noise is not None and not (noise.shape == (q,) and np.all((noise >= 0) & (noise < np.inf))):
         raise InputError(f"The noise of {q} channels is {q} finite numbers from 0, not {noise}.")
-    out = np.empty((n, (2 if phase else 1) * q * k))
+    out = np.empty((n, (1 + (2 if circular else 1) * phase) * q * k))
     for i, channel in enumerate(channels):
         # A channel at a time: the coefficients of one stay small beside the features of all.
         ready = condition(channel)
@@ -86,7 +91,14 @@ def features(
             power = np.maximum(real**2 + imaginary**2, np.finfo(np.float64).tiny)
             magnitude = 0.5 * np.log(power)
             out[rows, i * k : (i + 1) * k] = (np.maximum(magnitude, floor) + shift).T
-            if phase:
+            if phase and circular:
+                # The cosine is the real part over the magnitude, without an angle on the way.
+                power = np.maximum(power, np.exp(2 * floor))
+                fading = -np.expm1(2 * floor - np.log(power)) / np.sqrt(power)
+                for kind, part in enumerate((real, imaginary), start=1):
+                    first = (kind * q + i) * k
+                    out[rows, first : first + k] = (part * fading).T
+            elif phase:
                 angle = np.arctan2(imaginary, real)
                 angle[magnitude <= floor] = 0.0
                 out[rows, (q + i) * k : (q + i + 1) * k] = angle.T
@@ -100,10 +112,13 @@ def feature_names(
     wavelet: Wavelet,
     rate: float,
     phase: bool = True,
+    *,
+    circular: bool = False,
 ) -> tuple[str, ...]:
     """Name the columns of :func:`features`, such as ``log magnitude, normal 1, 12.43 Hz``."""
     hertz = frequencies(scales, rate, wavelet)
-    kinds = ("log magnitude", "phase") if phase else ("log magnitude",)
+    phases = ("cosine of phase", "sine of phase") if circular else ("phase",)
+    kinds = ("log magnitude", *(phases if phase else ()))
     return tuple(
         f"{kind}, {channel}, {hz:.4g} Hz" for kind in kinds for channel in channels for hz in hertz
     )

@@ -76,9 +76,9 @@ def _features(recogniser: Recogniser, channels: Real, delay: int) -> Real:
     q, n = channels.shape
     k = len(settings.scales)
     coefficients = np.empty((q, k, n), dtype=np.complex128)
-    transform = StreamingCwt(settings.scales, 1, settings.mother, TOLERANCE, delay)
+    transform = StreamingCwt(settings.scales, 1, settings.mother, TOLERANCE, delay, together=True)
     for j, scale in enumerate(settings.scales.tolist()):
-        ahead, past = int(transform.delays[j]), int(transform.pasts[j])
+        ahead, past = int(transform.aheads[j]), int(transform.pasts[j])
         weights = Kernel.of(scale, settings.mother).weights(ahead, past)
         for i, channel in enumerate(channels):
             levelled = channel - channel[0]  # before the start the first value holds

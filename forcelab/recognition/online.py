@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +23,12 @@ from forcelab.recognition.online_classifier import classify, prober
 from forcelab.recognition.online_features import StreamingFeatures
 from forcelab.recognition.online_filters import CausalDrop, CausalMedian
 from forcelab.recognition.online_grid import CausalGrid, Steps
+from forcelab.recognition.online_threads import OneThread
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt, early_error
+from forcelab.signals.streaming_kernels import reaches
 
 __all__ = ["Decided", "OnlineRecogniser"]
 
@@ -91,21 +92,20 @@ class OnlineRecogniser:
     ) -> None:
         if not 0 <= latency < np.inf:
             raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
+        _check_live(recogniser)
         self.recogniser = recogniser
         self.latency = latency
         self._channels = channel_map(channels, recogniser.channels)
         self._columns = list(self._channels.recorded)
         self._width = len(channels)
         scales, mother = recogniser.settings.scales, recogniser.settings.mother
-        complete = StreamingCwt(scales, 1, mother, TOLERANCE).complete
+        complete = reaches(scales, mother, TOLERANCE)
         # Beyond twice what the widest wavelet spans, nothing is heard of before a gap.
         self._grid = CausalGrid(
             len(self._columns), recogniser.rate, rate, 2 * int(np.max(complete)) + 1
         )
         self._complete = complete
-        from threadpoolctl import ThreadpoolController
-
-        self._pools = ThreadpoolController()  # looking for the BLAS takes milliseconds
+        self._blas = OneThread()
         self._stages = None if rate is None else self._made()
 
     @property
@@ -173,7 +173,7 @@ class OnlineRecogniser:
         if self._stages is None:
             self._stages = self._made()
         first = self._through(steps)
-        with self._one_thread():
+        with self._blas:
             last = self._stages.finish()
         return _joined(first, last)
 
@@ -185,12 +185,18 @@ class OnlineRecogniser:
         if self._stages is None or not len(steps):
             return _nothing(self.recogniser)
         rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
-        with self._one_thread():
+        with self._blas:
             return self._stages.push(steps.times, rows, steps.valid)
 
-    def _one_thread(self) -> Any:
-        """BLAS on one thread: on matrices of this size a second one only waits for the first."""
-        return self._pools.limit(limits=1, user_api="blas")
+
+def _check_live(recogniser: Recogniser) -> None:
+    """Refuse a recogniser whose features or decoder need all of a demonstration."""
+    settings = recogniser.settings
+    if settings.features != "wavelets" or settings.circular or settings.step or settings.decodes:
+        raise InputError(
+            f"A recogniser of preset {settings.preset} needs a whole demonstration and cannot "
+            f"follow a stream; train one with preset paper for live recognition."
+        )
 
 
 def _nothing(recogniser: Recogniser) -> Decided:
@@ -220,18 +226,18 @@ class _Stages:
         self._probe = prober(recogniser.classifier)
         channels = len(recogniser.channels)
         transform = StreamingCwt(
-            settings.scales, channels, settings.mother, TOLERANCE, budget.features
+            settings.scales, channels, settings.mother, TOLERANCE, budget.features, together=True
         )
         self._features = StreamingFeatures(channels, transform, budget.features, settings.phase)
         width = settings.median
         self._median = None if width is None else CausalMedian(width, budget.median)
         limits = limits_of(recogniser)
         self._drop = CausalDrop(limits, period, budget.drop) if limits else None
-        # Steps without features yet; those without a median; those without a label.
+        # Steps that wait for a label: the first `_coded` of them have features and a code, the
+        # first `_smooth` a median.
         self._times, self._valid = np.empty(0), np.empty(0, dtype=bool)
-        self._unfiltered = self._times, self._valid
         self._probabilities = _nothing(recogniser).probabilities
-        self._undecided = np.empty(0)
+        self._coded = self._smooth = 0
 
     def push(self, times: Real, rows: Real, valid: NDArray[np.bool_]) -> Decided:
         """Take steps of the grid."""
@@ -244,28 +250,28 @@ class _Stages:
         return self._decided(self._features.finish(), ended=True)
 
     def _decided(self, features: Real, ended: bool) -> Decided:
-        n = len(features)
-        times, valid = self._times[:n], self._valid[:n]
-        self._times, self._valid = self._times[n:], self._valid[n:]
+        first, self._coded = self._coded, self._coded + len(features)
+        valid = self._valid[first : self._coded]
         codes, probabilities = classify(self._recogniser, features, valid, self._probe)
+        if self._probabilities is not None and probabilities is not None:
+            self._probabilities = np.concatenate([self._probabilities, probabilities])
+        first = self._coded - len(codes)
         if self._median is not None:
-            times = np.concatenate([self._unfiltered[0], times])
-            valid = np.concatenate([self._unfiltered[1], valid])
             codes = self._median.push(codes)
             if ended:
                 codes = np.concatenate([codes, self._median.finish()])
-            n = len(codes)
-            self._unfiltered = times[n:], valid[n:]
-            times, valid = times[:n], valid[:n]
-            codes[~valid] = UNLABELLED
+            first, self._smooth = self._smooth, self._smooth + len(codes)
+            codes[~self._valid[first : self._smooth]] = UNLABELLED
         if self._drop is not None:
-            self._undecided = np.concatenate([self._undecided, times])
-            codes = self._drop.push(times, codes)
+            codes = self._drop.push(self._times[first : first + len(codes)], codes)
             if ended:
                 codes = np.concatenate([codes, self._drop.finish()])
-            times = self._undecided[: len(codes)]
-            self._undecided = self._undecided[len(codes) :]
-        if self._probabilities is not None and probabilities is not None:
-            known = np.concatenate([self._probabilities, probabilities])
-            probabilities, self._probabilities = known[: len(codes)], known[len(codes) :]
-        return Decided(times, codes, probabilities)
+        n = len(codes)
+        times, self._times = self._times[:n], self._times[n:]
+        self._valid = self._valid[n:]
+        self._coded -= n
+        self._smooth -= n
+        if self._probabilities is None:
+            return Decided(times, codes, None)
+        known, self._probabilities = self._probabilities[:n], self._probabilities[n:]
+        return Decided(times, codes, known)

@@ -54,15 +54,16 @@ def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
         As of :func:`forcelab.recognition.features.features`.
     """
     q, k, n = coefficients.shape
+    out = np.empty((2 if phase else 1, q, k, n))
+    magnitude, level = out[0], floor[:, :, None]
+    np.abs(coefficients, out=magnitude)  # squares would overflow
     with np.errstate(divide="ignore"):
-        magnitude = np.log(np.abs(coefficients))  # squares would overflow
-    quiet = magnitude <= floor[:, :, None]
-    parts = [np.maximum(magnitude, floor[:, :, None])]
+        np.log(magnitude, out=magnitude)
     if phase:
-        angle = np.arctan2(coefficients.imag, coefficients.real)
-        angle[quiet] = 0.0
-        parts.append(angle)
-    return np.concatenate([part.reshape(q * k, n).T for part in parts], axis=1)
+        np.arctan2(coefficients.imag, coefficients.real, out=out[1])
+        out[1][magnitude <= level] = 0.0
+    np.maximum(magnitude, level, out=magnitude)
+    return out.reshape(len(out) * q * k, n).T
 
 
 class Floor:
@@ -103,7 +104,7 @@ class StreamingFeatures:
     channels : int
         Recognition channels q.
     transform : StreamingCwt
-        Of the recogniser's scales, with `delay` as its latency.
+        Of the recogniser's scales, all together with `delay` as their latency.
     delay : int
         Steps.
     phase : bool
@@ -116,74 +117,57 @@ class StreamingFeatures:
         self._floor = Floor(channels, transform.scales)
         self._pending = np.empty((0, channels))  # before the noise is known
         self._seen = 0
-        # Coefficients by step, each scale as far as it is known: column 0 is step `_given`.
-        self._aligned = np.zeros((channels, len(transform.scales), delay), dtype=np.complex128)
-        self._given = 0
-        self._until = 0  # the first step that no scale knows yet
 
     def push(self, rows: Real) -> Real:
         """Take steps, shape (n, q); give the features that are due, shape (m, f)."""
-        parts = []
         if self._floor.now is None:
-            self._pending = np.concatenate([self._pending, rows])
-            if len(self._pending) < FIRST:
+            rows = np.concatenate([self._pending, rows])
+            if len(rows) < FIRST:
+                self._pending = rows
                 return self._none()
-            rows, self._pending = self._pending, self._pending[:0]
+            self._pending = rows[:0]
             self._floor.see(rows[:FIRST])
             self._floor.look()
-            parts.append(self._part(rows[:FIRST]))
-            rows = rows[FIRST:]
-        while len(rows):
-            part = rows[: EVERY - self._seen % EVERY]
-            parts.append(self._part(part))
-            self._floor.see(part)
-            if self._seen % EVERY == 0:
-                self._floor.look()
-            rows = rows[len(part) :]
-        return np.concatenate(parts) if parts else self._none()
+        return self._features(rows) if len(rows) else self._none()
 
     def finish(self) -> Real:
         """The features that are still to come, with the last values held."""
-        parts = []
+        first = self._none()
         if self._floor.now is None:
             if not len(self._pending):
-                return self._none()
+                return first
             self._floor.see(self._pending)
             self._floor.look()
-            parts.append(self._part(self._pending))
-        last = self._seen
-        rest = self._transform.finish()
-        # Whatever goes beyond the last step is about samples that never were.
-        parts.append(self._take(rest, last, last))
-        return np.concatenate(parts)
+            first = self._features(self._pending)
+        rest = self._rows(self._transform.finish(), self._seen)
+        return np.concatenate([first, rest])
 
     def _none(self) -> Real:
-        q, k, _ = self._aligned.shape
-        return np.empty((0, q * k * (2 if self._phase else 1)))
+        columns = self._transform.channels * len(self._transform.scales)
+        return np.empty((0, columns * (2 if self._phase else 1)))
 
-    def _part(self, rows: Real) -> Real:
-        """Features that come with steps between two looks at the noise."""
+    def _features(self, rows: Real) -> Real:
+        """Features that come with steps, with a look at the noise wherever one is due."""
         coefficients = self._transform.push(rows)
-        first = self._seen
-        self._seen += len(rows)
-        return self._take(coefficients, first, max(self._given, self._seen - self._delay))
+        parts = []
+        done = 0
+        while done < len(rows):
+            # What had been seen when the first look was taken was seen already.
+            count = EVERY - self._seen % EVERY if self._seen else FIRST
+            part = rows[done : done + count]
+            parts.append(self._rows(coefficients[:, :, done : done + len(part)], self._seen))
+            if self._seen:
+                self._floor.see(part)
+            self._seen += len(part)
+            done += len(part)
+            if self._seen % EVERY == 0:
+                self._floor.look()
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
-    def _take(self, coefficients: Complex, first: int, due: int) -> Real:
-        """Put new columns to the steps they belong to; give the features of steps before `due`."""
-        n = coefficients.shape[2]
-        held = self._aligned
-        width = first + n - self._given
-        table = np.zeros((*held.shape[:2], max(width, held.shape[2])), dtype=np.complex128)
-        table[:, :, : held.shape[2]] = held
-        for j, delay in enumerate(self._transform.delays.tolist()):
-            start = first - delay - self._given
-            skip = max(0, -start)
-            if skip < n:
-                table[:, j, start + skip : start + n] = coefficients[:, j, skip:]
-        count = due - self._given
-        self._given = due
-        self._aligned = table[:, :, count:]
+    def _rows(self, coefficients: Complex, first: int) -> Real:
+        """Features of the coefficients that came with the steps from `first` on."""
         floor = self._floor.now
         if floor is None:
             raise RuntimeError("the noise must have been looked at before coefficients come")
-        return rows_of(table[:, :, :count], floor, self._phase)
+        # What belongs before the first step is about samples that never were.
+        return rows_of(coefficients[:, :, max(0, self._delay - first) :], floor, self._phase)

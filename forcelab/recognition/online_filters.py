@@ -54,7 +54,9 @@ class CausalMedian:
         if not ready:
             return codes[:0]
         seen = self._before + 1 + self.delay
-        windows = np.lib.stride_tricks.sliding_window_view(self._codes, seen)
+        across = self._codes.strides[0]
+        # Not sliding_window_view, which takes longer than all the rest of this.
+        windows = np.ndarray((ready, seen), self._codes.dtype, self._codes, 0, (across, across))
         if self._unseen:
             windows = np.concatenate(
                 [windows, np.repeat(windows[:, -1:], self._unseen, axis=1)], axis=1
@@ -90,9 +92,11 @@ class CausalDrop:
             self._limits[code] = seconds
         self._period = period
         self.delay = min(ahead, self.needed(limits, period))
-        self._times, self._starts = np.empty(0), np.empty(0)
+        self._times = np.empty(0)
         self._codes = np.empty(0, dtype=np.int64)
-        self._last: tuple[float, int, float] | None = None  # time, code, start of its stretch
+        # Stretches of one code: the place among what waits where it begins, and when it began.
+        self._stretches: list[tuple[int, float]] = []
+        self._last = (-np.inf, UNLABELLED - 1)  # time and code of the newest step
 
     @staticmethod
     def needed(limits: Mapping[int, float], period: float) -> int:
@@ -109,44 +113,52 @@ class CausalDrop:
         return self._decide(np.empty(0), np.empty(0, dtype=np.int64), ended=True)
 
     def _decide(self, times: Real, codes: Codes, ended: bool) -> Codes:
-        self._append(times, codes)
+        if len(codes):
+            self._append(times, codes)
         n = len(self._codes)
         ready = n if ended else max(0, n - self.delay)
         if not ready:
             return self._codes[:0]
-        # Where each stretch ends among what is there; n where it may go on.
-        new = np.flatnonzero(np.diff(self._starts) != 0) + 1
-        bounds = np.append(new, n)
-        ends = bounds[np.searchsorted(bounds, np.arange(ready), side="right")]
-        last = np.minimum(np.arange(ready) + self.delay, n - 1)
-        following = np.append(self._times, np.inf)[ends]
-        end_times = np.minimum(following, self._times[ends - 1] + GAP_PERIODS * self._period)
-        gap = following - self._times[ends - 1] > GAP_PERIODS * self._period
-        end_times = np.where(gap, self._times[ends - 1] + self._period, end_times)
-        known = (ends <= last) | (ended & (ends == n))
-        seconds = np.where(known, end_times, self._times[last]) - self._starts[:ready]
         out = self._codes[:ready].copy()
-        places = np.clip(out, 0, len(self._limits) - 1)
-        limited = (out >= 0) & (out < len(self._limits))
-        short = limited & (seconds < self._limits[places] - _ROUNDING)
-        out[short] = UNLABELLED
-        self._times, self._starts = self._times[ready:], self._starts[ready:]
-        self._codes = self._codes[ready:]
+        ends = [*(place for place, _ in self._stretches[1:]), n]
+        gone = 0
+        for (begin, start), end in zip(self._stretches, ends, strict=True):
+            if begin >= ready:
+                break
+            gone += end <= ready
+            code = int(self._codes[max(0, begin)])
+            if end > 0 and 0 <= code < len(self._limits):
+                least = start + float(self._limits[code]) - _ROUNDING
+                self._judge(out, max(0, begin), end, least, ended)
+        self._times, self._codes = self._times[ready:], self._codes[ready:]
+        gone = min(gone, len(self._stretches) - 1)  # the newest may go on
+        self._stretches = [(place - ready, start) for place, start in self._stretches[gone:]]
         return out
 
+    def _judge(self, out: Codes, begin: int, end: int, least: float, ended: bool) -> None:
+        """Leave unlabelled those of a stretch that do not see it reach the time `least`."""
+        n = len(self._times)
+        # From here on its end is seen.
+        known = min(max(begin, end - self.delay if end < n or ended else n), len(out))
+        if end < n or ended:
+            last = float(self._times[end - 1])
+            following = float(self._times[end]) if end < n else np.inf
+            whole = following - last <= GAP_PERIODS * self._period
+            if (following if whole else last + self._period) < least:
+                out[known:end] = UNLABELLED
+        newest = self._times[begin + self.delay : known + self.delay]
+        # The earlier a step, the less of what follows it has seen.
+        out[begin : begin + int(np.searchsorted(newest, least))] = UNLABELLED
+
     def _append(self, times: Real, codes: Codes) -> None:
-        """Note new codes, and when the stretch of each began."""
-        if not len(codes):
-            return
-        before = np.array([-np.inf if self._last is None else self._last[0]])
-        last_code = np.array([UNLABELLED - 1 if self._last is None else self._last[1]])
-        steps = np.diff(np.concatenate([before, times]))
-        fresh = np.diff(np.concatenate([last_code, codes])) != 0
-        fresh |= steps > GAP_PERIODS * self._period
-        index = np.maximum.accumulate(np.where(fresh, np.arange(len(codes)), -1))
-        first = times[0] if self._last is None else self._last[2]
-        starts = np.where(index >= 0, times[np.maximum(index, 0)], first)
-        self._last = (float(times[-1]), int(codes[-1]), float(starts[-1]))
+        """Note new codes, and where stretches begin."""
+        longest = GAP_PERIODS * self._period
+        fresh = (codes[1:] != codes[:-1]) | (times[1:] - times[:-1] > longest)
+        begin = len(self._codes)
+        if codes[0] != self._last[1] or times[0] - self._last[0] > longest:
+            self._stretches.append((begin, float(times[0])))
+        for i in np.flatnonzero(fresh).tolist():
+            self._stretches.append((begin + i + 1, float(times[i + 1])))
+        self._last = (float(times[-1]), int(codes[-1]))
         self._times = np.concatenate([self._times, times])
         self._codes = np.concatenate([self._codes, codes])
-        self._starts = np.concatenate([self._starts, starts])

@@ -145,6 +145,10 @@ class CausalGrid:
     def _later(self, times: Real, signals: Real) -> Steps:
         """The samples whose stamps go on increasing."""
         times = np.asarray(times, dtype=np.float64)
+        steps = times[1:] - times[:-1]
+        if len(times) and times[0] > self._newest() and times[-1] < np.inf and np.all(steps > 0):
+            values = np.asarray(signals, dtype=np.float64)
+            return Steps(times, values, np.ones(len(times), dtype=bool))
         usable = np.where(np.isfinite(times), times, -np.inf)
         highest = np.maximum.accumulate(np.concatenate([[self._newest()], usable]))
         fine = usable > highest[:-1]
@@ -166,10 +170,10 @@ class CausalGrid:
         first = samples.times[0] - period if math.isinf(self._last_time) else self._last_time
         steps = np.diff(samples.times, prepend=first)
         self._last_time = float(samples.times[-1])
+        if np.rint(steps.max() / period) <= 1:  # nothing is missing, as nearly always
+            return samples
         counts = np.maximum(1, np.rint(np.minimum(steps / period, 1e15))).astype(np.int64)
         counts = np.minimum(counts, self._longest + 1)
-        if counts.max() == 1:
-            return samples
         ends = np.cumsum(counts) - 1
         times, valid = np.empty(ends[-1] + 1), np.ones(ends[-1] + 1, dtype=bool)
         signals = np.full((len(times), self._columns), np.nan)
@@ -186,12 +190,14 @@ class CausalGrid:
         rows = self._tail + rows if len(self._tail) else rows
         if not len(rows):
             return rows
-        signals, valid, limit = rows.signals.copy(), rows.valid.copy(), len(rows)
-        if not np.isfinite(signals).all():
-            for column in range(self._columns):
-                limit = min(limit, self._filled(column, signals[:, column], valid, ended))
-        else:
+        if np.isfinite(rows.signals).all():
             self._absent[:] = False
+            self._tail = rows[:0]
+            self._before = rows.signals[-1].copy()
+            return rows
+        signals, valid, limit = rows.signals.copy(), rows.valid.copy(), len(rows)
+        for column in range(self._columns):
+            limit = min(limit, self._filled(column, signals[:, column], valid, ended))
         rows = Steps(rows.times, signals, valid)
         self._tail = rows[limit:]
         if limit:

@@ -86,14 +86,8 @@ def _features(demonstration: Demonstration, settings: Settings) -> Iterator[Part
     except InputError as error:
         raise InputError(f"Demonstration '{demonstration.name}': {error}") from error
     rate = settings.rate or demonstration.rate
-    scales, wavelet = settings.scales, settings.mother
-    hertz = frequencies(scales, rate, wavelet)
-    yield Part(
-        f"{len(scales)} scales",
-        True,
-        f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
-        f"{hertz[0]:.3g} to {hertz[-1]:.3g} Hz",
-    )
+    windowed = settings.features == "windows"
+    yield _windows(settings) if windowed else _scales(settings, rate)
     for name, places in zip(channels.names, channels.columns, strict=True):
         columns = ", ".join(recorded[channels.recorded[place]].name for place in places)
         yield Part(f"channel {name}", True, f"from {columns}")
@@ -104,18 +98,55 @@ def _features(demonstration: Demonstration, settings: Settings) -> Iterator[Part
     for column, channel in enumerate(recorded):
         if column not in channels.recorded:
             yield Part(f"column {channel.name}", False, "no channel that is computed needs it")
+    if settings.step is not None:
+        hertz = rate / settings.hop(rate)
+        yield Part("every time step", False, f"decided at {hertz:.6g} Hz, not {rate:.6g} Hz")
+    if windowed:
+        yield Part("wavelets", False, "windows are looked at in their place")
+        yield Part(
+            "level, slope and rms", True, f"{settings.width(len(channels.names))} a time step"
+        )
+    else:
+        yield from _wavelets(demonstration, settings, len(channels.names), rate)
+
+
+def _windows(settings: Settings) -> Part:
+    """The windows that channels are looked at in."""
+    sizes = ", ".join(f"{1000 * window:g}" for window in settings.windows)
+    return Part(f"{len(settings.windows)} windows", True, f"of {sizes} ms")
+
+
+def _scales(settings: Settings, rate: float) -> Part:
+    """The scales of the wavelets."""
+    scales = settings.scales
+    hertz = frequencies(scales, rate, settings.mother)
+    return Part(
+        f"{len(scales)} scales",
+        True,
+        f"{scales[0]:g} to {scales[-1]:g} samples at {rate:.6g} Hz, {settings.wavelet} of "
+        f"{hertz[0]:.3g} to {hertz[-1]:.3g} Hz",
+    )
+
+
+def _wavelets(
+    demonstration: Demonstration, settings: Settings, channels: int, rate: float
+) -> Iterator[Part]:
+    """What is computed of the wavelet transforms."""
+    scales = settings.scales
     samples = max(1, round(demonstration.duration * rate))
     usual = usual_scales(samples, settings.min_scale, settings.spacing)
     wider = usual[len(scales) :]
     if len(wider):
         sizes = ", ".join(f"{scale:g}" for scale in wider)
         yield Part(f"scales of {sizes} samples", False, "wider than the settings' largest scale")
-    width = len(channels.names) * len(scales)
+    width = channels * len(scales)
     yield Part("log magnitudes", True, f"{width} a time step")
     yield Part(
         "phases",
         settings.phase,
-        f"{width} a time step" if settings.phase else "the settings switch them off",
+        f"{(1 + settings.circular) * width} a time step"
+        if settings.phase
+        else "the settings switch them off",
     )
 
 
@@ -125,10 +156,25 @@ def _after(settings: Settings) -> Iterator[Part]:
     yield Part(
         "probabilities",
         settings.needs_probabilities,
-        "the threshold filter needs them"
+        "the decoder needs them"
+        if settings.decodes
+        else "the threshold filter needs them"
         if settings.needs_probabilities
         else "no filter that is on needs them",
     )
+    knowing = {
+        "none": "knows nothing of the task",
+        "durations": "knows durations",
+        "order": "knows durations and order",
+    }
+    yield Part(
+        "decoder",
+        settings.decodes,
+        knowing[settings.choreography] if settings.decodes else "filters stand in its place",
+    )
+    if settings.decodes:
+        yield Part("filters", False, "the decoder stands in their place")
+        return
     filters = (
         ("threshold filter", settings.threshold, "below {:g}: unlabelled"),
         ("median filter", settings.median, "over {:g} samples"),

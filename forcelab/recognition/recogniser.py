@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
 
@@ -14,7 +14,10 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
 from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.choreography import Choreography
+from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Examples, Labelled, prepare
+from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
 
 __all__ = ["Prediction", "Recogniser"]
@@ -36,7 +39,7 @@ class Prediction:
     raw : ndarray of int64, shape (n,)
         Most probable action of each time step; unlabelled only in gaps.
     filtered : ndarray of int64, shape (n,)
-        The same after the recogniser's filters.
+        The same after the recogniser's filters, or decoded.
     probabilities : ndarray of float64, shape (n, K), or None
         None where nothing needed them.
     seconds : dict
@@ -56,6 +59,17 @@ class Prediction:
     seconds: dict[str, float]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     certainty: Certainty | None = None
+
+    def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
+        """The same at other stamps (s), shape (m,), given the time step that stands for each."""
+        return replace(
+            self,
+            times=times,
+            raw=self.raw[steps],
+            filtered=self.filtered[steps],
+            probabilities=None if self.probabilities is None else self.probabilities[steps],
+            stages={name: codes[steps] for name, codes in self.stages.items()},
+        )
 
     @property
     def segments(self) -> Segments:
@@ -83,6 +97,8 @@ class Recogniser:
         A fitted scikit-learn classifier of codes.
     trained_on : tuple of str
         Ids of the training demonstrations.
+    choreography : Choreography, optional
+        Durations and order of the training tracks; None without a decoder.
     """
 
     settings: Settings
@@ -92,6 +108,7 @@ class Recogniser:
     shortest: dict[str, float]
     classifier: Any
     trained_on: tuple[str, ...] = ()
+    choreography: Choreography | None = None
 
     def predict(self, demonstration: Demonstration, *, certainty: bool = False) -> Prediction:
         """Recognise the actions of a demonstration.
@@ -109,7 +126,10 @@ class Recogniser:
         """
         settings = self.settings.replace(channels=self.channels)
         examples = prepare(Labelled(demonstration), settings, self.rate)
-        return self.predict_examples(examples, certainty=certainty)
+        prediction = self.predict_examples(examples, certainty=certainty)
+        if settings.step is None:
+            return prediction
+        return prediction.at(demonstration.times, examples.nearest(demonstration.times))
 
     def predict_examples(self, examples: Examples, *, certainty: bool = False) -> Prediction:
         """Recognise the actions of a demonstration whose features are there already.
@@ -128,12 +148,17 @@ class Recogniser:
         started = perf_counter()
         raw, probabilities = self._classify(examples, certainty)
         classified = perf_counter()
-        filtered, stages = self._filter(raw, probabilities, examples)
+        if self.choreography is not None and probabilities is not None:
+            filtered = self._decode(probabilities, examples)
+            stages: dict[str, NDArray[np.int64]] = {}
+        else:
+            filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
         sure = None
         if certainty and probabilities is not None and examples.valid.any():
             seen = examples.valid
-            sure = Certainty.of(examples.times[seen], probabilities[seen], self.actions)
+            known = self._posterior(probabilities, examples)
+            sure = Certainty.of(examples.times[seen], known[seen], self.actions)
         return Prediction(
             examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure
         )
@@ -166,6 +191,35 @@ class Recogniser:
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
 
+    def _decode(self, probabilities: NDArray[np.float64], examples: Examples) -> NDArray[np.int64]:
+        """The best course of actions by probabilities and choreography."""
+        assert self.choreography is not None
+        return decode(
+            _logs(probabilities),
+            examples.valid,
+            self._step(examples),
+            self.choreography,
+            self.settings.choreography,  # type: ignore[arg-type]  # checked when it was set
+        )
+
+    def _posterior(
+        self, probabilities: NDArray[np.float64], examples: Examples
+    ) -> NDArray[np.float64]:
+        """How probable each action is by all that is known of the whole demonstration."""
+        if self.choreography is None:
+            return probabilities
+        return marginals(
+            _logs(probabilities),
+            examples.valid,
+            self._step(examples),
+            self.choreography,
+            self.settings.choreography,  # type: ignore[arg-type]
+        )
+
+    def _step(self, examples: Examples) -> float:
+        """Seconds between two time steps with features."""
+        return self.settings.hop(examples.rate) / examples.rate
+
     def _filter(
         self,
         raw: NDArray[np.int64],
@@ -192,3 +246,9 @@ class Recogniser:
             }
             codes = filters.drop_short(codes, examples.times, shortest, settings.drop)
         return codes, stages
+
+
+def _logs(probabilities: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Their logarithms; of a probability of nothing, minus infinity."""
+    with np.errstate(divide="ignore"):
+        return np.log(probabilities)

@@ -7,6 +7,7 @@ improvements are other presets, measured against it.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,14 +17,45 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.signals.cwt import geometric_scales
+from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import Wavelet, wavelet_named
 
-__all__ = ["CLASSIFIERS", "PRESETS", "Settings", "preset"]
+__all__ = [
+    "AMPLITUDES",
+    "CHOREOGRAPHIES",
+    "CLASSIFIERS",
+    "DECODERS",
+    "FEATURES",
+    "PLAIN_CLASSIFIERS",
+    "PRESETS",
+    "Settings",
+    "preset",
+]
 
 #: Classifiers by name: the paper's choice and those it was compared with.
-CLASSIFIERS = ("mlp", "naive-bayes", "decision-tree", "svm", "nearest-neighbours")
+CLASSIFIERS = (
+    "mlp",
+    "naive-bayes",
+    "decision-tree",
+    "svm",
+    "nearest-neighbours",
+    "logistic",
+    "extra-trees",
+    "boosting",
+    "ensemble",
+)
+#: Those of them that :mod:`forcelab.recognition.learning` fits, kept as plain arrays.
+PLAIN_CLASSIFIERS = CLASSIFIERS[5:]
+#: What a time step is known by.
+FEATURES = ("wavelets", "windows")
+#: The unit of forces in windows: newtons, a demonstration's own amplitude, or what does better.
+AMPLITUDES = ("absolute", "own", "chosen")
+#: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
+DECODERS = ("filters", "semi-markov")
+CHOREOGRAPHIES = ("none", "durations", "order")
 
+#: Standard deviations in seconds of the windows in which channels are looked at.
+WINDOWS = (0.01, 0.04, 0.16, 0.64)
 #: A wavelet of this scale, in samples, already lasts minutes at 1 kHz; its padding takes memory.
 LARGEST_SCALE = 2.0**17
 
@@ -65,6 +97,25 @@ class Settings:
         Spellings to take as one action in training and scoring.
     seed : int
         Of everything random.
+    features : str
+        One of :data:`FEATURES`: wavelets, or level, slope and strength in Gaussian windows.
+    circular : bool
+        Whether cosine and sine of each phase, fading where there is only noise, stand for it:
+        an angle jumps at half a turn.
+    windows : tuple of float
+        Standard deviations of the windows in seconds, rising.
+    step : float, optional
+        Seconds between two time steps that have features; every sample of the grid by default.
+    amplitude : str
+        One of :data:`AMPLITUDES`, of windows only.
+    balanced : bool
+        Whether every action counts the same in training, of :data:`PLAIN_CLASSIFIERS` only.
+    calibrated : bool
+        Whether probabilities are calibrated on left-out demonstrations; of the same only.
+    decoder : str
+        One of :data:`DECODERS`. The decoder takes the place of all filters.
+    choreography : str
+        One of :data:`CHOREOGRAPHIES`: what of the training tracks the decoder may use.
 
     Raises
     ------
@@ -88,12 +139,22 @@ class Settings:
     drop: float | None = 0.125
     merge: MergeMap = field(default_factory=MergeMap)
     seed: int = 0
+    features: str = "wavelets"
+    circular: bool = False
+    windows: tuple[float, ...] = WINDOWS
+    step: float | None = None
+    amplitude: str = "absolute"
+    balanced: bool = False
+    calibrated: bool = False
+    decoder: str = "filters"
+    choreography: str = "order"
 
     def __post_init__(self) -> None:
-        if self.classifier not in CLASSIFIERS:
-            raise InputError(
-                f"There is no classifier '{self.classifier}'; choose from {', '.join(CLASSIFIERS)}."
-            )
+        for name, known in _CHOICES.items():
+            if getattr(self, name) not in known:
+                raise InputError(
+                    f"There is no {name} '{getattr(self, name)}'; choose from {', '.join(known)}."
+                )
         for name, (fine, need) in self._ranges().items():
             if not fine:
                 raise InputError(f"The setting {name} must be {need}, not {getattr(self, name)}.")
@@ -124,7 +185,17 @@ class Settings:
                 f"from 0.001 to {LARGEST_SCALE:.0f} samples",
             ),
             "spacing": (_number(self.spacing, 1e-3, 100), "from 0.001 to 100 octaves"),
-            "phase": (isinstance(self.phase, bool), "true or false"),
+            **{
+                name: (isinstance(getattr(self, name), bool), "true or false") for name in _SWITCHES
+            },
+            "windows": (
+                isinstance(self.windows, tuple)
+                and 1 <= len(self.windows) <= 32
+                and all(_number(window, 1e-4, 1e3) for window in self.windows)
+                and all(a < b for a, b in itertools.pairwise(self.windows)),
+                "1 to 32 rising numbers of seconds from 0.0001 to 1000",
+            ),
+            "step": (self.step is None or _number(self.step, 1e-6, 1e3), "a positive number of s"),
             "stride": (_whole(self.stride, 1), "a whole number from 1"),
             "threshold": (self.threshold is None or _number(self.threshold, 0, 1), "from 0 to 1"),
             "median": (self.median is None or _whole(self.median, 1), "a whole number from 1"),
@@ -145,7 +216,39 @@ class Settings:
     @property
     def needs_probabilities(self) -> bool:
         """Whether anything uses more than the most probable action."""
-        return self.threshold is not None
+        return self.decodes or self.threshold is not None
+
+    @property
+    def decodes(self) -> bool:
+        """Whether a decoder takes the place of the filters."""
+        return self.decoder != "filters"
+
+    def bands(self, rate: float) -> NDArray[np.float64]:
+        """The frequency in Hz that each scale or window answers to, shape (k,), falling.
+
+        Of a window the angular frequency is one over its standard deviation: what changes faster
+        is mostly averaged out.
+
+        Parameters
+        ----------
+        rate : float
+            Samples a second of the grid.
+        """
+        if self.features == "windows":
+            return 1.0 / (2 * np.pi * np.array(self.windows))
+        return frequencies(self.scales, rate, self.mother)
+
+    def width(self, channels: int) -> int:
+        """How many features a time step has, of so many channels."""
+        if self.features == "windows":
+            kinds = 6 if self.amplitude == "chosen" else 3
+            return kinds * channels * len(self.windows)
+        kinds = 1 + (2 if self.circular else 1) * self.phase
+        return kinds * channels * len(self.scales)
+
+    def hop(self, rate: float) -> int:
+        """Samples of the grid from one time step with features to the next."""
+        return 1 if self.step is None else max(1, round(self.step * rate))
 
     def replace(self, **changes: Any) -> Settings:
         """The same settings with some values changed."""
@@ -155,6 +258,7 @@ class Settings:
         """Plain values that :meth:`from_json` turns back into equal settings."""
         values = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         values["channels"] = None if self.channels is None else list(self.channels)
+        values["windows"] = list(self.windows)
         values["merge"] = self.merge.to_json()
         return values
 
@@ -179,10 +283,25 @@ class Settings:
                 if not isinstance(names, list):
                     raise TypeError("channels is no list of names")
                 changed["channels"] = tuple(names)
+            if (windows := changed.get("windows")) is not None:
+                if not isinstance(windows, list):
+                    raise TypeError("windows is no list of numbers")
+                changed["windows"] = tuple(windows)
             changed["merge"] = MergeMap.from_json(changed.get("merge", {}))
             return cls(**changed)
         except TypeError as error:
             raise InputError(f"The settings hold a value of the wrong type: {error}.") from error
+
+
+#: The settings that are one of several words, and those that are on or off.
+_CHOICES: Mapping[str, tuple[str, ...]] = {
+    "classifier": CLASSIFIERS,
+    "features": FEATURES,
+    "amplitude": AMPLITUDES,
+    "decoder": DECODERS,
+    "choreography": CHOREOGRAPHIES,
+}
+_SWITCHES = ("phase", "circular", "balanced", "calibrated")
 
 
 def _number(value: object, least: float, most: float) -> bool:
@@ -211,7 +330,41 @@ PRESETS: Mapping[str, Settings] = {
         median=10,
         drop=1 / 8,
         seed=0,
-    )
+    ),
+    # What the authors' published code does where it differs from their text: it keeps the wide
+    # scales, has no threshold, and takes a running median over 101 samples; then, as in the text,
+    # runs shorter than a least length of each action go.
+    "released": Settings(
+        preset="released",
+        min_scale=4.0,
+        max_scale=4096.0,
+        threshold=None,
+        median=101,
+        drop=1 / 8,
+    ),
+    "fast": Settings(
+        preset="fast",
+        features="windows",
+        step=0.02,
+        amplitude="own",
+        classifier="extra-trees",
+        threshold=None,
+        median=None,
+        drop=None,
+        decoder="semi-markov",
+    ),
+    "best": Settings(
+        preset="best",
+        features="windows",
+        step=0.02,
+        amplitude="chosen",
+        classifier="extra-trees",
+        threshold=None,
+        median=None,
+        drop=None,
+        calibrated=True,
+        decoder="semi-markov",
+    ),
 }
 
 

@@ -24,7 +24,8 @@ def check_classifier(classifier: Any, settings: Settings, width: int, actions: i
     Parameters
     ----------
     classifier : object
-        As read from a file; a decision tree's nodes are still plain arrays.
+        As read from a file; a decision tree's nodes are still plain arrays. What is plain arrays
+        throughout checks itself, in :mod:`forcelab.recognition.averaged`.
     settings : Settings
         They say which classifier it must be.
     width : int

@@ -10,6 +10,7 @@ import copy
 import tokenize
 import zipfile
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,10 @@ import numpy as np
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.recognition.averaged import Averaged
+from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import PLAIN_CLASSIFIERS, Settings
 from forcelab.recognition.soundness import check_classifier
 from forcelab.versions import versions
 
@@ -53,9 +56,9 @@ DAMAGE = (
 
 def dump(recogniser: Recogniser) -> bytes:
     """A recogniser as the bytes of its file."""
-    from skops import io
-
     classifier = copy.copy(recogniser.classifier)
+    if isinstance(classifier, Averaged):
+        return _packed(recogniser, classifier.plain())
     # The optimiser's state and the shuffles serve further training only.
     vars(classifier).pop("_optimizer", None)
     vars(classifier).pop("_random_state", None)
@@ -64,6 +67,14 @@ def dump(recogniser: Recogniser) -> bytes:
     if hasattr(classifier, "tree_"):
         # As plain arrays, which can be checked before compiled code follows them.
         classifier.tree_ = classifier.tree_.__getstate__()
+    return _packed(recogniser, classifier)
+
+
+def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
+    """A recogniser whose classifier is ready to be written."""
+    from skops import io
+
+    choreography = recogniser.choreography
     return bytes(
         io.dumps(
             {
@@ -74,6 +85,7 @@ def dump(recogniser: Recogniser) -> bytes:
                 "actions": list(recogniser.actions),
                 "shortest": recogniser.shortest,
                 "trained_on": list(recogniser.trained_on),
+                "choreography": None if choreography is None else choreography.to_json(),
                 "versions": versions(),
                 "classifier": classifier,
             }
@@ -140,12 +152,30 @@ def _recogniser(content: object, path: Path) -> Recogniser:
         shortest={str(action): float(least) for action, least in content["shortest"].items()},
         classifier=classifier,
         trained_on=tuple(str(identity) for identity in content["trained_on"]),
+        choreography=_choreography(content.get("choreography"), settings),
     )
     if not 0 < recogniser.rate < np.inf:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
-    width = (2 if settings.phase else 1) * len(recogniser.channels) * len(settings.scales)
-    check_classifier(classifier, settings, width, len(recogniser.actions))
+    width = settings.width(len(recogniser.channels))
+    known = len(recogniser.actions)
+    if (
+        recogniser.choreography is not None
+        and recogniser.choreography.actions != recogniser.actions
+    ):
+        raise ValueError("the choreography is of other actions")
+    if settings.classifier in PLAIN_CLASSIFIERS:
+        return replace(recogniser, classifier=Averaged.from_plain(classifier, width, known))
+    check_classifier(classifier, settings, width, known)
     return recogniser
+
+
+def _choreography(plain: object, settings: Settings) -> Choreography | None:
+    """Check what the decoder knows; older files have no decoder and nothing of it."""
+    if not settings.decodes:
+        return None
+    if not isinstance(plain, Mapping):
+        raise TypeError("no choreography")
+    return Choreography.from_json(plain)
 
 
 def _names(values: object) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, from_codes
+from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
     Examples,
@@ -21,6 +22,7 @@ from forcelab.recognition.examples import (
     prepare,
     same_channels,
 )
+from forcelab.recognition.learning import Care
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 
@@ -86,6 +88,21 @@ def _labelled_rows(
     return np.concatenate(X), np.concatenate(y)
 
 
+def _care(examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings) -> Care:
+    """Which demonstration each training row is of, and which columns there are to choose from."""
+    counts = [len(_labelled_rows([example], actions, settings.stride)[1]) for example in examples]
+    columns = []
+    if settings.amplitude == "chosen" and settings.features == "windows":
+        places = np.arange(settings.width(len(examples[0].channels)))
+        columns = np.split(places, 2)  # in the channels' units, then in each one's own
+    return Care(
+        groups=np.repeat(np.arange(len(examples)), counts),
+        columns=columns,
+        balanced=settings.balanced,
+        calibrated=settings.calibrated,
+    )
+
+
 def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
     """Duration of each action's shortest segment, in seconds, merged and cut as when scored."""
     shortest: dict[str, float] = {}
@@ -136,10 +153,11 @@ def fit_examples(
         )
     watched = None if held_out is None else _labelled_rows([held_out], actions, settings.stride)
     probabilities = settings.needs_probabilities
-    for step in fitting(settings.classifier, X, y, settings.seed, probabilities):
+    care = _care(examples, actions, settings)
+    for step in fitting(settings.classifier, X, y, settings.seed, probabilities, care):
         classifier = step.classifier
         accuracy = None
-        if watched is not None and len(watched[1]):
+        if classifier is not None and watched is not None and len(watched[1]):
             accuracy = float(np.mean(classifier.predict(watched[0]) == watched[1]))
         yield Epoch(step.number, step.total, text, step.loss, accuracy)
     return Recogniser(
@@ -150,6 +168,9 @@ def fit_examples(
         shortest=_shortest(examples, actions),
         classifier=classifier,
         trained_on=tuple(trained_on),
+        choreography=Choreography.learn([example.segments for example in examples], actions)
+        if settings.decodes
+        else None,
     )
 
 

@@ -30,7 +30,6 @@ from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.certainty import Certainty
 from forcelab.review.nearest import Summaries, summarised
 from forcelab.review.outcome import Outcome
-from forcelab.signals.cwt import frequencies
 
 __all__ = ["Withheld", "track_at", "withholding"]
 
@@ -59,7 +58,7 @@ class Withheld:
     judge : Network or Voter
         The classifier.
     hertz : ndarray, shape (k,)
-        Of the scales, the smallest scale first.
+        Of the scales or windows, the smallest first.
     certainty : Certainty or None
         Of the run if it kept any, else of `judge`; None if that gives no probabilities.
     kept : bool
@@ -158,9 +157,10 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     if final is not None:
         settings = settings.replace(rate=final.rate, channels=final.channels)
     *known, examples = yield from preparing([*learnt, held_out], settings)
+    hertz = settings.bands(examples.rate)
     training = Summaries.joined(
         [
-            summarised(example, item.demonstration, len(settings.scales))
+            summarised(example, item.demonstration, len(hertz))
             for example, item in zip(known, learnt, strict=True)
         ]
     )
@@ -180,7 +180,7 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
         demonstration=held_out.demonstration,
         examples=examples,
         judge=judge,
-        hertz=frequencies(settings.scales, examples.rate, settings.mother),
+        hertz=hertz,
         certainty=certainty,
         kept=reviewed.certainty is not None,
         same=_same(recogniser, examples, stamps, reviewed.predicted),

@@ -21,6 +21,8 @@ FACTOR = 4
 SIZES = tuple(UNIT * FACTOR**k for k in range(8))
 #: Samples that are read at once: one block of the coarsest level.
 CHUNK = SIZES[-1]
+#: Up to so many samples a column are picked one by one rather than found run by run.
+PICKED = 32
 #: A column holds at least so many blocks of the coarsest level that is used for it.
 FEWEST = 4
 #: From so many samples a column on, extremes are drawn; below, a line through the samples.
@@ -113,6 +115,19 @@ class Columns:
     def pyramid(self) -> bool:
         """Whether a pyramid is needed; without, at most 64 samples a column are looked at."""
         return self.crowd >= FEWEST * UNIT
+
+    @cached_property
+    def picks(self) -> Whole | None:
+        """The samples of each column that holds any, one column below the other, shape (s, m).
+
+        A column with fewer than `s` repeats its last one. None where columns hold too many, or
+        some hold many more than others.
+        """
+        first, last = self.firsts[self.full], self.lasts[self.full]
+        most = int((last - first).max(initial=0))
+        if most > PICKED or most * len(self.full) > 2 * self.samples + len(self.full):
+            return None
+        return np.minimum(first + np.arange(most)[:, np.newaxis], last - 1)
 
     def up_to(self, count: int) -> Columns:
         """The same columns with only the first `count` samples of the demonstration in them."""

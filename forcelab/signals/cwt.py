@@ -1,12 +1,13 @@
 """The continuous wavelet transform by products in Fourier space.
 
 ``W(a, b) = a^-1/2 sum_n x_n conj(psi((n - b) / a))`` for scales `a` in samples. Before the first
-and after the last sample the end values hold.
+and after the last sample the end values hold. This is the plain and exact way;
+:mod:`forcelab.signals.engine` gives the same to a tolerance, many times as fast.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +15,7 @@ from scipy import fft
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
+from forcelab.signals.engine.ring import laid_into_ring, ring_length, ring_response
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = [
@@ -27,11 +29,6 @@ __all__ = [
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-
-#: Samples over which the last value leads to the first, half-widths away from both. A jump there
-#: would be heard at both ends by wavelets that are cut at the Nyquist frequency and ring for long.
-_RAMP = 64
 
 
 def geometric_scales(first: float = 2.0, last: float = 1024.0, spacing: float = 1.0) -> Real:
@@ -100,30 +97,6 @@ def cone_of_influence(n: int, wavelet: Wavelet) -> Real:
     return (np.minimum(index, n - 1 - index) + 0.5) / wavelet.e_folding
 
 
-def _groups(n: int, scales: Real, radius: float) -> Iterator[tuple[int, list[int]]]:
-    """FFT lengths with the scales that fit into them, so that narrow wavelets pay for no padding.
-
-    Each length holds the signal, one half-width beyond both ends, and the ramp that joins them.
-    """
-    lengths: dict[int, list[int]] = {}
-    for j, scale in enumerate(scales):
-        need = n + 2 * int(np.ceil(radius * scale)) + _RAMP
-        lengths.setdefault(fft.next_fast_len(need, real=False), []).append(j)
-    yield from lengths.items()
-
-
-def _held(values: Real, length: int) -> Real:
-    """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
-    n = values.shape[-1]
-    gap = length - n
-    ramp = np.clip(0.5 + (np.arange(gap) - 0.5 * (gap - 1)) / _RAMP, 0.0, 1.0)
-    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
-    ring = np.empty((*values.shape[:-1], length))
-    ring[..., :n] = values
-    ring[..., n:] = share * values[..., -1:] + (1 - share) * values[..., :1]
-    return ring
-
-
 def transform_channels(values: Real, scales: Real, wavelet: Wavelet) -> Complex:
     """Transform conditioned channels; :func:`cwt` is the safe way in.
 
@@ -141,16 +114,14 @@ def transform_channels(values: Real, scales: Real, wavelet: Wavelet) -> Complex:
     """
     c, n = values.shape
     out = np.empty((c, len(scales), n), dtype=np.complex128)
-    for length, members in _groups(n, scales, wavelet.radius):
-        spectrum = fft.fft(_held(values, length), axis=-1)
-        omega = 2 * np.pi * fft.fftfreq(length)
+    # Narrow wavelets pay for no padding: each length has the scales that fit into it.
+    lengths: dict[int, list[int]] = {}
+    for j, scale in enumerate(scales):
+        lengths.setdefault(ring_length(n, scale, wavelet.radius), []).append(j)
+    for length, members in lengths.items():
+        spectrum = fft.fft(laid_into_ring(values, length), axis=-1)
         for j in members:
-            a = scales[j]
-            response = np.sqrt(a) * np.conj(wavelet.spectrum(a * omega))
-            if length % 2 == 0:
-                # The Nyquist bin stands for both signs of its frequency.
-                both = wavelet.spectrum(a * np.array([-np.pi, np.pi]))
-                response[length // 2] = np.sqrt(a) * np.conj(both.mean())
+            response = ring_response(wavelet, scales[j], length)
             out[:, j] = fft.ifft(spectrum * response, axis=-1, overwrite_x=True)[:, :n]
     if wavelet.real:
         # What rounding leaves there would flip the phase of negatives between pi and -pi.

@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.signals.columns import CHUNK, FACTOR, SIZES, UNIT, Columns
 
-__all__ = ["Envelope", "Extremes", "read_envelopes"]
+__all__ = ["Envelope", "Extremes", "drawn_together", "read_envelopes"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -73,6 +73,7 @@ class Envelope:
 
     def __init__(self, signals: Real, column: int) -> None:
         signals = np.asarray(signals)  # no memmap, which is slow to index; nothing is copied
+        self._signals, self._column = signals, column
         self.values: Real = signals[:, column]
         self._width = signals.shape[1]
         self._flat: Real = signals.reshape(-1)[column:]
@@ -146,9 +147,7 @@ class Envelope:
             which, after, share = which[:read], after[:read], share[:read]
         left, right = (self._flat.take(i * self._width) for i in (after - 1, after))
         met = np.full(len(columns) + 1, np.nan)
-        with np.errstate(invalid="ignore", over="ignore"):
-            value = left * (1.0 - share) + right * share
-        met[which] = np.where(np.isfinite(value), value, np.nan)
+        met[which] = _between(left, right, share)
         return Extremes(
             np.fmin(found.low, np.fmin(met[:-1], met[1:])),
             np.fmax(found.high, np.fmax(met[:-1], met[1:])),
@@ -169,6 +168,32 @@ class Envelope:
             level = self._levels[columns.top][bounds[0] : bounds[-1] + 1]
             found = np.minimum.reduceat(level.T.copy(), bounds - bounds[0], axis=1)[:, ::2]
             _lower(low, high, which, found.T)
+
+
+def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes]:
+    """What :meth:`Envelope.drawn` gives for each of some channels of one demonstration.
+
+    Where few samples lie in a column it takes a third of the time: the channels of a sample lie
+    next to each other.
+    """
+    picks = None if columns.pyramid else columns.picks
+    if picks is None or picks.size == 0 or 2 * len(envelopes) < envelopes[0]._width:
+        return [envelope.drawn(columns) for envelope in envelopes]
+    signals = envelopes[0]._signals
+    lows, highs = _present(signals.take(picks, axis=0))
+    shape = (len(columns), signals.shape[1])
+    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
+    least, greatest = lows.min(axis=0), highs.max(axis=0)
+    least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
+    low[columns.full], high[columns.full] = least, greatest
+    which, after, share = columns.crossings
+    met = np.full((len(columns) + 1, signals.shape[1]), np.nan)
+    left, right = signals.take(after - 1, axis=0), signals.take(after, axis=0)
+    met[which] = _between(left, right, share[:, np.newaxis])
+    low = np.fmin(low, np.fmin(met[:-1], met[1:]))
+    high = np.fmax(high, np.fmax(met[:-1], met[1:]))
+    chosen = [envelope._column for envelope in envelopes]
+    return [Extremes(low[:, i], high[:, i]) for i in chosen]
 
 
 def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, None]:
@@ -199,6 +224,13 @@ def _present(values: Real) -> tuple[Real, Real]:
     if not missing.any():
         return values, values
     return np.where(missing, np.inf, values), np.where(missing, -np.inf, values)
+
+
+def _between(left: Real, right: Real, share: Real) -> Real:
+    """Values a share of the way from one sample to the next; NaN where one of them is missing."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        value = left * (1.0 - share) + right * share
+    return np.where(np.isfinite(value), value, np.nan)
 
 
 def _lower(low: Real, high: Real, which: Whole, lowest: Real) -> None:

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcelab.errors import InputError
-from forcelab.signals.streaming_kernels import HALF, Kernel, Level, low_pass, plan, support
+from forcelab.signals.streaming_kernels import reaches
+from forcelab.signals.streaming_plan import Level, plan
+from forcelab.signals.streaming_tape import CHUNK, Tapes
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = ["StreamingCwt", "early_error"]
@@ -23,8 +25,6 @@ __all__ = ["StreamingCwt", "early_error"]
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: Samples that are worked on at once; larger blocks are cut, so that memory stays bounded.
-CHUNK = 2048
 #: Delay over scale, and the error of the early estimate of a Morlet with p = 5: root mean square
 #: over that of the coefficients, on force recordings (on random walks and white noise within a
 #: fifth; ``forcelab measure stream``).
@@ -46,42 +46,6 @@ def early_error(delay_in_scales: ArrayLike) -> Real:
     return np.exp(np.interp(at, EARLY[0], np.log(EARLY[1])))
 
 
-class _Tape:
-    """The newest rows of an endless table, in one piece of memory.
-
-    Parameters
-    ----------
-    rows : int
-        How many of the newest rows must stay readable.
-    columns : int
-    """
-
-    def __init__(self, rows: int, columns: int) -> None:
-        self._kept = rows
-        self._table = np.zeros((2 * rows + 2 * CHUNK, columns))
-        self._end = rows
-        #: Rows that were ever written.
-        self.written = 0
-
-    def append(self, rows: Real) -> None:
-        """Add rows at the end, at most :data:`CHUNK`."""
-        if self._end + len(rows) > len(self._table):
-            self._table[: self._kept] = self._table[self._end - self._kept : self._end]
-            self._end = self._kept
-        self._table[self._end : self._end + len(rows)] = rows
-        self._end += len(rows)
-        self.written += len(rows)
-
-    def view(self, first: int, last: int) -> Real:
-        """Rows ``[first, last)`` by their number; numbers before 0 are rows of zeros."""
-        shift = self._end - self.written
-        return self._table[first + shift : last + shift]
-
-    def lower(self, by: Real) -> None:
-        """Subtract from all rows that can still be read."""
-        self._table[max(0, self._end - self._kept - CHUNK) : self._end] -= by
-
-
 class StreamingCwt:
     """Wavelet coefficients of samples as they come.
 
@@ -95,9 +59,13 @@ class StreamingCwt:
     tolerance : float
         Error of a complete coefficient relative to the largest one of its scale. It is held 3.9
         scales after the sample for 1.4e-3, 4.8 for 3e-5 and 5.6 for 3e-7 (Morlet).
-    latency : int, optional
-        Samples after which a coefficient is given even if its wavelet has not passed yet, with
-        the last value held beyond. By default every wavelet is waited for.
+    latency : int or array_like of int, shape (k,), optional
+        Samples, of all scales or of each, after which a coefficient is given even if its wavelet
+        has not passed yet, with the last value held beyond. By default every wavelet is waited
+        for.
+    together : bool
+        Whether the coefficients of all scales come at one delay, the latency or else that of the
+        widest, so that a column of what comes belongs to one sample.
 
     Attributes
     ----------
@@ -106,6 +74,8 @@ class StreamingCwt:
         Samples after which the wavelet of each scale has passed.
     delays : ndarray of int, shape (k,)
         Samples after which its coefficients are given: `complete`, or the latency.
+    aheads : ndarray of int, shape (k,)
+        Samples after the coefficient's that take part in it, at most the delay.
     pasts : ndarray of int, shape (k,)
         Samples before the coefficient's that take part in it.
 
@@ -130,7 +100,8 @@ class StreamingCwt:
         channels: int,
         wavelet: Wavelet | None = None,
         tolerance: float = 3e-5,
-        latency: int | None = None,
+        latency: int | Sequence[int] | NDArray[np.int64] | None = None,
+        together: bool = False,
     ) -> None:
         self.scales = np.atleast_1d(np.asarray(scales, dtype=np.float64))
         if self.scales.ndim != 1 or not np.all((self.scales > 0) & np.isfinite(self.scales)):
@@ -139,45 +110,35 @@ class StreamingCwt:
             raise InputError(f"A stream needs at least one channel, not {channels}.")
         if not 1e-8 <= tolerance < 0.5:
             raise InputError(f"The tolerance must lie between 1e-8 and 0.5, not at {tolerance}.")
-        if latency is not None and latency < 0:
-            raise InputError(f"The latency is a number of samples from 0, not {latency}.")
+        if latency is not None and np.min(latency) < 0:
+            raise InputError(f"The latency is a number of samples from 0, not {np.min(latency)}.")
         self.channels = channels
         self.tolerance = tolerance
         self._wavelet = wavelet or Morlet()
-        after = support(self._wavelet, tolerance)
-        before = support(self._wavelet, 0.1 * tolerance)
-        kernels = [Kernel.of(float(a), self._wavelet) for a in self.scales]
-        self.complete = np.array([k.reach(after, tolerance) for k in kernels], dtype=np.int64)
-        self.pasts = np.array([k.reach(before, 0.1 * tolerance) for k in kernels], dtype=np.int64)
-        self.delays = self.complete if latency is None else np.minimum(self.complete, latency)
-        self._levels = plan(self.scales, self._wavelet, self.delays, self.pasts)
-        self._filters = {level.step: low_pass(level.step) for level in self._levels}
-        self._filters.pop(1, None)
+        self.complete = reaches(self.scales, self._wavelet, tolerance)
+        self.pasts = reaches(self.scales, self._wavelet, 0.1 * tolerance)
+        aheads = self.complete if latency is None else np.minimum(self.complete, latency)
+        longest = int(np.max(aheads if latency is None else latency, initial=0))
+        self._levels, self.aheads = plan(
+            self.scales, self._wavelet, aheads, self.pasts, longest if together else None
+        )
+        self.delays = np.full_like(aheads, longest) if together else aheads
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples; the next one is the first."""
-        fine = [level.fine + level.block for level in self._levels]
-        filters = [len(taps) + step for step, taps in self._filters.items()]
-        self._fine = _Tape(max([1, *fine, *filters]) + CHUNK, self.channels)
-        self._coarse = {
-            step: _Tape(
-                max(lv.coarse for lv in self._levels if lv.step == step)
-                + HALF
-                + (CHUNK + max(lv.block for lv in self._levels if lv.step == step)) // step
-                + 2,
-                self.channels,
-            )
-            for step in self._filters
-        }
-        self._base: Real | None = None
-        self._next_base = 0
-        self._last: Real | None = None
+        fine = max((lv.fine + lv.rows + lv.behind for lv in self._levels), default=0)
+        coarse: dict[int, int] = {}
+        for lv in self._levels:
+            if lv.step > 1:
+                kept = lv.coarse + (lv.rows + lv.behind) // lv.step + 1
+                coarse[lv.step] = max(coarse.get(lv.step, 0), kept)
+        self._tapes = Tapes(self.channels, fine, coarse)
 
     @property
     def pushed(self) -> int:
         """Samples that have come since the start."""
-        return self._fine.written
+        return self._tapes.fine.written
 
     def push(self, block: ArrayLike) -> Complex:
         """Take samples and give as many coefficients of each scale.
@@ -204,15 +165,16 @@ class StreamingCwt:
                 f"A block of {self.channels} channels has the shape (n, {self.channels}), "
                 f"not {samples.shape}."
             )
-        if not np.isfinite(samples).all():
+        peak = float(np.max(np.abs(samples), initial=0.0))
+        if not peak < np.inf:  # nor is NaN
             raise InputError("A stream takes finite samples only; bridge what is missing first.")
         out = np.empty((self.channels, len(self.scales), len(samples)), dtype=np.complex128)
+        # Real and imaginary parts as an axis of their own.
+        parts = out.view(np.float64).reshape(*out.shape, 2)
         for start in range(0, len(samples), CHUNK):
-            part = samples[start : start + CHUNK]
-            self._take(part)
-            self._give(out[:, :, start : start + len(part)])
-        if len(samples):
-            self._last = samples[-1].copy()
+            chunk = samples[start : start + CHUNK]
+            self._tapes.take(chunk, peak)
+            self._give(parts[:, :, start : start + len(chunk)])
         if self._wavelet.real:
             out.imag = 0.0  # what rounding leaves there would flip the phase of negatives
         return out
@@ -226,93 +188,55 @@ class StreamingCwt:
             As of :meth:`push`, for ``m = max(delays)`` further samples.
         """
         rest = int(np.max(self.delays, initial=0))
-        if self._last is None:
+        if self._tapes.last is None:
             return np.empty((self.channels, len(self.scales), 0), dtype=np.complex128)
-        return self.push(np.broadcast_to(self._last, (rest, self.channels)))
+        return self.push(np.broadcast_to(self._tapes.last, (rest, self.channels)))
 
-    def _take(self, samples: Real) -> None:
-        """Write samples onto the tapes, as differences from a level that follows them slowly."""
-        if self._base is None:
-            self._base = samples[0].copy()
-        elif self._fine.written >= self._next_base:
-            # A level far from zero would leave the rounding of large numbers in the products.
-            level = samples[0].copy()
-            shift = level - self._base
-            for tape in (self._fine, *self._coarse.values()):
-                tape.lower(shift)
-            self._base = self._base + shift
-        if self._fine.written >= self._next_base:
-            self._next_base = (self._fine.written // CHUNK + 1) * CHUNK
-        self._fine.append(samples - self._base)
-        for step, tape in self._coarse.items():
-            self._decimate(step, tape)
-
-    def _decimate(self, step: int, tape: _Tape) -> None:
-        """Write the decimated samples, at multiples of `step`, whose filter has all its samples.
-
-        The tape begins with those before the start whose filter reaches into the signal.
-        """
-        filter_ = self._filters[step]
-        half = len(filter_) // 2
-        first, last = tape.written - HALF, (self._fine.written - 1 - half) // step + 1
-        if last <= first:
-            return
-        seen = self._fine.view(first * step - half, (last - 1) * step + half + 1)
-        if last - first <= 4:  # a view of windows takes longer to make than these
-            taps = len(filter_)
-            sums = [filter_ @ seen[i * step : i * step + taps] for i in range(last - first)]
-            tape.append(np.array(sums))
-            return
-        windows = np.lib.stride_tricks.sliding_window_view(seen, len(filter_), axis=0)[::step]
-        tape.append(windows @ filter_)
-
-    def _give(self, out: Complex) -> None:
+    def _give(self, out: Real) -> None:
         """Compute the coefficients that the newest samples bring; they fill `out`."""
-        last = self._fine.written
-        first = last - out.shape[2]
+        n = out.shape[2]
         for level in self._levels:
-            block = level.block
-            start = first
-            while start < last:
-                row = start % block
-                count = (last - start) // block if row == 0 else 0
-                stop = start + count * block if count else min(last, start - row + block)
-                found = self._product(level, start - row, row, stop - start, max(count, 1))
-                out[:, level.members, start - first : stop - first] = found
-                start = stop
+            first = self.pushed - n - level.behind
+            done = 0
+            while done < n:
+                row = (first + done) % level.step
+                count = (n - done) // level.block if row == 0 else 0
+                if count > 1:
+                    size = count * level.block
+                    found = self._blocks(level, first + done, count)
+                else:
+                    size = min(n - done, level.rows - row)
+                    found = self._product(level, first + done - row, row, size)
+                out[:, level.members, done : done + size] = found
+                done += size
+        if self._tapes.exponent:
+            np.ldexp(out, self._tapes.exponent, out=out)
 
-    def _product(self, level: Level, origin: int, row: int, length: int, count: int) -> Complex:
-        """Outputs of part of a block at `origin` from `row` on, or of `count` whole blocks."""
-        rows = length // count
-        columns = level.fine + row + rows
-        k = len(level.members)
-        weights = level.matrix[row * 2 * k : (row + rows) * 2 * k, : level.coarse + columns]
-        if count == 1:
-            fine = self._fine.view(origin - level.fine, origin - level.fine + columns)
-            seen = fine
-            if level.coarse:
-                end = origin // level.step + 1  # on the tape: HALF back from here, HALF on
-                coarse = self._coarse[level.step].view(end - level.coarse, end)
-                seen = np.concatenate([coarse, fine])
-        else:
-            seen = self._windows(level, origin, columns, count)
-        product = (weights @ seen).reshape(rows, k, 2, count, self.channels)
-        ordered = product.transpose(4, 1, 3, 0, 2).reshape(self.channels, k, length, 2)
-        return np.ascontiguousarray(ordered).view(np.complex128)[..., 0]
-
-    def _windows(self, level: Level, origin: int, columns: int, count: int) -> Real:
-        """What `count` blocks from `origin` on see, side by side; shape (width, count * c)."""
-        block, step = level.block, level.step
-        seen = np.empty((level.coarse + columns, count, self.channels))
-        view = np.lib.stride_tricks.sliding_window_view
+    def _product(self, level: Level, origin: int, row: int, size: int) -> Real:
+        """Outputs from `row` of a block at `origin` on; shape (c, k, size, 2)."""
+        columns = level.fine + row + size
+        first = row * 2 * level.count
+        weights = level.matrix[first : first + size * 2 * level.count, : level.coarse + columns]
+        seen = self._tapes.fine.view(origin - level.fine, origin - level.fine + columns)
         if level.coarse:
-            first = origin // step + 1 - level.coarse
-            tape = self._coarse[step].view(
-                first, first + level.coarse + (count - 1) * (block // step)
-            )
-            windows = view(tape, level.coarse, axis=0)[:: block // step]
-            seen[: level.coarse] = windows.transpose(2, 0, 1)
-        begin = origin - level.fine
-        fine = self._fine.view(begin, begin + (count - 1) * block + columns)
-        seen[level.coarse :] = view(fine, columns, axis=0)[::block].transpose(2, 0, 1)
-        return seen.reshape(len(seen), -1)
+            end = origin // level.step + 1  # on the tape: HALF back from here, HALF on
+            coarse = self._tapes.coarse[level.step].view(end - level.coarse, end)
+            seen = np.concatenate([coarse, seen])
+        product = weights @ seen
+        return product.reshape(size, level.count, 2, self.channels).transpose(3, 1, 0, 2)
+
+    def _blocks(self, level: Level, origin: int, count: int) -> Real:
+        """Outputs of `count` whole blocks from `origin` on; shape (c, k, count * block, 2)."""
+        block, columns, c = level.block, level.fine + level.block, self.channels
+        # What the blocks see, side by side.
+        seen = np.empty((level.coarse + columns, count, c))
+        if level.coarse:
+            first = origin // level.step + 1 - level.coarse
+            coarse = self._tapes.coarse[level.step]
+            windows = coarse.windows(first, level.coarse, block // level.step, count)
+            seen[: level.coarse] = windows.transpose(1, 0, 2)
+        windows = self._tapes.fine.windows(origin - level.fine, columns, block, count)
+        seen[level.coarse :] = windows.transpose(1, 0, 2)
+        weights = level.matrix[: block * 2 * level.count, : level.coarse + columns]
+        product = (weights @ seen.reshape(len(seen), -1)).reshape(block, level.count, 2, count, c)
+        return product.transpose(4, 1, 3, 0, 2).reshape(c, level.count, count * block, 2)

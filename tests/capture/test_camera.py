@@ -12,7 +12,8 @@ from fake_devices import FakeDevice, eventually
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.capture.camera import CameraReader, open_camera
+from forcelab.capture.camera import CameraReader
+from forcelab.capture.camera_device import Camera, _lasting, open_camera
 from forcelab.capture.keeping import recover
 from forcelab.capture.matroska import MatroskaWriter
 from forcelab.capture.recorder import Recorder
@@ -28,6 +29,7 @@ class FakeCamera:
         self.rate, self.own, self.skip = rate, own, set(skip)
         self.number, self.there, self.released = -1, threading.Event(), False
         self.there.set()
+        self.looked_for, self.size = 0, (48, 64)
         self.began = time.monotonic()
 
     def read(self):
@@ -39,13 +41,17 @@ class FakeCamera:
             self.number += 1
         wait = self.began + self.number / self.rate - time.monotonic()
         time.sleep(max(wait, 0))
-        return True, np.full((48, 64, 3), 20 + self.number % 200, dtype=np.uint8)
+        return True, np.full((*self.size, 3), 20 + self.number % 200, dtype=np.uint8)
 
     def get(self, what):
         return 1000.0 * (1 + self.number / self.rate) if what == 0 and self.own else 0.0
 
     def release(self):
         self.released = True
+
+    def reopen(self):
+        self.looked_for += 1
+        return self.there.is_set()
 
 
 @pytest.fixture
@@ -90,7 +96,7 @@ def test_dropped_frames_are_counted_by_the_cameras_own_stamps():
 
 
 def test_a_camera_that_falls_silent_is_said_once(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.camera._SILENT", 0.05)
+    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.05)
     fake = FakeCamera()
     camera = CameraReader(0, fake, "camera 0")
     try:
@@ -178,6 +184,86 @@ def test_a_video_cut_anywhere_gives_all_whole_pictures(tmp_path_factory, cut, st
         # The last picture may be one that was cut; players show what there is of it.
         assert whole - 1 <= len(video) <= whole + 1
         np.testing.assert_allclose(video.times, times[: len(video)], atol=1e-6)
+
+
+def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
+    monkeypatch.setattr("forcelab.capture.camera.SILENT", 0.1)
+    monkeypatch.setattr("forcelab.capture.camera._RETRY", 0.01)
+    monkeypatch.setattr("forcelab.capture.gathering.SILENT", 0.1)
+    camera = FakeCamera(rate=200)
+    with Recorder(project, [FakeDevice()], [("camera 0", camera)]) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: recorder.state().cameras[0].frames > 20)
+        camera.there.clear()
+        eventually(lambda: camera.looked_for > 3)
+        assert recorder.state().cameras[0].alarms == ("no picture",)
+        before = recorder.state().cameras[0].frames
+        camera.size = (24, 32)  # another mode, as a camera may come back with
+        camera.there.set()
+        eventually(lambda: recorder.state().cameras[0].frames > before + 20)
+        assert recorder.state().cameras[0].alarms == ()
+        said = recorder.remarks()
+        kept = recorder.stop()
+    assert any("camera 0 is back after" in sentence for sentence in said)
+    assert any("camera 0 was away once" in remark for remark in kept.remarks)
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        stamps = opened.stamps(d.id)
+    with VideoReader(d.video.path) as video:
+        assert len(video) == len(stamps["frames_0"]) > 40
+        at = d.video.clock.to_force(video.times)
+        np.testing.assert_allclose(at, stamps["frames_0"][:, 0] - stamps["start"], atol=2e-4)
+        assert np.diff(at).max() > 0.1
+        assert video.frame(len(video) - 1).shape[:2] == (48, 64)
+
+
+def test_of_two_cameras_both_are_kept_and_that_is_said(project):
+    cameras = [FakeCamera(), FakeCamera(rate=100)]
+    with Recorder(
+        project, [FakeDevice()], [(f"camera {i}", one) for i, one in enumerate(cameras)]
+    ) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: all(camera.frames > 12 for camera in recorder.state().cameras))
+        kept = recorder.stop()
+    (told,) = kept.remarks
+    assert "video of camera 1 lies beside" in told
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        stamps = opened.stamps(d.id)
+    with VideoReader(d.video.path) as first:
+        assert len(first) == len(stamps["frames_0"])
+    with VideoReader(d.video.path.with_name(told.split("'")[-2])) as second:
+        assert len(second) == len(stamps["frames_1"]) > 12
+        np.testing.assert_allclose(
+            np.diff(second.times), np.diff(stamps["frames_1"][:, 0]), atol=2e-4
+        )
+
+
+def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):
+    device, link = tmp_path / "video3", tmp_path / "links" / "usb-Lab_Camera-index0"
+    device.touch()
+    link.parent.mkdir()
+    link.symlink_to(device)
+    assert _lasting(str(device), link.parent) == link
+    assert _lasting(str(tmp_path / "video4"), link.parent) is None
+    assert _lasting("0", tmp_path / "none") is None
+
+
+def test_a_camera_is_opened_again_from_its_file(tmp_path):
+    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
+    for i in range(5):
+        writer.write(jpeg(i), i / 30)
+    writer.close()
+    camera = Camera(str(tmp_path / "a.mkv"))
+    assert camera.read()[0]
+    camera.release()
+    assert camera.read() == (False, None)
+    assert camera.get(0) == 0.0
+    assert camera.reopen()
+    assert camera.read()[1].shape == (48, 64, 3)
+    camera.release()
+    (tmp_path / "a.mkv").unlink()
+    assert not camera.reopen()
 
 
 def test_a_camera_that_is_not_there_is_one_sentence():

@@ -8,9 +8,10 @@ import pytest
 from forcelab.capture.blocks import UnpluggedError
 from forcelab.capture.devices import device_named, number_sensors
 from forcelab.capture.discovery import FoundPort
+from forcelab.capture.encoder_device import Encoder
 from forcelab.capture.events import Events
-from forcelab.capture.line_devices import Encoder, TextLine
 from forcelab.capture.optoforce_device import OptoForce
+from forcelab.capture.text_device import TextLine
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
 from forcelab.capture.virtual_lines import VirtualEncoder, VirtualTextLine
@@ -340,7 +341,7 @@ def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
 
 
 def test_a_device_that_prints_no_numbers_is_told_with_the_cure(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.line_devices.FIRST_LINES", 0.3)
+    monkeypatch.setattr("forcelab.capture.text_device.FIRST_LINES", 0.3)
     with (
         VirtualEncoder(lambda t: t[:, None]) as virtual,  # says nothing unasked
         pytest.raises(InputError, match=r"no lines of numbers at 115200 baud.*\?baud=9600"),

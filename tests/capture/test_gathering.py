@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from forcelab.capture.blocks import Block
 from forcelab.capture.gathering import gather
 from forcelab.capture.joining import Stream, joined
-from forcelab.capture.journal import Kind, block_bytes, encoded, header_bytes, parsed
+from forcelab.capture.journal import Kind, encoded, header_bytes, parsed
+from forcelab.capture.samples import block_bytes
 from forcelab.errors import InputError
 
 START = 5000.0

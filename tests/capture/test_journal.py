@@ -10,17 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.blocks import Block
-from forcelab.capture.journal import (
-    Kind,
-    block_bytes,
-    block_of,
-    encoded,
-    header_bytes,
-    json_of,
-    parsed,
-    read,
-)
+from forcelab.capture.journal import Kind, encoded, header_bytes, json_of, parsed, read
 from forcelab.capture.journal_writer import JournalWriter, being_written
+from forcelab.capture.samples import block_bytes, block_of
 from forcelab.errors import InputError
 
 HEADER = {"name": "LEGO 01", "devices": []}

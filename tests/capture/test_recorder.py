@@ -201,6 +201,25 @@ def test_saturation_stalling_and_drift_are_alarms(project):
         eventually(lambda: "stalled" in recorder.state().devices[0].alarms)
 
 
+def test_a_zero_that_wanders_is_an_alarm_until_it_is_zeroed(project):
+    device = FakeDevice()
+    with Recorder(project, [device]) as recorder:
+        reader = recorder._readers[0]
+        times = np.arange(0, 30, 0.01)
+        noise = np.random.default_rng(0).normal(scale=0.01, size=(len(times), 3))
+        values = noise + np.stack([0.05 * times, 0 * times, 0 * times], axis=1)
+        with reader._lock:
+            reader._wander.restart()
+            for first in range(0, len(times), 10):
+                reader._wander.update(times[first : first + 10], values[first : first + 10])
+            [(channel, by)] = reader._wandered()
+        assert channel.name == "fx"
+        assert by == pytest.approx(1.3, abs=0.2)
+        assert "zero" in recorder.state().devices[0].alarms
+        recorder.zero()
+        eventually(lambda: "zero" not in recorder.state().devices[0].alarms)
+
+
 def test_zero_is_handed_to_every_device_in_its_own_thread(project):
     devices = [FakeDevice("fake:0"), FakeDevice("fake:1")]
     with Recorder(project, devices) as recorder:

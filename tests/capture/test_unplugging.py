@@ -2,6 +2,7 @@
 
 import os
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,8 +17,9 @@ from forcelab.project import Project
 
 #: How often it is unplugged within one recording; more often when asked, as each takes a second.
 UNPLUGS = int(os.environ.get("FORCELAB_UNPLUGS", "2"))
-#: Seconds by which stamps may be late on a loaded machine: all that arrives in a stretch is late.
-NEAR = 0.3
+#: Seconds by which a stretch's stamps may be off its earliest arrival: a busy machine makes that
+#: late, and nobody can know by how much; beyond it nothing bends or shifts them.
+NEAR = 0.005
 
 
 def counting(times):
@@ -66,17 +68,20 @@ def test_each_time_it_was_unplugged_is_a_gap_in_the_one_demonstration(project):
         assert [one.name for one in opened.demonstrations()] == ["LEGO 01"]
         d = opened.load("LEGO 01")
         times, signals = np.array(d.times), np.array(d.signals)
-        start = float(opened.stamps(d.id)["start"])
-    assert len(times) >= 300 * (UNPLUGS + 1)
+        stamps = opened.stamps(d.id)
+    assert len(times) == len(stamps["arrived_0"]) >= 300 * (UNPLUGS + 1)
     assert np.isfinite(signals).all()
     assert len(d.gaps) == UNPLUGS
+    # The clock of the device went on meanwhile: what it counted says when each sample was taken.
+    truth = daq.begun + (signals[:, 1] * 8000 + signals[:, 0]) / 1000 / (1 + 150e-6)
+    off, late = stamps["start"] + times - truth, stamps["arrived_0"] - truth
+    edges = [0, *(np.searchsorted(times, end) for _, end in d.gaps), len(times)]
+    for first, last in pairwise(edges):
+        assert np.abs(off[first:last] - late[first:last].min()).max() < NEAR
     for (begin, end), (gone, back) in zip(d.gaps, times_pulled, strict=True):
-        assert begin == pytest.approx(gone - start, abs=NEAR)
-        assert end > back - start - 0.01
+        assert begin < gone - stamps["start"] + late.max()
+        assert end > back - stamps["start"] - NEAR
         assert end - begin > GAP_PERIODS * d.period
-    # The clock of the device went on meanwhile: what it counted says how long each gap was.
-    truth = (signals[:, 1] * 8000 + signals[:, 0]) / 1000 / (1 + 150e-6)
-    assert np.ptp(truth - times) < NEAR
     assert list((project / CAPTURES).iterdir()) == []
 
 
@@ -100,6 +105,8 @@ def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project
         signals = np.array(d.signals)
     missing = np.isnan(signals[:, 3])
     assert np.isfinite(signals[:, :3]).all()
-    assert np.count_nonzero(np.diff(missing.astype(int)) == 1) == 2
-    assert not missing[0]
+    # On a busy machine all that came of one before it was unplugged may have come late.
+    first = int(np.argmin(missing))
+    assert d.times[first] < 2
+    assert np.count_nonzero(np.diff(missing[first:].astype(int)) == 1) == 2
     assert not missing[-1]

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from fake_devices import eventually
 
-from forcelab.capture.journal import Kind, block_of, read
+from forcelab.capture.journal import Kind, read
 from forcelab.capture.keeping import CAPTURES, unfinished
+from forcelab.capture.samples import block_of
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
 from forcelab.project import Project

@@ -2,12 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
 from forcelab.cli import main
 from forcelab.jobs import Progress
-from forcelab.measure import contact
+from forcelab.measure import contact, live, stream
 from forcelab.measure.rows import Row, Table, with_front
 
 ROWS = with_front(
@@ -73,6 +74,26 @@ def test_json_and_figure_are_written(forcelab, asked, tmp_path):
     assert "cartridge" not in figure.read_text()
     assert "snap, 6 lanes x 1 s" in figure.read_text()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.svg", "rows.json"]
+
+
+@pytest.mark.parametrize("what", [live, stream])
+def test_streams_and_live_recognition_have_a_figure_too(forcelab, monkeypatch, tmp_path, what):
+    def tabulate(*, quick=False):
+        yield Progress(0, 1, "streaming")
+        exact = replace(ROWS[0], error=0.0)  # live labels often agree to the last one
+        return replace(TABLE, rows=with_front([exact]))
+
+    monkeypatch.setattr(what, "tabulate", tabulate)
+    figure = tmp_path / "front.svg"
+    name = what.__name__.rpartition(".")[2]
+    assert forcelab("measure", name, "--figure", figure).status == 0
+    assert "no error at all" in figure.read_text()
+
+
+@pytest.mark.parametrize("what", ["view", "training"])
+def test_there_is_no_figure_of_what_has_bounds_instead_of_errors(forcelab, tmp_path, what):
+    said = forcelab("measure", what, "--figure", tmp_path / "front.svg")
+    assert f"no figure of '{what}'" in said.sentence
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):

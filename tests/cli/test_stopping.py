@@ -11,6 +11,12 @@ import pytest
 from forcelab.cli.stopping import unbroken
 
 
+def heard():
+    """Signals end what is started here also where the tests run under nohup, which ignores one."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 @pytest.mark.parametrize("sent", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path, sent):
     number = getattr(signal, sent)
@@ -20,6 +26,7 @@ def test_a_signal_ends_a_command_with_a_sentence_and_nothing_half_done(tmp_path,
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         text=True,
+        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
     )
     process, deadline = psutil.Process(running.pid), time.monotonic() + 60
     while not process.children() and time.monotonic() < deadline:

@@ -99,3 +99,37 @@ def test_a_step_of_the_cursor_repaints_little_of_a_panel(app, workspace):
         app.processEvents()
     panel.removeEventFilter(area)
     assert 0 < area.painted < 0.03 * panel.width() * panel.height()
+
+
+def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
+    def settled():
+        until(lambda: workspace.settled and not workspace.jobs.busy)
+        return on_screen(app, workspace)
+
+    changes = [
+        lambda: workspace.force.set_autoscale(True),
+        lambda: workspace.force.set_overlaid(True),
+        lambda: workspace.force.set_shown(workspace.force.channels[0], False),
+        lambda: workspace.scalogram.set_phase(True),
+        lambda: workspace.scalogram.set_steady(False),
+        lambda: workspace.document.set_span(0.5, 0.7),
+        lambda: workspace.resize(1000, 640),
+    ]
+    for change in changes:
+        change()
+        kept = settled()
+        for panel in workspace.findChildren(TimePanel):
+            panel._gutter.forget()
+            panel.invalidate()
+        assert np.array_equal(kept, settled())
+
+
+def test_panning_draws_no_gutter_anew(app, workspace):
+    drawn = []
+    for panel in (workspace.force, workspace.scalogram):
+        real = panel.paint_gutter
+        panel.paint_gutter = lambda *given, real=real: drawn.append(real(*given))
+    for start in (1.0, 1.2, 1.4):
+        workspace.document.set_span(start, start + 1.0)
+        app.processEvents()
+    assert not drawn

@@ -5,6 +5,7 @@ import pytest
 
 from forcelab.jobs import finish
 from forcelab.measure import live, stream
+from forcelab.measure.endless import endless
 from forcelab.measure.streams import ACTIONS, forces, performed
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.settings import Settings
@@ -34,6 +35,12 @@ def test_live_rows_tell_agreement_cost_and_latency():
         assert 0 <= row.further["unlike all at once"] < 0.7
         assert 0 < row.further["p50 (ms)"] <= row.further["p99 (ms)"]
         assert row.further["force to label (ms)"] > 120
+    # 2048 samples, over and over: the first labels' noise is another one, later nothing changes.
+    longer, _ = performed(11.0, 200.0, 2)
+    row = finish(endless(recogniser, longer, 100, 10_000))
+    assert row.size.startswith("10240 samples of 6 channels at 200 Hz")
+    assert row.error == 0.0
+    assert abs(row.further["memory grown (kB)"]) < 100
 
 
 @pytest.mark.parametrize("seed", [0, 5])

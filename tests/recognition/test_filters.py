@@ -154,7 +154,7 @@ def test_a_million_samples_are_filtered_in_seconds():
     codes = rng.integers(-1, 8, 10**6)
     probabilities = rng.random((10**6, 8))
     times = np.arange(10**6) / 1000
-    start = time.perf_counter()
+    start = time.process_time()
     sure = threshold(codes, probabilities)
     drop_short(median(sure), times, dict.fromkeys(range(8), 0.05))
-    assert time.perf_counter() - start < 4.0
+    assert time.process_time() - start < 4.0

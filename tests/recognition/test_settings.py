@@ -65,8 +65,8 @@ def test_every_preset_bears_its_own_name():
 
 
 def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
-    with pytest.raises(InputError, match=r"no preset 'best'; choose from .*paper"):
-        preset("best")
+    with pytest.raises(InputError, match=r"no preset 'better'; choose from .*paper"):
+        preset("better")
 
 
 OUT_OF_RANGE = [

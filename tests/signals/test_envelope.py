@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from forcelab.jobs import finish
 from forcelab.signals.columns import CHUNK, SIZES, Columns
-from forcelab.signals.envelope import Envelope, read_envelopes
+from forcelab.signals.envelope import Envelope, drawn_together, read_envelopes
 
 
 def brute(times, values, edges):
@@ -229,3 +229,22 @@ def test_a_channel_without_a_sample_has_no_range():
     (envelope,) = read(np.full((100, 1), np.nan))
     assert envelope.range is None
     assert SIZES[-1] == CHUNK
+
+
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_channels_drawn_together_are_what_each_is_alone(data):
+    n = data.draw(st.integers(1, 400))
+    random = np.random.default_rng(data.draw(st.integers(0, 1000)))
+    times = np.cumsum(random.exponential(0.01, n) * random.choice([1.0, 1.0, 1.0, 20.0], n))
+    signals = random.normal(size=(n, 3))
+    signals[random.random((n, 3)) < 0.1] = data.draw(st.sampled_from([np.nan, np.inf, 0.0]))
+    first, last = sorted(data.draw(st.tuples(*[st.floats(-0.2, times[-1] + 0.2)] * 2)))
+    columns = Columns(times, np.linspace(first, last + 1e-3, data.draw(st.integers(2, 80))), 0.05)
+    envelopes = [
+        Envelope(signals, i) for i in data.draw(st.sampled_from([(0, 1, 2), (2, 0), (1,)]))
+    ]
+    for found, envelope in zip(drawn_together(envelopes, columns), envelopes, strict=True):
+        alone = envelope.drawn(columns)
+        np.testing.assert_array_equal(found.low, alone.low)
+        np.testing.assert_array_equal(found.high, alone.high)

@@ -70,7 +70,8 @@ def test_blocks_of_any_size_give_the_same(blocks, n, latency):
     x = made("walk", n)
     one, other = (StreamingCwt(SCALES, 1, latency=latency) for _ in range(2))
     found, wanted = streamed(one, x, blocks), streamed(other, x, [n])
-    assert np.abs(found - wanted).max() <= 1e-12 * max(1.0, np.abs(x - x[0]).max()) * 16
+    # Where a block begins decides which samples come from the decimated copy.
+    assert np.abs(found - wanted).max() <= 3e-9 * max(1.0, np.abs(x - x[0]).max())
 
 
 @pytest.mark.parametrize("latency", [0, 7, 64, 200])
@@ -133,7 +134,9 @@ def test_nothing_drifts_and_nothing_grows():
         first = found if first is None else first
         assert np.abs(found - first).max() < 1e-5
         if turn:
-            sizes.add(stream._fine._table.nbytes)
+            sizes.add(
+                sum(t._table.nbytes for t in (stream._tapes.fine, *stream._tapes.coarse.values()))
+            )
     assert len(sizes) == 1
     assert stream.pushed == 8 * 8692
 

@@ -15,9 +15,6 @@ from forcelab.simulation.tasks import RATE, actions_of, performing, scene_of, vo
 from forcelab.simulation.tasks.choreography import HAND, Choreography
 from forcelab.simulation.tasks.recipe import recipe
 
-#: In one process: what is simulated for all of these tests takes longer than they do.
-pytestmark = pytest.mark.xdist_group("tasks")
-
 SEED = 5
 NUMBERS = (1, 2)
 #: The order of actions; coders of LEGO and cartridge may see a grab before the pull.

@@ -3,23 +3,35 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Generator
+import time
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from forcelab.errors import InputError
+from forcelab.gui.capture.live_track import LiveTrack, Making
 
 if TYPE_CHECKING:
+    from forcelab.capture.blocks import Device
     from forcelab.capture.keeping import Kept, Recovered
     from forcelab.capture.recorder import Recorder
+    from forcelab.demonstration import Channel
+    from forcelab.live.scalogram import LiveScalogram
+    from forcelab.live.strip import Strip
 
-__all__ = ["Connection", "Left", "recovering"]
+__all__ = ["Connection", "Left", "discarding_kept", "recovering"]
 
 #: Seconds that closing the window waits for a recording that is being kept.
 PATIENCE = 60.0
+#: Seconds between two looks of whatever follows the devices.
+BLOCK = 0.02
+#: Seconds between two pictures of a scalogram.
+PICTURE = 0.04
 
 #: What became of a recording that ran when its devices were let go: what was kept, or why not.
 Left = tuple["Kept | None", str]
+#: Makes what draws a scalogram of the open devices of a recorder.
+Drawing = Callable[["Recorder", "Sequence[Device]"], "LiveScalogram"]
 
 
 class Connection:
@@ -29,18 +41,31 @@ class Connection:
     ----------
     recorder : Recorder or None
         Open; None while nothing is connected.
+    track : LiveTrack
+        What is recognised meanwhile.
     """
 
     def __init__(self) -> None:
         self.recorder: Recorder | None = None
+        self.track = LiveTrack()
+        self._devices: Sequence[Device] = ()
+        self._recording = False
         self._lock = threading.Lock()  # who has it may use the recorder
         self._gone = False
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Of all open devices, as a demonstration of them has them; none while none is open."""
+        from forcelab.capture.gathering import channels_of_all
+
+        devices = () if self.recorder is None else self._devices
+        return channels_of_all([device.channels for device in devices])
 
     def connecting(
         self, path: Path, names: tuple[str, ...], cameras: tuple[str, ...]
     ) -> Generator[None, None, None]:
         """Open devices and cameras for a project."""
-        from forcelab.capture.camera import Capture, open_camera
+        from forcelab.capture.camera_device import Capture, open_camera
         from forcelab.capture.devices import device_named
         from forcelab.capture.recorder import Recorder
 
@@ -59,32 +84,92 @@ class Connection:
                 raise
             recorder = Recorder(path, devices, captures)
             recorder.open()
-            self.recorder = recorder
+            self.recorder, self._devices = recorder, devices
 
     def starting(self, task: str, name: str, author: str) -> Generator[None, None, str]:
         """Record from now on; gives the demonstration's name."""
         yield
         with self._lock:
-            return self._open().start(task, name or None, author)
+            recorder, fresh = self._open(), self.track.renewed()
+            given = recorder.start(task, name or None, author)
+            self.track.begin(fresh, keeping=True)
+            self._recording = True
+            return given
 
     def stopping(self) -> Generator[None, None, Kept]:
         """Make a demonstration of what was recorded."""
         yield
         with self._lock:
-            return self._open().stop()
+            kept = _stopped(self._open(), self.track)
+            self._ended()
+            return kept
 
     def discarding(self) -> Generator[None, None, None]:
         """Keep nothing of what was recorded."""
         yield
         with self._lock:
             self._open().discard()
+            self._ended()
 
     def leaving(self) -> Generator[None, None, Left]:
         """Let go of the devices; what is being recorded is kept."""
         yield
         with self._lock:
-            recorder, self.recorder = self.recorder, None
-            return (None, "") if recorder is None else _keep_and_close(recorder)
+            return self._leave()
+
+    def recognising(self, made: Making, watched: Callable[[], bool]) -> Generator[None, None, None]:
+        """Recognise what comes until the devices are let go of.
+
+        Parameters
+        ----------
+        made : callable
+            Makes what recognises, of the open recorder and its devices.
+        watched : callable
+            Whether anybody looks; if not, only a recording is recognised. Asked in the thread.
+        """
+        yield
+        with self._lock:
+            if self.recorder is None:
+                return
+            live = made(self.recorder, self._devices)
+            self.track.begin(live, keeping=self._recording)
+        try:
+            while self.recorder is not None:
+                yield
+                time.sleep(BLOCK)
+                with self._lock:
+                    if self.recorder is not None:
+                        self.track.look(self._recording or watched())
+        finally:
+            with self._lock:
+                self.track.begin(None, keeping=False)
+
+    def drawing(self, made: Drawing) -> Generator[Strip | None, None, None]:
+        """Have a scalogram grow until the devices are let go of; yields the newest picture.
+
+        Parameters
+        ----------
+        made : callable
+            Makes it, of the open recorder and its devices.
+        """
+        yield None
+        recorder = self.recorder
+        if recorder is None:
+            return
+        live = made(recorder, self._devices)
+        begun = False
+        while True:
+            with self._lock:
+                if self.recorder is not recorder:
+                    return
+                if not begun:
+                    live.begin()
+                    begun = True
+                found = live.read()
+            for _ in live.take(*found):  # others may ask the recorder meanwhile
+                yield live.strip
+            yield live.strip
+            time.sleep(PICTURE)
 
     def let_go(self) -> None:
         """Let go at once, and for good: the window closes."""
@@ -92,11 +177,20 @@ class Connection:
         if not self._lock.acquire(timeout=PATIENCE):
             return  # what is on the disk is offered the next time
         try:
-            recorder, self.recorder = self.recorder, None
-            if recorder is not None:
-                _keep_and_close(recorder)
+            self._leave()
         finally:
             self._lock.release()
+
+    def _leave(self) -> Left:
+        """Keep what is being recorded and close the devices, holding the lock."""
+        recorder, self.recorder = self.recorder, None
+        self._recording = False
+        return (None, "") if recorder is None else _keep_and_close(recorder, self.track)
+
+    def _ended(self) -> None:
+        """A recording has ended; what is recognised now is for the eye alone."""
+        self._recording = False
+        self.track.begin(self.track.renewed(), keeping=False)
 
     def _open(self) -> Recorder:
         """The recorder, in a job."""
@@ -113,12 +207,27 @@ def recovering(path: Path) -> Generator[None, None, tuple[Recovered, ...]]:
     return recover(path)
 
 
-def _keep_and_close(recorder: Recorder) -> Left:
+def discarding_kept(path: Path, kept: Kept) -> Generator[None, None, str]:
+    """Remove a recording that was kept; gives its name."""
+    from forcelab.capture.keeping import discard
+
+    yield
+    discard(path, kept)
+    return kept.added.name
+
+
+def _stopped(recorder: Recorder, track: LiveTrack) -> Kept:
+    """End a recording and keep it, with what was recognised of it."""
+    track.finish()
+    return track.keep(recorder.path, recorder.stop())
+
+
+def _keep_and_close(recorder: Recorder, track: LiveTrack) -> Left:
     """Keep what is being recorded and let go of the devices."""
     kept, trouble = None, ""
     try:
         if recorder.state().recording:
-            kept = recorder.stop()
+            kept = _stopped(recorder, track)
     except InputError as error:  # its journal stays, and is offered the next time
         trouble = str(error)
     finally:

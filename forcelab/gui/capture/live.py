@@ -1,31 +1,36 @@
-"""The live view: one lane a channel over the last seconds, and the track that is marked live."""
+"""The live view: one lane a channel over the last seconds, and the tracks that grow with them."""
 
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.capture.reader import DeviceState
 from forcelab.gui.capture.columns import Scale, columns_of
-from forcelab.gui.capture.session import Phase, Session
+from forcelab.gui.capture.live_axis import (
+    RULER,
+    SECONDS,
+    column_edges,
+    gutter,
+    live_axis,
+    paint_ruler,
+)
+from forcelab.gui.capture.live_tracks import ROW, paint_rows, rows_height
+from forcelab.gui.capture.phase import Phase
+from forcelab.gui.capture.session import Session
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.tracks import Look, paint_track
-from forcelab.gui.label.force_curves import Canvas
-from forcelab.gui.label.swatches import look_of
+from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.theme import colours, themes
 from forcelab.signals.envelope import Extremes
 
 __all__ = ["LiveView"]
 
-#: Seconds that are shown.
-SECONDS = 10.0
-#: Pixels: least height of a lane, free space above and below a curve, the track, the ruler.
-LANE, INSET, TRACK, RULER = 26, 3, 20, 20
+#: Pixels: least height of a lane, free space above and below a curve.
+LANE, INSET = 26, 3
 
 
 class LiveView(QWidget):
@@ -50,12 +55,12 @@ class LiveView(QWidget):
 
     def sizeHint(self) -> QSize:
         """Room for six lanes."""
-        return QSize(520, 6 * 56 + TRACK + RULER)
+        return QSize(520, 6 * 56 + ROW + RULER)
 
     def minimumSizeHint(self) -> QSize:
         """The least room for the lanes that there are."""
         lanes = sum(len(device.channels) for device in self._devices())
-        return QSize(280, max(lanes, 4) * LANE + TRACK + RULER)
+        return QSize(280, max(lanes, 4) * LANE + rows_height(self._session) + RULER)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything anew: everything has moved."""
@@ -107,19 +112,15 @@ class LiveView(QWidget):
     def _paint_live(self, painter: QPainter) -> None:
         devices, windows = self._devices(), self._session.latest(SECONDS)
         lanes = sum(len(device.channels) for device in devices)
-        metrics = self.fontMetrics()
-        gutter = 12 + metrics.horizontalAdvance("opening  −0000.0 Nmm")
-        plot = QRectF(gutter, 0, max(self.width() - gutter, 50), self.height() - TRACK - RULER)
-        now = time.monotonic()
+        left, below = gutter(self.fontMetrics()), rows_height(self._session) + RULER
+        plot = QRectF(left, 0, max(self.width() - left, 50), self.height() - below)
+        now = self._session.now
         canvas = Canvas(plot, self.devicePixelRatioF())
-        # Columns stand at multiples of their width, so that a curve moves and does not shimmer.
-        step = SECONDS / canvas.width
-        newest = math.floor(now / step)
-        edges = (newest - canvas.width + np.arange(canvas.width + 1, dtype=np.float64)) * step
-        axis = Axis(now - SECONDS, now, plot.left(), plot.right())
+        edges = column_edges(now, canvas.width)
+        axis = live_axis(now, plot)
         self._paint_begin(painter, plot, axis)
         height = plot.height() / max(lanes, 1)
-        lane = 0
+        lane, curves = 0, []
         for number, (device, (_, times, values)) in enumerate(zip(devices, windows, strict=False)):
             holds = device.rate == 0 and math.isnan(device.residual)
             low, high = columns_of(times, values, edges, holds)
@@ -134,12 +135,13 @@ class LiveView(QWidget):
                 self._paint_lane(painter, box, up, lane)
                 latest = float(values[-1, column]) if len(values) else math.nan
                 self._paint_name(painter, box, channel.name, channel.unit, latest, colour)
-                found = Extremes(seen_low, seen_high)
-                canvas.draw(found, up, colour, (box.top() + 1, box.bottom() - 1))
+                room = (box.top() + 1, box.bottom() - 1)
+                curves.append(Curve(Extremes(seen_low, seen_high), up, colour, room))
                 lane += 1
+        canvas.draw(curves)
         canvas.paint(painter)
-        self._paint_track(painter, plot, axis, now)
-        self._paint_ruler(painter, plot)
+        paint_rows(painter, self._session, plot, axis, now)
+        paint_ruler(painter, plot, self.height())
 
     def _paint_begin(self, painter: QPainter, plot: QRectF, axis: Axis) -> None:
         """Show since when it is recorded."""
@@ -175,31 +177,3 @@ class LiveView(QWidget):
         painter.setPen(QColor(colours().muted))
         number = "–" if math.isnan(value) else f"{value:.1f}".replace("-", "\N{MINUS SIGN}")
         painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, f"{number} {unit}".strip())
-
-    def _paint_track(self, painter: QPainter, plot: QRectF, axis: Axis, now: float) -> None:
-        """What is marked live."""
-        box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), TRACK - 2)
-        segments = self._session.marks.track(now, axis.start)
-        vocabulary = self._session.vocabulary
-        looks: dict[str, Look] = {s.action: look_of(vocabulary, s.action) for s in segments}
-        painter.save()
-        painter.setClipRect(box)
-        paint_track(painter, box, axis, segments, looks=looks, theme=colours())
-        painter.restore()
-        painter.setPen(QColor(colours().muted))
-        gutter = QRectF(8, box.top(), plot.left() - 14, box.height())
-        painter.drawText(
-            gutter, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft, self.tr("Marks")
-        )
-
-    def _paint_ruler(self, painter: QPainter, plot: QRectF) -> None:
-        """Seconds before now."""
-        painter.setPen(QColor(colours().muted))
-        metrics = self.fontMetrics()
-        y = self.height() - (RULER - metrics.capHeight()) / 2
-        for ago in range(0, int(SECONDS) + 1, 2):
-            x = plot.right() - ago / SECONDS * plot.width()
-            text = "0 s" if not ago else f"\N{MINUS SIGN}{ago}"
-            width = metrics.horizontalAdvance(text)
-            left = min(x - width / 2, plot.right() - width - 4)
-            painter.drawText(QPointF(left, y), text)

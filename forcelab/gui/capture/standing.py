@@ -91,11 +91,22 @@ def alarms_of(state: RecorderState) -> list[str]:
         "\N{WARNING SIGN} " + words.get(alarm, "{0}").format(_short(name))
         for name, alarms in ones
         for alarm in alarms
+        if alarm != "zero"
     ]
+    found += [_wandered(device) for device in state.devices if device.wandered]
     if state.in_memory:
         text = translate("forcelab", "The disk refuses {0:.1f} MB; they are kept in memory.")
         found.append("\N{WARNING SIGN} " + text.format(state.in_memory / 1e6))
     return found
+
+
+def _wandered(device: DeviceState) -> str:
+    """What is said of a zero that wanders."""
+    text = QCoreApplication.translate(
+        "forcelab", "{0}: its zero has wandered ({1}); let go of everything and press Zero."
+    )
+    parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.wandered]
+    return "\N{WARNING SIGN} " + text.format(_short(device.name), ", ".join(parts))
 
 
 def _facts(state: RecorderState) -> list[str]:

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
     from forcelab.gui.capture.workspace import CaptureWorkspace
 
-__all__ = ["CaptureTab"]
+__all__ = ["ENDLESS", "CaptureTab"]
+
+#: Keys of jobs that go on for as long as devices are connected.
+ENDLESS = frozenset({"capture: live recognition", "capture: live scalogram"})
 
 
 class CaptureTab(QWidget):
@@ -24,13 +29,29 @@ class CaptureTab(QWidget):
     document : Document
     jobs : Jobs
     parent : QWidget, optional
+
+    Signals
+    -------
+    recording_changed()
+        A recording began or ended; see :attr:`recording`.
+
+    Attributes
+    ----------
+    line : RecordingLine
+        For the status bar: what is recorded while another workspace is in front.
+    recording : str
+        What is being recorded; empty for nothing.
     """
+
+    recording_changed = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.document = document
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
+        self.line = RecordingLine()
+        self.recording = ""
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
 
@@ -45,12 +66,23 @@ class CaptureTab(QWidget):
             layout = self.layout()
             assert layout is not None
             layout.addWidget(self._built)
+            self._built.session.changed.connect(self._tell)
+            self._built.session.ticked.connect(self._tell)
         return self._built
 
     def come_to_front(self, front: bool) -> None:
         """Build the workspace when it is wanted."""
+        self.line.set_elsewhere(not front)
         if front:
             _ = self.workspace
+
+    def title(self, text: str) -> str:
+        """The text of the tab, or of the window's title, with a dot while something is recorded."""
+        return f"{DOT} {text}" if self.recording else text
+
+    def may_close(self, window: QWidget) -> bool:
+        """Whether the window may be closed; asks while something is recorded."""
+        return not self.recording or asks_to_leave(self.recording, window)
 
     def let_go(self) -> None:
         """Let go of the devices; what is being recorded is kept."""
@@ -60,6 +92,17 @@ class CaptureTab(QWidget):
     def handlers(self) -> dict[str, Callable[[], object]]:
         """What the commands of capturing do, by their id in the table."""
         return {"record": self._record, "discard_recording": self._discard}
+
+    def _tell(self) -> None:
+        """Say elsewhere what is recorded."""
+        assert self._built is not None
+        session = self._built.session
+        name = session.recorded
+        state = session.state
+        self.line.tell(name, 0.0 if state is None else state.seconds)
+        if name != self.recording:
+            self.recording = name
+            self.recording_changed.emit()
 
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""

@@ -5,12 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
-    QComboBox,
-    QFormLayout,
     QFrame,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QPushButton,
     QScrollArea,
     QSplitter,
@@ -20,8 +17,14 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.capture.live import LiveView
 from forcelab.gui.capture.marks import HeldKeys
+from forcelab.gui.capture.next_recording import NextRecording
+from forcelab.gui.capture.phase import WORKING, Phase
 from forcelab.gui.capture.picture import CameraPicture
-from forcelab.gui.capture.session import WORKING, Phase, Session
+from forcelab.gui.capture.recogniser_choice import RecogniserChoice
+from forcelab.gui.capture.recognition import RecognitionPanel
+from forcelab.gui.capture.scalogram import LiveScalogramView
+from forcelab.gui.capture.scalogram_choice import ScalogramChoice
+from forcelab.gui.capture.session import Session
 from forcelab.gui.capture.sources import Sources
 from forcelab.gui.capture.standing import Standing
 from forcelab.gui.document import Document
@@ -31,8 +34,6 @@ from forcelab.gui.theme import colours, themes
 
 __all__ = ["CaptureWorkspace"]
 
-#: Seconds of countdown that can be chosen.
-COUNTDOWNS = (0, 3, 5)
 #: Width of the left side, in pixels.
 SIDE = 250
 
@@ -50,6 +51,8 @@ class CaptureWorkspace(QWidget):
     ----------
     session : Session
         Does what is pressed.
+    fields : NextRecording
+        What the next recording is.
     sources : Sources
         What can be connected.
     live : LiveView
@@ -63,20 +66,26 @@ class CaptureWorkspace(QWidget):
         self.sources = Sources(self.session, jobs)
         self.live = LiveView(self.session)
         self.picture = CameraPicture(self.session)
+        self.scalogram = LiveScalogramView(self.session, jobs, self.live)
+        self.scalogram_channel = ScalogramChoice(self.session, self.scalogram)
+        self.recognition = RecognitionPanel(self.session)
+        self.recogniser = RecogniserChoice(self.session, self)
         self.standing = Standing(self.session)
+        self.fields = NextRecording(self.session)
+        self.task, self.name, self.countdown = (
+            self.fields.task,
+            self.fields.name,
+            self.fields.countdown,
+        )
         self.held = HeldKeys(self, lambda: self.session.vocabulary, self.session.mark)
         self._looked = False
-        self._make_fields()
         self._make_buttons()
         self._lay_out()
         self.session.changed.connect(self._changed)
         self.session.ticked.connect(self._tell_time)
-        self.session.kept.connect(self._list_tasks)
         document.project_changed.connect(self._project_changed)
-        document.listing_changed.connect(self._show_name)
         keys().changed.connect(self._changed)
         themes().changed.connect(self._changed)
-        self._list_tasks()
         self._changed()
 
     def let_go(self) -> None:
@@ -90,6 +99,7 @@ class CaptureWorkspace(QWidget):
         """Look what is plugged in, the first time, and draw from now on."""
         super().showEvent(event)
         self.session.set_looked_at(True)
+        self.recogniser.refresh()  # one may have been trained meanwhile
         if not self._looked:
             self._looked = True
             self.sources.look()
@@ -102,32 +112,6 @@ class CaptureWorkspace(QWidget):
         self.session.set_looked_at(False)
 
     # Building
-
-    def _make_fields(self) -> None:
-        """Task, name and countdown."""
-        self.task = QComboBox()
-        self.task.setEditable(True)
-        self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.task.setAccessibleName(self.tr("Task of the recordings"))
-        self.task.setSizeAdjustPolicy(
-            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-        )
-        edit = self.task.lineEdit()
-        assert edit is not None
-        edit.setPlaceholderText(self.tr("such as LEGO"))
-        edit.editingFinished.connect(self._task_chosen)
-        self.task.activated.connect(self._task_chosen)
-        self.name = QLineEdit()
-        self.name.setAccessibleName(
-            self.tr("Name of the next recording; empty for the next number")
-        )
-        self.name.textEdited.connect(self._name_edited)
-        self.countdown = QComboBox()
-        self.countdown.setAccessibleName(self.tr("Countdown before recording"))
-        for seconds in COUNTDOWNS:
-            text = self.tr("{0} s").format(seconds) if seconds else self.tr("none")
-            self.countdown.addItem(text, seconds)
-        self.countdown.currentIndexChanged.connect(self._countdown_chosen)
 
     def _make_buttons(self) -> None:
         """What can be pressed."""
@@ -159,12 +143,11 @@ class CaptureWorkspace(QWidget):
 
     def _lay_out(self) -> None:
         """The left side and the right one."""
-        form = QFormLayout()
-        form.setContentsMargins(0, 0, 0, 0)
-        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow(self.tr("Task"), self.task)
-        form.addRow(self.tr("Name"), self.name)
-        form.addRow(self.tr("Countdown"), self.countdown)
+        form = self.fields.form
+        form.addRow(self.tr("Recogniser"), self.recogniser.which)
+        form.addRow(self.recogniser.nothing)
+        form.addRow(self.tr("Latency"), self.recogniser.latency)
+        form.addRow(self.tr("Scalogram"), self.scalogram_channel)
         devices = QHBoxLayout()
         devices.addWidget(self.connect_button, 1)
         devices.addWidget(self.zero_button)
@@ -176,7 +159,7 @@ class CaptureWorkspace(QWidget):
         column.addWidget(self.sources, 1)
         column.addLayout(devices)
         column.addWidget(_rule())
-        column.addLayout(form)
+        column.addWidget(self.fields)
         column.addWidget(self.legend)
         column.addWidget(self.clock)
         column.addWidget(self.record_button)
@@ -188,14 +171,16 @@ class CaptureWorkspace(QWidget):
         lanes.setWidget(self.live)
         views = QSplitter(Qt.Orientation.Vertical)
         views.addWidget(lanes)
+        views.addWidget(self.scalogram)
         views.addWidget(self.picture)
-        views.setStretchFactor(0, 3)
-        views.setStretchFactor(1, 2)
+        for place, share in enumerate((3, 2, 2)):
+            views.setStretchFactor(place, share)
         views.setChildrenCollapsible(False)
         right = QVBoxLayout()
         right.setContentsMargins(0, 0, 0, 0)
         right.setSpacing(0)
         right.addWidget(views, 1)
+        right.addWidget(self.recognition)
         right.addWidget(self.standing)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -207,7 +192,7 @@ class CaptureWorkspace(QWidget):
 
     def record(self) -> None:
         """Record, or stop; the keys of actions mark from now on."""
-        self._task_chosen()
+        self.fields.take_task()
         if self.session.phase in (Phase.READY, Phase.RECORDING):
             self.held.release_all()
             # Letters mark actions from now on and are no text.
@@ -216,49 +201,20 @@ class CaptureWorkspace(QWidget):
 
     def _connect_or_not(self) -> None:
         """Connect what is ticked, or let go of it."""
-        self._task_chosen()
+        self.fields.take_task()
         if self.session.phase is Phase.APART:
             self.sources.remember()
             self.session.connect_to(self.sources.devices, self.sources.cameras)
         else:
             self.session.disconnect_all()
 
-    def _task_chosen(self) -> None:
-        """The next recordings are of this task."""
-        task = self.task.currentText().strip()
-        if task != self.session.task:
-            self.session.set_task(task)
-
-    def _name_edited(self, text: str) -> None:
-        self.session.name = text.strip()
-
-    def _countdown_chosen(self) -> None:
-        self.session.countdown = int(self.countdown.currentData())
-
     # What is shown
 
     def _project_changed(self) -> None:
         """Another project: its tasks, its unfinished recordings."""
-        self.task.setCurrentText("")
-        self._list_tasks()
+        self.recogniser.refresh()
         if self._looked:
             self.session.look_for_unfinished()
-
-    def _list_tasks(self) -> None:
-        """Offer the tasks of the project; the one that was chosen stays."""
-        project = self.document.project
-        chosen = self.task.currentText()
-        if not chosen and self.document.demonstration is not None:
-            chosen = self.document.demonstration.task
-        self.task.blockSignals(True)
-        self.task.clear()
-        if project is not None:
-            names = dict.fromkeys((*project.tasks(), *project.vocabularies()))
-            for name in names:
-                self.task.addItem(name, name)
-        self.task.setCurrentText(chosen)
-        self.task.blockSignals(False)
-        self.session.set_task(chosen)
 
     def _changed(self) -> None:
         """Show what can be pressed now, and what it is called."""
@@ -283,10 +239,7 @@ class CaptureWorkspace(QWidget):
         }
         _say_on(self.record_button, words.get(phase, self.tr("Record")), keys().shown("record"))
         self.record_button.setEnabled(not busy and not apart)
-        _say_on(self.discard_button, self.tr("Discard"), keys().shown("discard_recording"))
-        self.discard_button.setEnabled(phase in (Phase.COUNTING, Phase.RECORDING, Phase.STUCK))
-        for field in (self.task, self.name, self.countdown):
-            field.setEnabled(phase in (Phase.APART, Phase.READY, Phase.CONNECTING))
+        self._show_discard()
         left = session.left_behind
         _say_on(self.recover_button, self.tr("Recover {0} unfinished").format(left))
         self.recover_button.setToolTip(
@@ -296,11 +249,23 @@ class CaptureWorkspace(QWidget):
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
         colour = colours().trouble if session.recording else colours().text
         self.clock.setStyleSheet(f"QLabel {{ color: {colour}; }}")
-        if phase is Phase.READY and self.name.text() and not session.name:
-            self.name.clear()
         self._show_actions()
-        self._show_name()
         self._tell_time()
+
+    def _show_discard(self) -> None:
+        """What would be discarded: what is recorded, or what was kept last."""
+        session, text = self.session, self.tr("Discard")
+        can = session.phase in (Phase.COUNTING, Phase.RECORDING, Phase.STUCK)
+        kept = session.last.kept
+        if kept is not None and session.phase in (Phase.READY, Phase.APART):
+            can = True
+            name = self.fontMetrics().elidedText(
+                kept.added.name, Qt.TextElideMode.ElideMiddle, SIDE // 3
+            )
+            words = self.tr("Discard '{0}'"), self.tr("Really discard '{0}'")
+            text = words[session.last.asked].format(name)
+        _say_on(self.discard_button, text, keys().shown("discard_recording"))
+        self.discard_button.setEnabled(can)
 
     def _show_actions(self) -> None:
         """Which keys mark what."""
@@ -308,11 +273,6 @@ class CaptureWorkspace(QWidget):
         told = self.tr("Hold to mark: {0}").format(" · ".join(marking)) if marking else ""
         self.legend.setText(told)
         self.legend.setVisible(bool(told))
-
-    def _show_name(self) -> None:
-        """Show what the next recording will be called."""
-        if self.session.phase in (Phase.APART, Phase.READY) and self.isVisible():
-            self.name.setPlaceholderText(self.session.next_name())
 
     def _tell_time(self) -> None:
         """How long it has been recorded."""

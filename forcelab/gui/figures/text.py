@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import (
@@ -40,6 +40,8 @@ __all__ = [
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
 FAMILIES = ("DejaVu Sans", "Verdana", "Arial", "sans-serif")
+#: Lines whose widths are kept: the numbers of an axis are measured in each frame of a pan.
+MEASURED = 8192
 
 
 def ready() -> QGuiApplication:
@@ -103,6 +105,7 @@ def shown(text: str) -> str:
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
+@lru_cache(maxsize=MEASURED)
 def width(text: str, face: QFont) -> float:
     """Advance of a line of text, in pixels."""
     return QFontMetricsF(face).horizontalAdvance(text)
@@ -110,8 +113,13 @@ def width(text: str, face: QFont) -> float:
 
 def widest(texts: Iterable[str], face: QFont) -> float:
     """Advance of the longest of some lines in pixels; 0 for none."""
-    metrics = QFontMetricsF(face)
-    return max((metrics.horizontalAdvance(text) for text in texts), default=0.0)
+    return max((width(text, face) for text in texts), default=0.0)
+
+
+@lru_cache(maxsize=64)
+def _rise(face: QFont) -> float:
+    """How far the middle of a face's capital letters is above its baseline, in pixels."""
+    return QFontMetricsF(face).capHeight() / 2
 
 
 def elided(text: str, face: QFont, room: float, *, middle: bool = False) -> str:
@@ -150,11 +158,10 @@ def put(
     align : float
         0 left, 0.5 centred, 1 right.
     """
-    metrics = QFontMetricsF(face)
     painter.setFont(face)
     painter.setPen(ink)
-    left = x - align * metrics.horizontalAdvance(line) if align else x
-    painter.drawText(QPointF(left, y + metrics.capHeight() / 2), line)
+    left = x - align * width(line, face) if align else x
+    painter.drawText(QPointF(left, y + _rise(face)), line)
 
 
 class Writer:

@@ -31,7 +31,7 @@ from forcelab.gui.label.force_axes import (
     tagged,
 )
 from forcelab.gui.label.force_channels import ForceChannels
-from forcelab.gui.label.force_curves import Canvas
+from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.label.force_gaps import paint_gaps
 from forcelab.gui.label.force_lanes import Lane, axis_of, lanes, spanning
 from forcelab.gui.panel import TimePanel
@@ -82,6 +82,7 @@ class ForcePanel(TimePanel):
         self.source = ForceChannels(document, jobs, self)
         self.choices_changed = self.source.choices_changed
         self._axes: tuple[tuple[Lane, Axis], ...] = ()
+        self._canvas = Canvas(self.plot, 1.0)
         self.source.choices_changed.connect(self.invalidate)
         self.source.grown.connect(self.invalidate)
 
@@ -164,24 +165,32 @@ class ForcePanel(TimePanel):
             ink = QColor(now.muted)
             text.put(painter, at.x(), at.y(), sentence, face=face, ink=ink, align=0.5)
             return
-        canvas = Canvas(plot, painter.device().devicePixelRatioF())
+        canvas = self._canvas = self._canvas.cleared(plot, painter.device().devicePixelRatioF())
         columns = self.source.columns(self._times(canvas.edges()))
-        found = {name: self.source.envelope(name).drawn(columns) for name in self.shown}
+        found = self.source.drawn(self.shown, columns)
         names = self.source.names
         self._axes = tuple(
             (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))
             for lane in strips
         )
         self._paint_ground(painter, plot, now)
-        dotted = columns.samples * FAR_APART <= plot.width()
-        for lane, axis in self._axes:
-            for i in lane.channels:
-                box = (lane.top, lane.bottom)
-                canvas.draw(found[names[i]], axis, curve_colour(i, now), box)
-                if dotted:
-                    self._paint_samples(canvas, columns, i, axis, box)
+        drawn = [
+            (i, Curve(found[names[i]], axis, curve_colour(i, now), (lane.top, lane.bottom)))
+            for lane, axis in self._axes
+            for i in lane.channels
+        ]
+        if columns.samples * FAR_APART <= plot.width():
+            for i, curve in drawn:
+                canvas.draw([curve])
+                self._paint_samples(canvas, columns, i, curve)
+        else:
+            canvas.draw([curve for _, curve in drawn])
         canvas.paint(painter)
         self._paint_notes(painter, plot, columns, now)
+
+    def gutter_shows(self) -> object:
+        """Lanes, axes and channels."""
+        return self._axes, self.source.channels
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw names and vertical axes."""
@@ -254,9 +263,7 @@ class ForcePanel(TimePanel):
                 box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
                 painter.fillRect(box, QColor(now.panel))
 
-    def _paint_samples(
-        self, canvas: Canvas, columns: Columns, i: int, axis: Axis, box: tuple[float, float]
-    ) -> None:
+    def _paint_samples(self, canvas: Canvas, columns: Columns, i: int, curve: Curve) -> None:
         """Draw a dot at each of the few samples that are visible."""
         demonstration = self.document.demonstration
         if demonstration is None:
@@ -265,7 +272,7 @@ class ForcePanel(TimePanel):
         x = self.GUTTER + (stamps - self.document.start) / self.seconds_per_pixel
         values = self.source.envelope(self.source.names[i]).values[columns.around]
         inside = np.abs(x) < 2 * self.width()
-        canvas.dots(x[inside], values[inside], axis, curve_colour(i, colours()), box)
+        canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
 
     def _paint_notes(self, painter: QPainter, plot: QRectF, columns: Columns, now: Colours) -> None:
         """Say how much of the data is seen."""

@@ -7,7 +7,7 @@ neither read nor searched.
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress, finish
 from forcelab.signals.columns import Columns
-from forcelab.signals.envelope import Envelope, read_envelopes
+from forcelab.signals.envelope import Envelope, Extremes, drawn_together, read_envelopes
 
 __all__ = ["ForceChannels", "Gaps"]
 
@@ -113,6 +113,13 @@ class ForceChannels(QObject):
         if demonstration is None:
             return Columns(np.empty(0), edges)
         return Columns(demonstration.times, edges, GAP_PERIODS * demonstration.period)
+
+    def drawn(self, names: Sequence[str], columns: Columns) -> dict[str, Extremes]:
+        """What is drawn of some channels that are shown, by their names."""
+        if not names:
+            return {}
+        found = drawn_together([self._envelopes[name] for name in names], columns)
+        return dict(zip(names, found, strict=True))
 
     def values_at(self, seconds: float) -> dict[str, float | None]:
         """The last sample of each shown channel at or before a time.

@@ -6,6 +6,10 @@ takes 2 ms for either, and is smooth.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
@@ -14,7 +18,7 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from forcelab.gui.figures.axes import Axis
 from forcelab.signals.envelope import Extremes
 
-__all__ = ["Canvas", "fill_columns"]
+__all__ = ["Canvas", "Curve", "fill_columns"]
 
 #: Thickness of curves and side of the squares at samples, in pixels of the widget.
 THICKNESS = 1.2
@@ -25,62 +29,130 @@ THIN = 10
 Real = NDArray[np.float64]
 
 
-def fill_columns(pixels: NDArray[np.uint32], top: Real, bottom: Real, colour: QColor) -> None:
-    """Fill each column of an image from one height to another.
+class Curve(NamedTuple):
+    """A curve to be drawn.
+
+    Parameters
+    ----------
+    found : Extremes
+        Of each column.
+    axis : Axis
+        From values to pixels of the widget.
+    colour : QColor
+        The curve's.
+    box : tuple of float
+        Top and bottom of its lane in pixels of the widget; nothing is drawn outside.
+    """
+
+    found: Extremes
+    axis: Axis
+    colour: QColor
+    box: tuple[float, float]
+
+
+def fill_columns(
+    pixels: NDArray[np.uint32],
+    top: Real,
+    bottom: Real,
+    colours: Sequence[QColor],
+    lanes: Sequence[tuple[int, int]],
+) -> None:
+    """Fill each column of some lanes of an image from one height to another.
 
     Parameters
     ----------
     pixels : ndarray of uint32, shape (h, w)
-        The image, premultiplied by its alpha; changed.
-    top, bottom : ndarray, shape (w,)
-        Heights in pixels from the top, not necessarily inside the image; NaN leaves a column as it
-        is. A pixel that is covered in part gets as much of the colour.
-    colour : QColor
-        What the pixels become.
+        The image, contiguous, premultiplied by its alpha; changed.
+    top, bottom : ndarray, shape (k, w)
+        For each lane heights in pixels from its top, not necessarily inside of it; NaN leaves a
+        column as it is. A pixel that is covered in part gets as much of the colour.
+    colours : sequence of QColor
+        What the pixels of each of the k lanes become.
+    lanes : sequence of tuple of int
+        The first row of each and the one after its last; they do not overlap.
     """
-    height = len(pixels)
+    height = np.array([last - first for first, last in lanes])[:, np.newaxis]
     known = ~np.isnan(top)
     # Clipped while still floats: heights far outside do not fit into whole numbers.
     top = np.clip(np.where(known, top, height + 1), -2, height + 1)
     bottom = np.clip(np.where(known, bottom, -2), -2, height + 1)
     first, last = np.ceil(top).astype(np.int16), np.floor(bottom).astype(np.int16)
-    _fill(pixels, np.maximum(first, 0), np.minimum(last, height), np.uint32(colour.rgba()))
+    begins = np.array([begin for begin, _ in lanes])
+    rgb = np.array([colour.rgba() for colour in colours], dtype=np.uint32)
+    _fill(pixels, np.maximum(first, 0), np.minimum(last, height), begins, rgb)
     within = last < first  # both ends in one pixel
-    _tint(pixels, first - 1, np.where(within, bottom - top, first - top), colour)
-    _tint(pixels, last, np.where(within, 0.0, bottom - last), colour)
+    _tint(pixels, first - 1, np.where(within, bottom - top, first - top), height, begins, rgb)
+    _tint(pixels, last, np.where(within, 0.0, bottom - last), height, begins, rgb)
 
 
 def _fill(
     pixels: NDArray[np.uint32],
     first: NDArray[np.int16],
     last: NDArray[np.int16],
-    colour: np.uint32,
+    begins: NDArray[np.int64],
+    rgb: NDArray[np.uint32],
 ) -> None:
-    """Fill each column from one row up to another, in the quicker of two ways."""
+    """Fill each column of each lane from one row up to another, in the quicker of two ways."""
     counts = np.maximum(last.astype(np.int64) - first, 0)
+    thick = []
+    for i, count in enumerate(counts):
+        if (covered := int(count.sum())) == 0:
+            continue
+        top, end = int(first[i][count > 0].min()), int(last[i].max())
+        if covered * THIN >= (end - top) * len(count):
+            thick.append(i)
+            rows = np.arange(top, end, dtype=np.int16)[:, np.newaxis]
+            lane = pixels[begins[i] + top : begins[i] + end]
+            np.copyto(lane, rgb[i], where=(rows >= first[i]) & (rows < last[i]))
+    counts[thick] = 0
     ends = np.cumsum(counts)
-    if ends[-1] == 0:
-        return
-    begin, end = int(first[counts > 0].min()), int(last.max())
-    if ends[-1] * THIN < (end - begin) * len(counts):
-        rows = np.arange(ends[-1]) + np.repeat(first - (ends - counts), counts)
-        pixels[rows, np.repeat(np.arange(len(counts)), counts)] = colour
-    else:
-        rows = np.arange(begin, end, dtype=np.int16)[:, np.newaxis]
-        np.copyto(pixels[begin:end], colour, where=(rows >= first) & (rows < last))
+    if ends[-1]:
+        width = pixels.shape[1]
+        above = begins[:, np.newaxis] + first - (ends.reshape(counts.shape) - counts)
+        column = np.broadcast_to(np.arange(width), counts.shape)
+        # A column's pixels lie a width apart: counted from the first of all pixels that are filled.
+        base, many = (above * width + column).reshape(-1), counts.reshape(-1)
+        places = np.repeat(base, many) + np.arange(ends[-1]) * width
+        _flat(pixels)[places] = np.repeat(rgb, counts.sum(axis=1))
 
 
-def _tint(pixels: NDArray[np.uint32], rows: NDArray[np.int16], share: Real, colour: QColor) -> None:
-    """Cover a share of one pixel in each column, where nothing covers more of it already."""
-    columns = np.flatnonzero((rows >= 0) & (rows < len(pixels)) & (share > 0.0))
-    rows = rows[columns]
-    alpha = np.minimum(share[columns] * 255.0 + 0.5, 255.0).astype(np.uint32)
-    thinner = pixels[rows, columns] >> 24 < alpha
-    rows, columns, alpha = rows[thinner], columns[thinner], alpha[thinner]
-    tinted = alpha << 24
-    for value, place in ((colour.red(), 16), (colour.green(), 8), (colour.blue(), 0)):
-        tinted |= (np.uint32(value) * alpha // 255) << place
-    pixels[rows, columns] = tinted
+def _tint(
+    pixels: NDArray[np.uint32],
+    rows: NDArray[np.int16],
+    shares: Real,
+    height: NDArray[np.int64],
+    begins: NDArray[np.int64],
+    rgb: NDArray[np.uint32],
+) -> None:
+    """Cover a share of one pixel in each column of each lane, where nothing covers more of it.
+
+    All lanes at once: numpy takes longer to begin than it does for the columns of one.
+    """
+    flat, width = _flat(pixels), pixels.shape[1]
+    inside = (rows >= 0) & (rows < height) & (shares > 0.0)
+    alpha = np.where(inside, np.minimum(shares * 255.0 + 0.5, 255.0), 0.0).astype(np.uint8)
+    places = (np.where(inside, rows, 0) + begins[:, np.newaxis]) * width + np.arange(width)
+    thinner = np.flatnonzero(flat[places] >> 24 < alpha)
+    shades = np.stack([_shades(colour) for colour in rgb.tolist()]).reshape(-1)
+    shade = alpha + 256 * np.arange(len(begins))[:, np.newaxis]
+    flat[places.take(thinner)] = shades.take(shade.take(thinner))
+
+
+def _flat(pixels: NDArray[np.uint32]) -> NDArray[np.uint32]:
+    """The pixels row after row, the very same."""
+    flat = pixels.view()
+    flat.shape = (pixels.size,)  # refuses, where a reshape would copy
+    return flat
+
+
+@lru_cache(maxsize=64)
+def _shades(colour: int) -> NDArray[np.uint32]:
+    """A colour at each alpha from 0 to 255, premultiplied by it; shape (256,)."""
+    alpha = np.arange(256, dtype=np.uint32)
+    shades: NDArray[np.uint32] = alpha << np.uint32(24)
+    for place in (16, 8, 0):
+        shades |= (np.uint32(colour >> place & 255) * alpha // np.uint32(255)) << np.uint32(place)
+    return shades
 
 
 class Canvas:
@@ -101,6 +173,14 @@ class Canvas:
         height = max(int(np.ceil(plot.height() * ratio)), 1)
         self._pixels = np.zeros((height, width), dtype=np.uint32)
 
+    def cleared(self, plot: QRectF, ratio: float) -> Canvas:
+        """An empty one: this one if it fits, since new memory costs more than to clear it."""
+        new = Canvas(plot, ratio)
+        if (self.left, self.ratio, self._pixels.shape) != (new.left, ratio, new._pixels.shape):
+            return new
+        self._pixels.fill(0)
+        return self
+
     @property
     def width(self) -> int:
         """Columns of the screen."""
@@ -110,27 +190,30 @@ class Canvas:
         """The edges of its columns in pixels of the widget, shape (width + 1,)."""
         return (self.left + np.arange(self.width + 1)) / self.ratio
 
-    def draw(self, found: Extremes, axis: Axis, colour: QColor, box: tuple[float, float]) -> None:
-        """Draw a curve.
+    def draw(self, curves: Sequence[Curve]) -> None:
+        """Draw curves; of those in one lane the later ones lie over the earlier ones."""
+        left = list(curves)
+        while left:
+            # One of each lane at a time; lanes do not overlap.
+            boxes = [curve.box for curve in left]
+            fronts = [i for i, box in enumerate(boxes) if box not in boxes[:i]]
+            self._draw_apart([left[i] for i in fronts])
+            left = [curve for i, curve in enumerate(left) if i not in fronts]
 
-        Parameters
-        ----------
-        found : Extremes
-            Of each column.
-        axis : Axis
-            From values to pixels of the widget.
-        colour : QColor
-            The curve's.
-        box : tuple of float
-            Top and bottom of its lane in pixels of the widget; nothing is drawn outside.
-        """
-        first, last = (max(round(edge * self.ratio), 0) for edge in box)
-        scale = (axis.finish - axis.begin) / (axis.end - axis.start) * self.ratio
-        zero = axis.begin * self.ratio - axis.start * scale - first
-        half = THICKNESS / 2 * self.ratio
-        with np.errstate(over="ignore"):
-            top, bottom = found.high * scale + zero - half, found.low * scale + zero + half
-        fill_columns(self._pixels[first:last], top, bottom, colour)
+    def _draw_apart(self, curves: Sequence[Curve]) -> None:
+        """Draw curves of different lanes."""
+        lanes, tops, bottoms = [], [], []
+        half, height = THICKNESS / 2 * self.ratio, len(self._pixels)
+        for found, axis, _, box in curves:
+            first, last = (min(max(round(edge * self.ratio), 0), height) for edge in box)
+            scale = (axis.finish - axis.begin) / (axis.end - axis.start) * self.ratio
+            zero = axis.begin * self.ratio - axis.start * scale - first
+            lanes.append((first, last))
+            with np.errstate(over="ignore"):
+                tops.append(found.high * scale + zero - half)
+                bottoms.append(found.low * scale + zero + half)
+        colours = [curve.colour for curve in curves]
+        fill_columns(self._pixels, np.stack(tops), np.stack(bottoms), colours, lanes)
 
     def dots(
         self, x: Real, values: Real, axis: Axis, colour: QColor, box: tuple[float, float]

@@ -24,7 +24,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.label.force import ForcePanel
 from forcelab.gui.label.force_axes import curve_colour
-from forcelab.gui.label.force_curves import Canvas
+from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.label.force_lanes import Lane, axis_of, spanning
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
 from forcelab.gui.label.track_painting import paint_row
@@ -230,8 +230,13 @@ class Overview(QWidget):
             alike = [i for i in wanted if source.channels[i].unit == unit]
             found = [source.envelope(source.names[i]).drawn(columns) for i in alike]
             axis = axis_of(lane, spanning(_range(one.low, one.high) for one in found))
-            for i, one in zip(alike, found, strict=True):
-                canvas.draw(one, axis, curve_colour(i, colours()), (box.top(), box.bottom()))
+            edges, now = (box.top(), box.bottom()), colours()
+            canvas.draw(
+                [
+                    Curve(one, axis, curve_colour(i, now), edges)
+                    for i, one in zip(alike, found, strict=True)
+                ]
+            )
         painter.setOpacity(0.75)
         canvas.paint(painter)
         painter.setOpacity(1.0)

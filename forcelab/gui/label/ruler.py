@@ -108,6 +108,10 @@ class Ruler(TimePanel):
             middle = place.center()
             text.put(painter, middle.x(), middle.y(), label, face=face, ink=ink, align=0.5)
 
+    def gutter_shows(self) -> object:
+        """The unit."""
+        return self._clock
+
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Say what the numbers are."""
         now = colours()

@@ -216,16 +216,19 @@ class ScalogramPanel(TimePanel):
         heights = [rows.y(scale) for scale in self._marked.scales.tolist()]
         drawing.draw_marks(painter, plot, heights, now)
 
+    def gutter_shows(self) -> object:
+        """The axis in Hz, and what stands at the legend's ends."""
+        return self._rows(self.plot), self._ends(), self._phase
+
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw the axis in Hz and the legend of the colours."""
         painter.fillRect(box, QColor(colours().panel))
-        rows = self._rows(self.plot)
+        rows, ends = self._rows(self.plot), self._ends()
         if rows is None:
             return
         drawing.draw_frequencies(painter, box.right(), rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
-        if bar.height() >= 40 and (self._phase or self._view is not None):
-            ends = reading.ends(*self._range(), self._phase)
+        if bar.height() >= 40 and ends is not None:
             drawing.draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
@@ -366,6 +369,12 @@ class ScalogramPanel(TimePanel):
         """Make the images anew, from the same pictures."""
         self._layers.recolour(self._steady)
         self.invalidate()
+
+    def _ends(self) -> tuple[str, str] | None:
+        """What stands at the ends of the colours' legend; None where nothing is known of them."""
+        if not self._phase and self._view is None:
+            return None
+        return reading.ends(*self._range(), self._phase)
 
     def _range(self) -> tuple[float, float]:
         """Decimal logarithms of the magnitudes for the first and the last colour."""

@@ -29,6 +29,7 @@ __all__ = [
     "draw_frequencies",
     "draw_marks",
     "image",
+    "magnitudes",
     "plate",
 ]
 
@@ -80,14 +81,20 @@ class Rows:
 
 def image(picture: Scalogram, low: float, high: float, dark: bool) -> QImage:
     """A picture as an image, one pixel a value; transparent where nothing is known."""
-    values = picture.values
-    if picture.phase:
-        places = (values + np.float32(np.pi)) * np.float32(NOTHING / (2 * np.pi))
-        table = phase_colours(dark, NOTHING)
-        places = np.where(places >= NOTHING, 0.0, places)
-    else:
-        places = (values - np.float32(low)) * np.float32(NOTHING / max(high - low, 1e-9))
-        table = magnitude_colours(dark, NOTHING)
+    if not picture.phase:
+        return magnitudes(picture.values, low, high, dark)
+    places = (picture.values + np.float32(np.pi)) * np.float32(NOTHING / (2 * np.pi))
+    return _coloured(np.where(places >= NOTHING, 0.0, places), phase_colours(dark, NOTHING))
+
+
+def magnitudes(values: NDArray[np.float32], low: float, high: float, dark: bool) -> QImage:
+    """Logarithms of magnitudes as an image, one pixel a value; transparent where one is NaN."""
+    places = (values - np.float32(low)) * np.float32(NOTHING / max(high - low, 1e-9))
+    return _coloured(places, magnitude_colours(dark, NOTHING))
+
+
+def _coloured(places: NDArray[np.float32], table: NDArray[np.uint8]) -> QImage:
+    """Places in a table of colours as an image."""
     known = np.isfinite(places)
     codes = np.where(known, np.clip(places, 0, NOTHING - 1), NOTHING)
     return _as_image(_words(table)[codes.astype(np.uint8)])

@@ -147,6 +147,10 @@ class TrackRows(TimePanel):
             ink.setAlphaF(0.72)
             text.put(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
 
+    def gutter_shows(self) -> object:
+        """Authors, and where their rows are."""
+        return tuple((row.author, row.box.top(), row.box.height(), row.own) for row in self.rows())
+
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw the authors' names, those of models marked and in italics."""
         now = colours()

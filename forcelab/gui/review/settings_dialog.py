@@ -200,6 +200,8 @@ class SettingsDialog(QDialog):
         """How many scales there are, and which frequencies they answer to."""
         from forcelab.signals.cwt import frequencies
 
+        if settings.features == "windows":
+            return self._windows(settings)
         count = len(settings.scales)
         rate = settings.rate or self.facts.rate
         if not rate:
@@ -207,6 +209,13 @@ class SettingsDialog(QDialog):
         hertz = frequencies(settings.scales, rate, settings.mother)
         return self.tr("{0} scales, {1:.3g} to {2:.3g} Hz at {3:.6g} Hz").format(
             count, hertz.min(), hertz.max(), rate
+        )
+
+    def _windows(self, settings: Settings) -> str:
+        """How many windows there are, and how long."""
+        shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
+        return self.tr("{0} windows, {1:.3g} to {2:.3g} ms").format(
+            len(settings.windows), shortest, longest
         )
 
     def _cost(self, settings: Settings) -> str:

@@ -41,8 +41,9 @@ class Facts:
         """What training with these settings takes."""
         channels = self.channels if settings.channels is None else settings.channels
         rate = settings.rate or self.rate
-        features = len(channels) * len(settings.scales) * (2 if settings.phase else 1)
-        return Cost(features, round(self.labelled * rate / settings.stride), rate)
+        features = settings.width(len(channels))
+        steps = rate / settings.hop(rate) if rate else 0.0
+        return Cost(features, round(self.labelled * steps / settings.stride), rate)
 
 
 @dataclass(frozen=True, slots=True)

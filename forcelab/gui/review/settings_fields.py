@@ -82,17 +82,63 @@ class Field:
 
 
 def _has_parameter(values: Values) -> bool:
-    """Whether the wavelet has a parameter."""
-    return values["wavelet"] != "haar"
+    """Whether there are wavelets, and they have a parameter."""
+    return _has_wavelets(values) and values["wavelet"] != "haar"
+
+
+def _has_wavelets(values: Values) -> bool:
+    """Whether time steps are known by wavelets."""
+    return values["features"] == "wavelets"
+
+
+def _has_phases(values: Values) -> bool:
+    """Whether there are wavelets, and their phases are used."""
+    return _has_wavelets(values) and bool(values["phase"])
+
+
+def _has_windows(values: Values) -> bool:
+    """Whether time steps are known by windows."""
+    return values["features"] == "windows"
+
+
+def _is_plain(values: Values) -> bool:
+    """Whether the classifier can weigh actions and be calibrated."""
+    return values["classifier"] in ("logistic", "extra-trees", "boosting", "ensemble")
+
+
+def _decodes(values: Values) -> bool:
+    """Whether a decoder makes the timeline."""
+    return values["decoder"] != "filters"
+
+
+def _filters(values: Values) -> bool:
+    """Whether filters make the timeline."""
+    return not _decodes(values)
 
 
 def _is_random(values: Values) -> bool:
     """Whether anything of the classifier is drawn at random."""
-    return values["classifier"] in ("mlp", "decision-tree", "svm")
+    drawn = ("mlp", "decision-tree", "svm", "extra-trees", "boosting", "ensemble")
+    return values["classifier"] in drawn
 
 
 #: Every setting but the preset's name, in the order of the form.
 FIELDS = (
+    Field(
+        "features",
+        "features",
+        "choice",
+        QT_TRANSLATE_NOOP("forcelab", "Features"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "Wavelets tell frequencies apart; windows also see how hard one grips, and take less "
+            "time.",
+        ),
+        options=(
+            ("wavelets", QT_TRANSLATE_NOOP("forcelab", "Wavelets")),
+            ("windows", QT_TRANSLATE_NOOP("forcelab", "Level, slope and strength in windows")),
+        ),
+    ),
     Field(
         "channels",
         "features",
@@ -127,6 +173,7 @@ FIELDS = (
             ("dog", QT_TRANSLATE_NOOP("forcelab", "Derivative of a Gaussian")),
             ("haar", QT_TRANSLATE_NOOP("forcelab", "Haar")),
         ),
+        applies=_has_wavelets,
     ),
     Field(
         "parameter",
@@ -154,6 +201,7 @@ FIELDS = (
         highest=1e5,
         decimals=1,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
+        applies=_has_wavelets,
     ),
     Field(
         "max_scale",
@@ -170,6 +218,7 @@ FIELDS = (
         step=64.0,
         decimals=1,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
+        applies=_has_wavelets,
     ),
     Field(
         "spacing",
@@ -181,6 +230,7 @@ FIELDS = (
         highest=10.0,
         step=0.25,
         decimals=2,
+        applies=_has_wavelets,
     ),
     Field(
         "phase",
@@ -188,6 +238,50 @@ FIELDS = (
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Phases"),
         QT_TRANSLATE_NOOP("forcelab", "Phases beside the magnitudes: twice the features."),
+        applies=_has_wavelets,
+    ),
+    Field(
+        "circular",
+        "features",
+        "flag",
+        QT_TRANSLATE_NOOP("forcelab", "Cosine and sine"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "Of each phase, in place of the angle, which jumps at half a turn.",
+        ),
+        applies=_has_phases,
+    ),
+    Field(
+        "amplitude",
+        "features",
+        "choice",
+        QT_TRANSLATE_NOOP("forcelab", "Unit of forces"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "People grip differently hard, which each demonstration's own amplitude takes out; but "
+            "hard and soft objects differ by nothing else.",
+        ),
+        options=(
+            ("absolute", QT_TRANSLATE_NOOP("forcelab", "As recorded")),
+            ("own", QT_TRANSLATE_NOOP("forcelab", "Each demonstration's own amplitude")),
+            ("chosen", QT_TRANSLATE_NOOP("forcelab", "Whichever does better")),
+        ),
+        applies=_has_windows,
+    ),
+    Field(
+        "step",
+        "features",
+        "number",
+        QT_TRANSLATE_NOOP("forcelab", "Time step"),
+        QT_TRANSLATE_NOOP(
+            "forcelab", "Between two decisions; off: every sample. 0.02 s costs no accuracy."
+        ),
+        lowest=0.001,
+        highest=10.0,
+        step=0.01,
+        decimals=3,
+        unit=QT_TRANSLATE_NOOP("forcelab", "s"),
+        default=0.02,
     ),
     Field(
         "classifier",
@@ -201,7 +295,30 @@ FIELDS = (
             ("decision-tree", QT_TRANSLATE_NOOP("forcelab", "Decision tree")),
             ("svm", QT_TRANSLATE_NOOP("forcelab", "Support vector machine")),
             ("nearest-neighbours", QT_TRANSLATE_NOOP("forcelab", "Nearest neighbours")),
+            ("logistic", QT_TRANSLATE_NOOP("forcelab", "Logistic regression")),
+            ("extra-trees", QT_TRANSLATE_NOOP("forcelab", "Extra trees")),
+            ("boosting", QT_TRANSLATE_NOOP("forcelab", "Gradient boosting")),
+            ("ensemble", QT_TRANSLATE_NOOP("forcelab", "Extra trees and logistic regression")),
         ),
+    ),
+    Field(
+        "balanced",
+        "classifier",
+        "flag",
+        QT_TRANSLATE_NOOP("forcelab", "Rare actions count as much"),
+        QT_TRANSLATE_NOOP("forcelab", "Every action has the same weight in training."),
+        applies=_is_plain,
+    ),
+    Field(
+        "calibrated",
+        "classifier",
+        "flag",
+        QT_TRANSLATE_NOOP("forcelab", "Calibrate"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "So that of what is 80 % sure 80 % is right, on demonstrations that were left out.",
+        ),
+        applies=_is_plain,
     ),
     Field(
         "stride",
@@ -227,6 +344,37 @@ FIELDS = (
         applies=_is_random,
     ),
     Field(
+        "decoder",
+        "filters",
+        "choice",
+        QT_TRANSLATE_NOOP("forcelab", "Timeline by"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "How single decisions become segments: by filters, or as the most probable course of "
+            "the whole demonstration.",
+        ),
+        options=(
+            ("filters", QT_TRANSLATE_NOOP("forcelab", "Filters")),
+            ("semi-markov", QT_TRANSLATE_NOOP("forcelab", "Semi-Markov decoder")),
+        ),
+    ),
+    Field(
+        "choreography",
+        "filters",
+        "choice",
+        QT_TRANSLATE_NOOP("forcelab", "Choreography"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "What the decoder may know of the task: less carries over to other tasks better.",
+        ),
+        options=(
+            ("none", QT_TRANSLATE_NOOP("forcelab", "Nothing")),
+            ("durations", QT_TRANSLATE_NOOP("forcelab", "Durations of actions")),
+            ("order", QT_TRANSLATE_NOOP("forcelab", "Durations and order")),
+        ),
+        applies=_decodes,
+    ),
+    Field(
         "threshold",
         "filters",
         "number",
@@ -236,6 +384,7 @@ FIELDS = (
         step=0.05,
         decimals=2,
         default=0.8,
+        applies=_filters,
     ),
     Field(
         "median",
@@ -251,6 +400,7 @@ FIELDS = (
         highest=1e5,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
         default=10,
+        applies=_filters,
     ),
     Field(
         "drop",
@@ -265,6 +415,7 @@ FIELDS = (
         decimals=3,
         unit=QT_TRANSLATE_NOOP("forcelab", "of the shortest"),
         default=0.125,
+        applies=_filters,
     ),
     Field(
         "merge",

@@ -108,6 +108,8 @@ class SettingsForm(QWidget):
             values["parameter"] = None
         elif self._base is not None and self._untouched(values):
             values["parameter"] = None  # the wavelet's default, as it was
+        if self._base is not None:
+            values["windows"] = self._base.windows  # which have no editor
         return values | {"preset": self.preset}
 
     def _value(self, name: str) -> Any:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtWidgets import QHBoxLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
@@ -11,24 +12,28 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.bar import TrainBar
-from forcelab.gui.review.coders import CodersView
-from forcelab.gui.review.comparing import ComparingDialog
-from forcelab.gui.review.confusion import ConfusionView
 from forcelab.gui.review.learning import Learning
-from forcelab.gui.review.loss import LossView
 from forcelab.gui.review.pairs import PairsView
-from forcelab.gui.review.proposals import ProposalsView
 from forcelab.gui.review.queue import QueueView
-from forcelab.gui.review.scores import ScoresView
-from forcelab.gui.review.why import WhyView
 
 if TYPE_CHECKING:
     from forcelab.gui.label.workspace import LabelWorkspace
+    from forcelab.gui.review.coders import CodersView
+    from forcelab.gui.review.confusion import ConfusionView
+    from forcelab.gui.review.loss import LossView
+    from forcelab.gui.review.proposals import ProposalsView
+    from forcelab.gui.review.scores import ScoresView
+    from forcelab.gui.review.why import WhyView
 
 __all__ = ["ReviewWorkspace"]
 
+Page = TypeVar("Page", bound=QWidget)
+
 #: What each side gets at first: pairs and lists; pairs and the place; lists and the video.
 BESIDE, BELOW, LISTS = (11, 9), (2, 3), (3, 2)
+#: Least width and height of the lists, in pixels: what the most demanding of them needs, so that
+#: nothing moves when that is built.
+LEAST = (304, 353)
 
 
 class ReviewWorkspace(QWidget):
@@ -36,6 +41,9 @@ class ReviewWorkspace(QWidget):
 
     The timeline and the video are those of the Label workspace, borrowed while this one is in
     front: whatever can be done there can be done here, and nothing is decoded or computed twice.
+
+    Each list is loaded and built when it is first wanted: all of them at once would hold up the
+    window for half a second, when the queue is what one sees.
 
     Parameters
     ----------
@@ -63,27 +71,27 @@ class ReviewWorkspace(QWidget):
         self.bar = TrainBar(document, learning)
         self.pairs = PairsView(document, jobs)
         self.queue = QueueView(document, jobs)
-        self.confusion = ConfusionView(document, jobs)
-        self.scores = ScoresView(document, jobs)
-        self.proposals = ProposalsView(document, jobs)
-        self.why = WhyView(document, jobs)
-        self.coders = CodersView(document, jobs)
-        self.loss = LossView(document, learning)
+        self._learning = learning
         self.lists = QTabWidget()
         self.lists.setObjectName("narrow")  # all of them fit beside the pairs
+        self.lists.setMinimumSize(*LEAST)
         self.lists.setDocumentMode(True)
         self.lists.setUsesScrollButtons(True)
         self.lists.setAccessibleName(self.tr("What to review"))
-        for title, page in (
-            (self.tr("Queue"), self.queue),
-            (self.tr("Confusion"), self.confusion),
-            (self.tr("Scores"), self.scores),
-            (self.tr("Why"), self.why),
-            (self.tr("Proposals"), self.proposals),
-            (self.tr("Coders"), self.coders),
-            (self.tr("Training"), self.loss),
-        ):
-            self.lists.addTab(page, title)
+        titles = {
+            "queue": self.tr("Queue"),
+            "confusion": self.tr("Confusion"),
+            "scores": self.tr("Scores"),
+            "why": self.tr("Why"),
+            "proposals": self.tr("Proposals"),
+            "coders": self.tr("Coders"),
+            "loss": self.tr("Training"),
+        }
+        self._rooms = {name: _holder() for name in titles}
+        for name, title in titles.items():
+            self.lists.addTab(self._rooms[name], title)
+        self._fill("queue", self.queue)
+        self.lists.currentChanged.connect(self._build)
         self._place = _holder()
         self._video = _holder()
         self._left = _split(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW)
@@ -123,7 +131,62 @@ class ReviewWorkspace(QWidget):
         for splitter, shares in ((self._left, BELOW), (self._right, LISTS), (self._whole, BESIDE)):
             _share_out(splitter, shares)
 
+    # The lists
+
+    @cached_property
+    def confusion(self) -> ConfusionView:
+        """Which actions are taken for which."""
+        from forcelab.gui.review.confusion import ConfusionView
+
+        return self._fill("confusion", ConfusionView(self.document, self._jobs))
+
+    @cached_property
+    def scores(self) -> ScoresView:
+        """The metrics."""
+        from forcelab.gui.review.scores import ScoresView
+
+        return self._fill("scores", ScoresView(self.document, self._jobs))
+
+    @cached_property
+    def why(self) -> WhyView:
+        """What speaks for and against an action."""
+        from forcelab.gui.review.why import WhyView
+
+        return self._fill("why", WhyView(self.document, self._jobs))
+
+    @cached_property
+    def proposals(self) -> ProposalsView:
+        """What to label next."""
+        from forcelab.gui.review.proposals import ProposalsView
+
+        return self._fill("proposals", ProposalsView(self.document, self._jobs))
+
+    @cached_property
+    def coders(self) -> CodersView:
+        """How far coders agree."""
+        from forcelab.gui.review.coders import CodersView
+
+        return self._fill("coders", CodersView(self.document, self._jobs))
+
+    @cached_property
+    def loss(self) -> LossView:
+        """How a training goes."""
+        from forcelab.gui.review.loss import LossView
+
+        return self._fill("loss", LossView(self.document, self._learning))
+
     # Inside
+
+    def _fill(self, name: str, page: Page) -> Page:
+        """Put a list into its tab."""
+        layout = self._rooms[name].layout()
+        assert layout is not None
+        layout.addWidget(page)
+        return page
+
+    def _build(self, index: int) -> None:
+        """Build the list of a tab that has come to the front."""
+        getattr(self, tuple(self._rooms)[index])
 
     @property
     def _splitters(self) -> dict[str, QSplitter]:
@@ -132,6 +195,8 @@ class ReviewWorkspace(QWidget):
 
     def _compare(self) -> None:
         """Set two runs of the project beside each other."""
+        from forcelab.gui.review.comparing import ComparingDialog
+
         dialog = ComparingDialog(self.document, self._jobs, self)
         dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()

@@ -1,5 +1,6 @@
 """Packets: every valid one is found, no other is, however the stream is cut."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,8 @@ from optoforce_streams import (
 
 from forcelab.formats.optoforce.packets import KINDS, Parser, parse_all
 
+#: Strings of the fuzzing; ``FORCELAB_FUZZ=1000000`` for the whole, which takes minutes.
+STRINGS = int(os.environ.get("FORCELAB_FUZZ", "800"))
 DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS
 SERIAL = sealed(bytes([170, 0, 18, 8]) + b"ISE012\0\0")
@@ -154,9 +157,11 @@ def test_long_feeds_are_as_short_ones():
 
 
 def test_random_and_mutated_strings_neither_fail_nor_pass():
-    _, accepted, invalid = fuzz(800, seed=1)
+    accepted, invalid, unsent = fuzz(STRINGS, seed=1)
     assert invalid == 0
-    assert accepted > 250  # packets that no mutation touched
+    assert accepted > 0.3 * STRINGS  # packets that no mutation touched
+    # Two wrong bytes that make up for each other pass any sum, about once in 256 times.
+    assert unsent < 3 + STRINGS / 256
 
 
 def test_noise_passes_no_oftener_than_a_sum_lets_it():

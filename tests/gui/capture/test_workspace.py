@@ -1,5 +1,6 @@
 """The Capture workspace in the whole window, with virtual devices on real pseudo-terminals."""
 
+import errno
 import sys
 from subprocess import run
 
@@ -10,67 +11,16 @@ from PySide6.QtTest import QTest
 
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
-from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.gui.app import Start
 from forcelab.gui.capture.columns import Scale, columns_of
 from forcelab.gui.capture.marks import LiveMarks
-from forcelab.gui.capture.session import Phase
+from forcelab.gui.capture.phase import Phase
 from forcelab.gui.window import Window
+from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.vocabulary import Vocabulary
 
 #: Seconds that something may take on a busy machine.
 PATIENCE = 30.0
-
-
-def source(times):
-    """Counts of three axes, with noise so that nothing stands still."""
-    phase = 2 * np.pi * np.asarray(times)
-    axes = [2000 * np.sin(phase), 1000 * np.cos(phase), 3000 * np.sin(0.5 * phase)]
-    return np.stack(axes, axis=1).astype(np.int64)
-
-
-@pytest.fixture
-def study(tmp_path):
-    path = tmp_path / "study.forcelab"
-    with Project.create(path) as project:
-        project.set_vocabulary("LEGO", Vocabulary().with_actions("grab", "pull"))
-    return path
-
-
-@pytest.fixture
-def tongs():
-    with VirtualOptoForce(source) as device:
-        yield device
-
-
-@pytest.fixture(autouse=True)
-def _nothing_else_is_plugged_in(monkeypatch):
-    monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
-    monkeypatch.setattr("forcelab.capture.ports.cameras", lambda: ())
-
-
-@pytest.fixture
-def window(app, study, until):
-    made = Window("Ann", remembering=False)
-    made.resize(1100, 700)
-    made.show()
-    made.begin(Start(project=study, workspace="capture"))
-    until(lambda: made.settled)
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def connected(window, tongs, until):
-    """The workspace with the tongs connected, and samples coming."""
-    page = window.capture.workspace
-    page.task.setCurrentText("LEGO")
-    page.sources.add(f"optoforce:{tongs.port}")
-    page.connect_button.click()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
-    until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
-    return page
 
 
 def recorded(window, page, until, samples=150):
@@ -114,6 +64,48 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
         assert segment.duration > 0.05
 
 
+def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_labelled(
+    window, connected, until, study
+):
+    page, discard = connected, window.commands["discard_recording"]
+    discard.trigger()
+    assert "nothing was recorded" in page.standing.sentences.text()
+    recorded(window, page, until)
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert "Discard 'LEGO 01'" in page.discard_button.text()
+    assert page.discard_button.isEnabled()
+    [kept] = window.document.infos
+    window.document.open_demonstration(kept.id)
+    page.discard_button.click()
+    assert "Really discard 'LEGO 01'" in page.discard_button.text()
+    assert "once more" in page.standing.sentences.text()
+    page.session.last._patience.timeout.emit()  # its time is over
+    page.session.last._patience.stop()
+    page.session.last.changed.emit()
+    assert "Really" not in page.discard_button.text()
+    discard.trigger()
+    discard.trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert window.document.infos == ()
+    assert window.document.demonstration is None
+    assert page.name.placeholderText() == "LEGO 01"
+    assert not page.discard_button.isEnabled()
+    assert not list((study / "demonstrations").iterdir())
+    recorded(window, page, until)
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    with Project.open(study) as project:
+        id_ = project.demonstrations()[0].id
+        project.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
+    discard.trigger()
+    discard.trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert "was labelled since it was recorded; it stays" in page.standing.sentences.text()
+    with Project.open(study) as project:
+        assert len(project.demonstrations()) == 1
+
+
 def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window, connected, tongs, until
 ):
@@ -139,6 +131,39 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window.commands["record"].trigger()
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
     assert len(window.document.infos) == 1
+
+
+@pytest.mark.parametrize("trouble", ["away", "full"])
+def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until, study, trouble):
+    page = connected
+    recorded(window, page, until, 20)
+    away = study.with_suffix(".away")
+    file = page.session._recorder._journal._file
+
+    def full(_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    if trouble == "away":
+        study.rename(away)
+    else:
+        file.write = full
+    until(lambda: "kept in memory" in page.standing.alarms.text(), PATIENCE)
+    assert "goes on in memory" in page.standing.sentences.text()
+    before = page.session._recorder.state().devices[0].samples
+    until(lambda: page.session._recorder.state().devices[0].samples > before + 200, PATIENCE)
+    if trouble == "away":
+        away.rename(study)
+    else:
+        del file.write
+    until(lambda: "kept in memory" not in page.standing.alarms.text(), PATIENCE)
+    assert "can be written again" in page.standing.sentences.text()
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    with Project.open(study) as project:
+        [info] = project.demonstrations()
+        d = project.load(info.id)
+        assert len(d.times) > before + 200
+        assert d.gaps == ()
 
 
 def test_a_window_that_is_closed_while_recording_keeps_the_recording(

@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor
 
 from forcelab.demonstration import Channel
+from forcelab.gui.figures.axes import Axis
 from forcelab.gui.label.force_axes import number_of
-from forcelab.gui.label.force_curves import fill_columns
+from forcelab.gui.label.force_curves import Canvas, Curve, fill_columns
 from forcelab.gui.label.force_lanes import axis_of, group_of, lanes, spanning
+from forcelab.signals.envelope import Extremes
 
 
 @pytest.mark.parametrize(
@@ -80,10 +83,46 @@ def test_columns_are_covered_from_top_to_bottom(data):
     one, other = (np.array(data.draw(st.lists(edge, min_size=8, max_size=8))) for _ in range(2))
     top, bottom = np.minimum(one, other), np.maximum(one, other)
     image = np.zeros((20, 8), dtype=np.uint32)
-    fill_columns(image, top, bottom, QColor(10, 200, 255))
+    fill_columns(image, top[np.newaxis], bottom[np.newaxis], [QColor(10, 200, 255)], [(0, 20)])
     rows = np.arange(20)[:, np.newaxis]
     with np.errstate(invalid="ignore"):
         covered = np.minimum(bottom, rows + 1) - np.maximum(top, rows)
     covered = np.nan_to_num(np.clip(covered, 0, 1))
     assert np.abs((image >> 24) / 255 - covered).max() <= 1.01 / 255
     np.testing.assert_allclose((image & 255), image >> 24, atol=1)
+
+
+def test_curves_drawn_at_once_are_those_drawn_one_by_one(app):
+    random = np.random.default_rng(3)
+    plot, boxes = QRectF(10, 0, 120, 90), [(0.0, 30.3), (30.3, 60.6), (60.6, 90.0)]
+    curves = []
+    for i, thick in enumerate((0.0, 0.4, 5.0, 0.1, 2.0)):  # of some lanes there are two
+        low = np.cumsum(random.normal(size=120)) * 0.3
+        low[random.random(120) < 0.1] = np.nan
+        box = boxes[i % 3]
+        axis = Axis(-3.0, 3.0, box[1] - 2, box[0] + 2)
+        colour = QColor(("#0072b2", "#e69f00", "#009e73")[i % 3])
+        curves.append(Curve(Extremes(low, low + thick), axis, colour, box))
+    for ratio in (1.0, 2.0):
+        at_once, one_by_one = Canvas(plot, ratio), Canvas(plot, ratio)
+        if ratio == 2.0:
+            curves = [
+                c._replace(found=Extremes(np.repeat(c.found.low, 2), np.repeat(c.found.high, 2)))
+                for c in curves
+            ]
+        at_once.draw(curves)
+        for curve in curves:
+            one_by_one.draw([curve])
+        assert np.array_equal(at_once._pixels, one_by_one._pixels)
+        assert at_once._pixels.any()
+
+
+def test_a_canvas_that_is_used_again_is_empty(app):
+    plot = QRectF(10, 0, 50, 30)
+    canvas = Canvas(plot, 1.0)
+    low = np.zeros(50)
+    axis = Axis(-1.0, 1.0, 28.0, 2.0)
+    canvas.draw([Curve(Extremes(low, low + 0.5), axis, QColor("red"), (0.0, 30.0))])
+    assert canvas.cleared(plot, 1.0) is canvas
+    assert not canvas._pixels.any()
+    assert canvas.cleared(QRectF(10, 0, 51, 30), 1.0) is not canvas

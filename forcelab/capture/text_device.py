@@ -1,0 +1,131 @@
+"""Devices that print lines of values: microcontrollers with sensors, load cells."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.blocks import Block
+from forcelab.capture.counting import Counting
+from forcelab.capture.discovery import find_ports
+from forcelab.capture.line_device import LineDevice, Ports
+from forcelab.capture.textline import Lines, TextParser
+from forcelab.errors import InputError
+
+__all__ = ["TextLine"]
+
+#: Seconds for the first lines; a board that starts anew when its port is opened needs two.
+FIRST_LINES = 5.0
+#: Samples from which a device's rate and clock are learnt when it is opened.
+LEARNT = 8
+#: Seconds without a line after which that is remarked.
+SILENCE = 2.0
+#: Junk lines in a row of which one is remarked.
+MUCH_JUNK = 20
+
+
+class TextLine(LineDevice):
+    """A board that prints a line of values for each sample; see ``Device``.
+
+    Where its lines carry a clock of their own and that is even, its samples are counted by it, so
+    that lost lines are known; otherwise they are stamped as they arrive.
+
+    Parameters
+    ----------
+    path : str
+        Its port.
+    baud : int
+        Bits a second.
+    rate : float, optional
+        Samples a second, in Hz; measured by default.
+    ports : callable
+        All ports that there are.
+    """
+
+    kind = "text"
+
+    def __init__(
+        self, path: str, *, baud: int = 115_200, rate: float = 0.0, ports: Ports = find_ports
+    ) -> None:
+        super().__init__(path, baud, ports)
+        self.rate = rate
+        self._parser = TextParser()
+        self._counting: Counting | None = None
+        self._offset: NDArray[np.float64] | None = None
+        self._latest: NDArray[np.float64] | None = None
+        self._junk = 0
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """What became of the lines since it was opened first."""
+        return {"junk_lines": self._parser.junk_lines, "connections": self.connections}
+
+    def open(self) -> None:
+        """Connect and learn what it sends; see ``Device.open``."""
+        self._parser, self._counting, self._offset = TextParser(), None, None
+        super().open()
+
+    def read(self, timeout: float) -> Block | None:
+        """What has arrived; see ``Device.read``."""
+        data, arrived = self._port.read(timeout)
+        before = self._parser.junk_lines
+        lines = self._parser.feed(data) if data else None
+        self._remark_junk(self._parser.junk_lines - before, lines is not None)
+        if lines is None:
+            if time.monotonic() - self._heard > SILENCE:
+                self._events.during("silence", f"{self.name} has sent no values for {SILENCE:g} s.")
+            return None
+        self._heard = arrived
+        self._latest = lines.values[-1]
+        values = lines.values if self._offset is None else lines.values - self._offset
+        ticks = None
+        if self._counting is not None and lines.times is not None:
+            ticks = self._counting.feed(lines.times)
+        return Block(np.full(len(lines), arrived), ticks, values)
+
+    def zero(self) -> None:
+        """Take the present readings for zero; see ``Device.zero``."""
+        self._offset = self._latest
+
+    def _begin(self) -> None:
+        """Wait until it is known what a line holds; what comes meanwhile is dropped."""
+        if self.connections:
+            self._parser.restart()
+            if self._counting is not None:
+                self._counting.restart()
+            return
+        pieces: list[Lines] = []
+        stamps: list[float] = []
+        until = time.monotonic() + FIRST_LINES
+        while sum(map(len, pieces)) < LEARNT and time.monotonic() < until:
+            data, arrived = self._port.read(0.1)
+            lines = self._parser.feed(data)
+            if lines is not None:
+                pieces.append(lines)
+                stamps += [arrived] * len(lines)
+        if not self._parser.channels:
+            raise InputError(
+                f"{self.name} sends no lines of numbers at {self._baud} baud; choose its rate, "
+                f"such as {self.name}?baud=9600, or see what it prints."
+            )
+        self.channels = self._parser.channels
+        times = [piece.times for piece in pieces if piece.times is not None]
+        if times:
+            self._counting = Counting.learnt(np.concatenate(times))
+        if not self.rate:
+            span = stamps[-1] - stamps[0]
+            self.rate = (len(stamps) - 1) / span if span > 0 else 0.0
+            if self._counting is not None:
+                self.rate = 1.0 / self._counting.period
+
+    def _remark_junk(self, number: int, good: bool) -> None:
+        """Remark it when nothing but junk comes; single junk lines are only counted."""
+        self._junk = 0 if good else self._junk + number
+        if self._junk >= MUCH_JUNK:
+            self._events.during(
+                "junk",
+                f"{self.name} sends lines that are not like the first ones; is the board as it "
+                f"was when recording began?",
+            )

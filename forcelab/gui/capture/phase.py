@@ -1,0 +1,25 @@
+"""What the Capture workspace is doing."""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+
+__all__ = ["WORKING", "Phase"]
+
+
+class Phase(Enum):
+    """What it is doing."""
+
+    APART = auto()
+    CONNECTING = auto()
+    READY = auto()
+    COUNTING = auto()
+    STARTING = auto()
+    RECORDING = auto()
+    STOPPING = auto()
+    #: A recording has ended and could not be kept: stop again, or discard it.
+    STUCK = auto()
+
+
+#: Phases in which a job has the recorder.
+WORKING = frozenset({Phase.CONNECTING, Phase.STARTING, Phase.STOPPING})

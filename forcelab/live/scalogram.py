@@ -1,0 +1,200 @@
+"""A scalogram that grows with a stream: complete coefficients, and early ones until they are.
+
+The coefficient of a wide wavelet is complete only seconds after its sample. Until then it is shown
+as it is known so far, by estimates some steps after the sample (:data:`RUNGS`): each is better than
+the one before and replaces it. What is still estimated lies right of :attr:`Strip.complete`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.capture.blocks import Device
+from forcelab.capture.following import Following
+from forcelab.capture.gathering import channels_of_all
+from forcelab.capture.recorder import Recorder
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.live.strip import Ring, Strip
+from forcelab.recognition.online_grid import CausalGrid, Steps
+from forcelab.signals.channels import channel_map
+from forcelab.signals.cwt import frequencies
+from forcelab.signals.streaming import StreamingCwt, early_error
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["LiveScalogram", "channels_to_show"]
+
+Real = NDArray[np.float64]
+
+#: Error of what counts as complete, relative to the largest coefficient of its scale: a colour
+#: stands for a hundredth of the range and more.
+TOLERANCE = 1.4e-3
+#: Seconds after its sample at which a coefficient that is not complete is estimated.
+RUNGS = (0.1, 0.4, 1.6)
+#: Smallest scale, in samples: a wavelet that is not cut by the Nyquist frequency. Largest scale;
+#: and the share of the seconds shown that a wavelet may take to become complete.
+SMALLEST, LARGEST, SHARE = 3.0, 1024.0, 0.45
+#: Half-widths of a wavelet in scales at that tolerance (``support``), for the choice of scales.
+HALF_WIDTH = 3.9
+#: Samples that are transformed at once.
+PIECE = 1000
+
+
+def channels_to_show(channels: Sequence[Channel]) -> tuple[str, ...]:
+    """What a scalogram can be of: recognition channels, then the recorded ones."""
+    names = channel_map(channels).names
+    return (*names, *(c.name for c in channels if c.name not in names))
+
+
+@dataclass(frozen=True)
+class _Rung:
+    """A transform and which rows it gives."""
+
+    transform: StreamingCwt
+    rows: NDArray[np.int64]
+
+
+class LiveScalogram:
+    """Magnitudes of one channel over the last seconds.
+
+    Parameters
+    ----------
+    recorder : Recorder
+        Open.
+    devices : sequence of Device
+        The recorder's.
+    channel : str
+        One of :func:`channels_to_show`.
+    seconds : float
+        That are shown.
+    columns, rows : int
+        Of the picture.
+    rates : sequence of float
+        Samples a second of each device, as measured; those that it was told go first.
+
+    Attributes
+    ----------
+    strip : Strip or None
+        The newest picture; never changed, so that any thread may look at it.
+
+    Raises
+    ------
+    InputError
+        If there is no such channel, or it does not come evenly.
+    """
+
+    def __init__(
+        self,
+        recorder: Recorder,
+        devices: Sequence[Device],
+        channel: str,
+        seconds: float,
+        columns: int,
+        rows: int,
+        rates: Sequence[float] = (),
+    ) -> None:
+        self.strip: Strip | None = None
+        self._recorder = recorder
+        chosen, recorded, self._apply = _made_of(devices, channel)
+        self._chosen = chosen
+        used = [devices[i] for i in chosen]
+        self._following = Following(used, lambda i, number: recorder.since(chosen[i], number))
+        self._recorded = recorded
+        measured = max((rates[i] for i in chosen if i < len(rates)), default=0.0)
+        rate = self._following.rate or measured
+        if not rate > 0:
+            raise InputError(
+                f"'{channel}' does not come evenly, so that it has no scalogram; choose another."
+            )
+        self._period = 1.0 / rate
+        largest = min(LARGEST, SHARE * seconds * rate / HALF_WIDTH)
+        if largest < 2 * SMALLEST:
+            raise InputError(
+                f"'{channel}' comes {rate:.3g} times a second, too rarely for a scalogram of "
+                f"{seconds:.0f} s."
+            )
+        self.scales = np.geomspace(SMALLEST, largest, rows)
+        wavelet = Morlet()
+        self.hertz = frequencies(self.scales, rate, wavelet)
+        whole = StreamingCwt(self.scales, 1, wavelet, TOLERANCE)
+        self._rungs = [_Rung(whole, np.arange(rows))]
+        for after in RUNGS:
+            late = round(after * rate)
+            members = np.flatnonzero(whole.complete > late)
+            if len(members) and late:
+                transform = StreamingCwt(self.scales[members], 1, wavelet, TOLERANCE, late)
+                self._rungs.insert(-1, _Rung(transform, members))
+        self._complete: Real = whole.complete.astype(np.float64) * self._period
+        longest = int(whole.complete.max()) + 1
+        self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
+        self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
+        self._ring = Ring(rows, columns, seconds / columns)
+
+    def begin(self) -> None:
+        """Follow from the oldest samples on that are still to be seen, so that it is full soon."""
+        latest = self._recorder.latest(self._ring.seconds + float(self._complete.max()))
+        none = np.empty(0)
+        self._following.skip([(latest[i][0], none, none) for i in self._chosen])
+
+    def read(self) -> tuple[Real, Real]:
+        """What came since, for :meth:`take`; asks the recorder."""
+        return self._following.read()
+
+    def take(self, times: Real, values: Real) -> Iterator[None]:
+        """Take samples in, in pieces so that others have a turn; asks nobody for anything."""
+        steps = self._grid.push(times, values[:, self._recorded])
+        for first in range(0, len(steps), PIECE):
+            self._transform(steps[first : first + PIECE])
+            yield
+        if len(steps):
+            complete = float(steps.times[-1]) - self._complete
+            self.strip = self._ring.strip(self.hertz, complete)
+
+    def _transform(self, steps: Steps) -> None:
+        """Write the coefficients that steps of the grid bring."""
+        signal = self._apply(steps.signals)[:, None]
+        # In a gap nothing is known; what is put in for it only carries the wavelets across.
+        times = np.where(steps.valid, steps.times, np.nan)
+        self._times = np.concatenate([self._times, times])
+        self._ring.reach(float(steps.times[-1]))
+        n = len(steps)
+        for source, rung in enumerate(self._rungs):
+            sizes = np.abs(rung.transform.push(signal)[0]).astype(np.float32)
+            self._write(rung, sizes, n, source)
+        self._times = self._times[n:]
+
+    def expected_error(self) -> Real:
+        """Of the first estimate of each scale, as of ``early_error``; 0 where it is complete."""
+        delay = round(RUNGS[0] / self._period)
+        late = self._complete > delay * self._period
+        return np.where(late, early_error(delay / self.scales), 0.0)
+
+    def _write(self, rung: _Rung, sizes: NDArray[np.float32], n: int, source: int) -> None:
+        """Write magnitudes (k, n), each row's at the time of the steps that it is of."""
+        first = len(self._times) - n - rung.transform.delays
+        times = self._times[first[:, None] + np.arange(n)]
+        self._ring.write(rung.rows, times, sizes, source)
+
+
+def _made_of(
+    devices: Sequence[Device], channel: str
+) -> tuple[list[int], list[int], Callable[[Real], Real]]:
+    """Which devices a channel is of, which of their columns, and how it is made of these."""
+    owners = [i for i, device in enumerate(devices) for _ in device.channels]
+    channels = channels_of_all([device.channels for device in devices])
+    names = [one.name for one in channels]
+    if channel in channel_map(channels).names:
+        found = channel_map(channels, [channel])
+        columns = list(found.recorded)
+    elif channel in names:
+        found = channel_map([channels[names.index(channel)]])
+        columns = [names.index(channel)]
+    else:
+        raise InputError(f"There is no channel '{channel}'; there are {', '.join(names)}.")
+    chosen = sorted({owners[column] for column in columns})
+    joined = [column for column, owner in enumerate(owners) if owner in chosen]
+    return chosen, [joined.index(c) for c in columns], lambda values: found.apply(values)[0]

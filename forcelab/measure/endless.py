@@ -1,0 +1,101 @@
+"""Whether live recognition stays as it is for as long as it runs: no drift, no growing memory."""
+
+from __future__ import annotations
+
+import gc
+import time
+import tracemalloc
+from collections.abc import Generator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.jobs import Progress
+from forcelab.measure.rows import Row
+from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.online_features import EVERY
+from forcelab.recognition.recogniser import Recogniser
+
+__all__ = ["endless"]
+
+#: Samples of a block: what is asked is the same of any, and long ones take less time.
+BLOCK = 512
+
+
+@dataclass(frozen=True)
+class _Round:
+    """What one passage through the demonstration gave."""
+
+    codes: NDArray[np.int64]
+    held: int
+    peak: int
+    seconds: float
+
+
+def endless(
+    recogniser: Recogniser, demonstration: Demonstration, latency: int, samples: int
+) -> Generator[Progress, None, Row]:
+    """Stream a demonstration over and over.
+
+    The error is the share of labels of the last round unlike those of the second, before which
+    the stream does not know the end of the demonstration; beside it by how much the memory that
+    is held has grown between the two. The time includes the counting of memory.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    demonstration : Demonstration
+        Of a uniform rate; cut to whole looks at the noise, so that each round sees the same.
+    latency : int
+        Milliseconds.
+    samples : int
+        To stream at least; three rounds at the fewest.
+    """
+    length = len(demonstration.times) // EVERY * EVERY
+    count = max(3, -(-samples // length))
+    rate = 1 / demonstration.period
+    online = OnlineRecogniser(recogniser, latency / 1e3, demonstration.channels, rate)
+    rounds: list[_Round] = []
+    gc.collect()
+    tracemalloc.start()
+    try:
+        for number in range(count):
+            yield Progress(number, count, "endless")
+            rounds.append(_round(online, demonstration.signals[:length], rate, number))
+    finally:
+        tracemalloc.stop()
+    shares = [one.seconds * rate / length for one in rounds[1:]]
+    low, middle, high = np.percentile(shares, [25, 50, 75]).tolist()
+    return Row(
+        "paper",
+        f"latency {latency} ms",
+        f"{count * length} samples of {len(demonstration.channels)} channels at {rate:.0f} Hz, "
+        f"one stream",
+        "the labels of the same forces at the stream's beginning",
+        error=float(np.mean(rounds[-1].codes != rounds[1].codes)),
+        seconds=middle,
+        spread=high - low,
+        peak_bytes=max(one.peak for one in rounds),
+        further={"memory grown (kB)": (rounds[-1].held - rounds[1].held) / 1e3},
+    )
+
+
+def _round(
+    online: OnlineRecogniser, signals: NDArray[np.float64], rate: float, number: int
+) -> _Round:
+    """Stream the demonstration once more."""
+    codes = []
+    tracemalloc.reset_peak()
+    began = time.thread_time()
+    for start in range(0, len(signals), BLOCK):
+        block = signals[start : start + BLOCK]
+        stamps = (number * len(signals) + start + np.arange(len(block))) / rate
+        codes.append(online.push(stamps, block).codes)
+    seconds = time.thread_time() - began
+    whole = np.concatenate(codes)
+    del codes, block, stamps
+    gc.collect()
+    held, peak = tracemalloc.get_traced_memory()
+    return _Round(whole, held, peak, seconds)

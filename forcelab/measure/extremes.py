@@ -1,0 +1,258 @@
+"""Extreme inputs with known answers: who gives them, ours and other libraries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.measure.timing import machine
+from forcelab.measure.wavelet_ways import PEERS, Features, Peer, features_of
+from forcelab.signals.conditioning import condition
+from forcelab.signals.cwt import cwt
+from forcelab.signals.engine.transform import log_polar, transform
+from forcelab.versions import versions
+
+__all__ = ["CASES", "Case", "Verdicts", "tabulate_extremes"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complexfloating[Any, Any]]
+#: Gives coefficients and features, shape (1, k, n), of one channel.
+Transformer = Callable[[NDArray[Any], Real], tuple[Complex, Features]]
+
+#: Largest error that is still right, of the largest coefficient of its scale.
+RIGHT = 0.01
+#: What libraries raise when they cannot go on.
+RAISED = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    MemoryError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+)
+#: Others are only judged so many scales away from the ends, where their conventions do not count.
+AWAY = 4.5
+SOME = 4.5 * 2.5 ** np.arange(4.0)  # some libraries ask for equal ratios
+N = 900
+
+
+@dataclass(frozen=True)
+class Case:
+    """An extreme input.
+
+    Parameters
+    ----------
+    name : str
+    x : ndarray, shape (1, n)
+    scales : ndarray
+    """
+
+    name: str
+    x: NDArray[Any]
+    scales: Real
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """Right, wrong, not finite or raised: of each case by each way.
+
+    Finite is what cannot be judged: others so near to the ends that conventions differ.
+
+    Parameters
+    ----------
+    ways : tuple of str
+    rows : tuple of (str, tuple of str)
+        A case's name, and a word for each way.
+    left_out : tuple of str
+        Sentences about those that are not installed.
+    """
+
+    ways: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[str, ...]], ...]
+    left_out: tuple[str, ...]
+
+    def cells(self) -> list[list[str]]:
+        """Header and rows."""
+        return [["", *self.ways], *([name, *words] for name, words in self.rows)]
+
+    def to_json(self) -> dict[str, Any]:
+        """The table, the machine and the versions as plain values."""
+        return {
+            "title": "Extreme inputs",
+            "machine": machine(),
+            "versions": versions(),
+            "rows": [
+                {"name": name, **dict(zip(self.ways, words, strict=True))}
+                for name, words in self.rows
+            ],
+        }
+
+
+def _cases() -> tuple[Case, ...]:
+    """All cases; vibration and noise are such that every scale has something to answer."""
+    random = np.random.default_rng(0)
+    noise = random.standard_normal(N)
+    t = np.arange(N)
+
+    def impulse(place: int) -> Real:
+        return np.where(t == place, 1.0, 0.0)
+
+    gaps = noise.copy()
+    gaps[[100, 101, 102, 500]] = np.nan, np.inf, -np.inf, np.nan
+    wide = np.zeros((N, 3))
+    wide[:, 1] = noise
+    frozen = noise.copy()
+    frozen.flags.writeable = False
+    named: list[tuple[str, NDArray[Any]]] = [
+        ("zeros", np.zeros(N)),
+        *((f"constant {value:g}", np.full(N, value)) for value in (1e-300, 7.0, 1e300)),
+        ("1e-6 of vibration on 1e9", 1e9 + 1e-6 * np.round(20 * np.sin(t / 15.0))),
+        *((f"amplitude {size:g}", noise * size) for size in (1e-300, 1e-30, 1e30, 1e300)),
+        ("denormal numbers", noise * 1e-310),
+        *((f"an impulse at {place}", impulse(place)) for place in (0, N // 2, N - 1)),
+        ("a step", np.where(t < N // 2, 0.0, 1.0)),
+        ("a ramp of 1e6", np.linspace(0.0, 1e6, N)),
+        ("int16 counts", np.round(8000 * noise).astype(np.int16)),
+        ("big-endian", noise.astype(">f8")),
+        ("single precision", noise.astype(np.float32)),
+        ("every third of a table", wide[:, 1]),
+        ("read-only", frozen),
+        ("NaN, infinities and a gap", gaps),
+        ("all missing", np.full(N, np.nan)),
+        ("a prime length", noise[:883]),
+    ]
+    cases = [Case(name, x[np.newaxis], SOME) for name, x in named]
+    cases += [
+        Case(f"{n} samples", noise[np.newaxis, :n], np.geomspace(4.5, 10.0 * n, 3))
+        for n in (1, 2, 3, 5, 8)
+    ]
+    cases.append(Case("scales to ten times the signal", noise[np.newaxis], SOME * 100))
+    return tuple(cases)
+
+
+CASES = _cases()
+
+
+def tabulate_extremes(cases: Sequence[Case] = CASES) -> Generator[Progress, None, Verdicts]:
+    """Judge ours and all peers that are installed."""
+    ways: dict[str, tuple[Transformer, bool]] = {
+        "forcelab 1e-7": (_engine(1e-7), True),
+        "forcelab 1e-14": (_engine(1e-14), True),
+        "forcelab, plain": (_plain, True),
+    }
+    tried = {peer.name: _tried(peer) for peer in PEERS}
+    left_out = [found for found in tried.values() if isinstance(found, str)]
+    ways |= {name: (found, False) for name, found in tried.items() if not isinstance(found, str)}
+    rows = []
+    for i, case in enumerate(cases):
+        yield Progress(i, len(cases), case.name)
+        wanted = _wanted(case)
+        words = [_verdict(way, case, wanted, edges) for way, edges in ways.values()]
+        rows.append((case.name, tuple(words)))
+    return Verdicts(tuple(ways), tuple(rows), tuple(left_out))
+
+
+def _tried(peer: Peer) -> Transformer | str:
+    """A peer's way, or the sentence why there is none."""
+    try:
+        return _calibrated(peer.coefficients)
+    except InputError as error:
+        return str(error)
+
+
+def _engine(tolerance: float) -> Transformer:
+    def way(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
+        return (
+            transform(x, scales, tolerance=tolerance),
+            log_polar(x, scales, tolerance=tolerance),
+        )
+
+    return way
+
+
+def _plain(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
+    return cwt(x[0], scales)[np.newaxis], log_polar(x, scales, tolerance=1e-14)
+
+
+def _factors(coefficients: Callable[[Real, Real], Complex], scales: Real) -> Complex:
+    """By what a peer's coefficients of common noise are multiplied to suit best, per scale."""
+    margin = int(AWAY * scales[-1])
+    common = np.random.default_rng(1).standard_normal((1, 2 * margin + N))
+    inner = slice(margin, margin + N)
+    theirs = coefficients(common, scales)[0, :, inner].astype(np.complex128)
+    right = cwt(common[0], scales)[:, inner]
+    power = np.maximum((np.abs(theirs) ** 2).sum(axis=1), np.finfo(np.float64).tiny)
+    return np.asarray((np.conj(theirs) * right).sum(axis=1) / power)
+
+
+def _calibrated(coefficients: Callable[[Real, Real], Complex]) -> Transformer:
+    """A peer's coefficients with the factor of each scale that suits it on common noise."""
+
+    @cache
+    def factors(scales: tuple[float, ...]) -> Complex:
+        return _factors(coefficients, np.array(scales))
+
+    def way(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
+        factor = factors(tuple(scales.tolist()))
+        found = coefficients(x, scales)
+        with np.errstate(all="ignore"):
+            return found * factor[:, None], features_of(found)
+
+    factors(tuple(SOME.tolist()))  # raises where the library is missing
+    return way
+
+
+def _wanted(case: Case) -> Complex:
+    """The direct sum over the held and bridged signal, from its definition."""
+    ready = condition(case.x)
+    x, n = ready.values[0], ready.values.shape[1]
+    out = np.empty((len(case.scales), n), dtype=np.complex128)
+    for j, a in enumerate(case.scales.tolist()):
+        reach = int(np.ceil(9.0 * a))
+        t = np.arange(-reach, reach + 1) / a
+        psi = np.pi**-0.25 * (np.exp(5j * t) - np.exp(-12.5)) * np.exp(-0.5 * t * t) / np.sqrt(a)
+        # As a difference from the end values: what is constant gives nothing but rounding.
+        out[j] = np.correlate(np.pad(x, reach, mode="edge"), psi, mode="valid")
+    for part in (out.real, out.imag):
+        np.ldexp(part, int(ready.exponent[0]), out=part)
+    return out
+
+
+def _verdict(way: Transformer, case: Case, wanted: Complex, edges: bool) -> str:
+    """One word."""
+    try:
+        with np.errstate(all="ignore"):
+            found, features = way(case.x, case.scales)
+    except RAISED:
+        return "raised"
+    if not all(np.isfinite(rows).all() for rows in (found, *features)):
+        return "not finite"
+    n = case.x.shape[1]
+    index = np.arange(n)
+    judged_any = False
+    for j, a in enumerate(case.scales.tolist()):
+        margin = 0 if edges else AWAY * a
+        judged = (index >= margin) & (index <= n - 1 - margin)
+        judged_any |= bool(judged.any())
+        # Scaled by a power of two first: the size of numbers near 1e300 overflows.
+        largest = max(np.abs(wanted[j].real).max(), np.abs(wanted[j].imag).max())
+        power = -int(np.frexp(largest)[1]) if largest > 0 else 0
+        wrong = _scaled(found[0, j, judged].astype(np.complex128) - wanted[j, judged], power)
+        rounding = 1e-13 * np.sqrt(a) if largest > 0 else 0.0
+        if judged.any() and np.abs(wrong).max() > max(RIGHT, rounding):
+            return "wrong"
+    return "right" if judged_any else "finite"
+
+
+def _scaled(values: Complex, power: int) -> Complex:
+    """Times a power of two."""
+    return np.asarray(np.ldexp(values.real, power) + 1j * np.ldexp(values.imag, power))

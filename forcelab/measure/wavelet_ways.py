@@ -1,0 +1,140 @@
+"""Ways to transform channels, ours and those of others, each with its own conventions undone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["PEERS", "Peer", "features_of", "ours"]
+
+Real = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+#: Log magnitudes and phases, shape (c, k, n).
+Features = tuple[Floats, Floats]
+
+#: Samples whose logarithm and angle are taken at once: they stay in the cache.
+BLOCK = 1 << 14
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A library that transforms with a Morlet wavelet.
+
+    Parameters
+    ----------
+    name : str
+    module : str
+        What is imported.
+    transform : callable
+        Takes channels, shape (c, n), scales in samples (rising, equally spaced in octaves) and p;
+        gives coefficients, shape (c, k, n), but for a factor of each scale.
+    """
+
+    name: str
+    module: str
+    transform: Callable[[Real, Real, float], Complex]
+
+    @property
+    def installed(self) -> bool:
+        """Whether it can be imported."""
+        return find_spec(self.module) is not None
+
+    def coefficients(self, x: Real, scales: Real, p: float = 5.0) -> Complex:
+        """Transform channels.
+
+        Raises
+        ------
+        InputError
+            If the library is not installed or cannot be loaded.
+        """
+        if not self.installed:
+            raise InputError(f"{self.name} is not installed; pip install 'forcelab[peers]' has it.")
+        try:
+            return self.transform(x, scales, p)
+        except ImportError as error:
+            raise InputError(f"{self.name} cannot be loaded: {error}.") from error
+
+    def features(self, x: Real, scales: Real, p: float = 5.0) -> Features:
+        """Log magnitudes and phases of its coefficients."""
+        return features_of(self.coefficients(x, scales, p))
+
+
+def ours(x: Real, scales: Real, tolerance: float) -> Features:
+    """Log magnitudes and phases by the engine, without its plan, which is kept."""
+    return plan_for(x.shape[1], scales, Morlet(), tolerance).log_polar(x)
+
+
+def features_of(coefficients: Complex) -> Features:
+    """Log magnitudes and phases in the cheapest way known, so that no peer loses by it."""
+    kind = coefficients.real.dtype
+    magnitudes = np.empty(coefficients.shape, dtype=kind)
+    phases = np.empty(coefficients.shape, dtype=kind)
+    rows = coefficients.reshape(-1, coefficients.shape[-1])
+    into = magnitudes.reshape(rows.shape), phases.reshape(rows.shape)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        for i in range(len(rows)):
+            for start in range(0, rows.shape[1], BLOCK):
+                part = slice(start, start + BLOCK)
+                real, imag = rows[i, part].real.copy(), rows[i, part].imag.copy()
+                np.arctan2(imag, real, out=into[1][i, part])
+                real *= real
+                imag *= imag
+                real += imag
+                np.log(real, out=real)
+                np.multiply(real, kind.type(0.5), out=into[0][i, part])
+    return magnitudes, phases
+
+
+def _pywavelets(x: Real, scales: Real, p: float) -> Complex:
+    """cmorB-C with B = 2 and C = p / 2 pi is ours but for a constant; by FFT, the faster way."""
+    import pywt
+
+    wavelet = pywt.ContinuousWavelet(f"cmor2-{p / (2 * np.pi):.17g}")
+    found, _ = pywt.cwt(x, scales, wavelet, method="fft", axis=-1)
+    return np.asarray(np.moveaxis(found, 0, 1))
+
+
+def _ssqueezepy(x: Real, scales: Real, p: float) -> Complex:
+    import ssqueezepy
+
+    found = ssqueezepy.cwt(x, ("morlet", {"mu": p}), scales=scales, l1_norm=False)[0]
+    return np.asarray(found)
+
+
+def _fcwt(x: Real, scales: Real, p: float) -> Complex:
+    """Its Morlet has p = 2 pi times its bandwidth; a single thread, as for all others."""
+    import fcwt
+
+    # Its C++ side does not keep the wavelet alive.
+    wavelet = fcwt.Morlet(p / (2 * np.pi))
+    scale = fcwt.Scales(
+        wavelet,
+        fcwt.FCWT_LOGSCALES,
+        1_000_000,
+        1e6 * p / (2 * np.pi * scales[-1]),
+        1e6 * p / (2 * np.pi * scales[0]),
+        len(scales),
+    )
+    engine = fcwt.FCWT(wavelet, 1, False, False)
+    out = np.zeros((len(x), len(scales), x.shape[1]), dtype=np.complex64)
+    for channel, rows in zip(x.astype(np.float32), out, strict=True):
+        engine.cwt(np.ascontiguousarray(channel), scale, rows)
+    return out
+
+
+#: Those that are measured beside ours.
+PEERS = (
+    Peer("PyWavelets", "pywt", _pywavelets),
+    Peer("ssqueezepy", "ssqueezepy", _ssqueezepy),
+    Peer("fCWT", "fcwt", _fcwt),
+)

@@ -1,0 +1,184 @@
+"""Choreography: how long each action lasts and which follows which, learnt from tracks.
+
+Durations are log-normal. Those of an action seen a few times are drawn towards what all actions
+have in common, and are the wider for it; an order that was never seen is unlikely, not impossible.
+Unlabelled time is missing, not an action: a short hole between two segments belongs half to
+each, and over a longer one nothing is learnt about what follows what.
+
+Sources
+-------
+Yu, "Hidden semi-Markov models", Artificial Intelligence 174, 2010. Gelman et al., "Bayesian data
+analysis", 3rd ed., 2013, ch. 5: means and variances drawn together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.labels import Segments
+from forcelab.painting import fill_gaps
+
+__all__ = ["Choreography"]
+
+Real = NDArray[np.float64]
+
+#: Seconds of unlabelled time between two segments up to which one follows the other.
+HOLE = 0.25
+#: How many segments, starts or followers the common knowledge counts as beside those seen.
+MEAN_COUNT, SPREAD_COUNT, ORDER_COUNT = 0.25, 4.0, 1.0
+#: Median in seconds and spread (sd of log seconds) of actions of which nothing is known at all.
+USUAL, SPREAD = 1.0, 0.5
+#: No action repeats more exactly than this.
+LEAST_SPREAD = 0.1
+#: Seconds of each action that count as seen beforehand in the shares of time.
+SHARE_SECONDS = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Choreography:
+    """What the training tracks tell of durations and order; K actions.
+
+    Parameters
+    ----------
+    actions : tuple of str, length K
+        The action with code ``i`` is ``actions[i]``.
+    mean, sd : ndarray of float64, shape (K,)
+        Of the logarithm of each action's duration in seconds.
+    share : ndarray of float64, shape (K,)
+        Share of the labelled time of each action; sums to 1.
+    start : ndarray of float64, shape (K,)
+        How probably a demonstration starts with each action; sums to 1.
+    follow : ndarray of float64, shape (K, K)
+        How probably the row's action is followed by the column's; rows sum to 1 and the diagonal is
+        0. All 0 where there is one action only.
+    """
+
+    actions: tuple[str, ...]
+    mean: Real
+    sd: Real
+    share: Real
+    start: Real
+    follow: Real
+
+    @classmethod
+    def learn(cls, tracks: Iterable[Segments], actions: Sequence[str]) -> Choreography:
+        """Learn from the tracks of the training demonstrations.
+
+        Parameters
+        ----------
+        tracks : iterable of tuple of Segment
+            One of each demonstration, in order and never overlapping.
+        actions : sequence of str
+            What is told apart. Segments of other actions count as unlabelled.
+        """
+        number = {action: code for code, action in enumerate(actions)}
+        known = [tuple(s for s in track if s.action in number) for track in tracks]
+        runs = [run for track in known for run in _runs(track)]
+        K = len(actions)
+        logs: list[list[float]] = [[] for _ in range(K)]
+        seconds, follow = np.full(K, SHARE_SECONDS), np.zeros((K, K))
+        for run in runs:
+            codes = [number[segment.action] for segment in run]
+            for code, segment in zip(codes, run, strict=True):
+                logs[code].append(math.log(segment.duration))
+                seconds[code] += segment.duration
+            np.add.at(follow, (codes[:-1], codes[1:]), 1.0)
+        start = np.zeros(K)
+        np.add.at(start, [number[track[0].action] for track in known if track], 1.0)
+        mean, sd = _durations(logs)
+        return cls(
+            tuple(actions),
+            mean,
+            sd,
+            seconds / seconds.sum(),
+            (start + ORDER_COUNT / max(K, 1)) / (start.sum() + ORDER_COUNT),
+            _smoothed(follow),
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "actions": list(self.actions),
+            "mean": self.mean.tolist(),
+            "sd": self.sd.tolist(),
+            "share": self.share.tolist(),
+            "start": self.start.tolist(),
+            "follow": self.follow.tolist(),
+        }
+
+    @classmethod
+    def from_json(cls, plain: Mapping[str, Any]) -> Choreography:
+        """The inverse of :meth:`to_json`.
+
+        Raises
+        ------
+        ValueError
+            If it is damaged.
+        """
+        try:
+            actions = tuple(str(action) for action in plain["actions"])
+            mean, sd, share, start, follow = (
+                np.asarray(plain[name], dtype=np.float64)
+                for name in ("mean", "sd", "share", "start", "follow")
+            )
+        except (KeyError, TypeError) as error:
+            raise ValueError(f"the choreography is not whole: {error}") from error
+        K = len(actions)
+        follow = follow.reshape(K, K)
+        rows = (mean, sd, share, start)
+        sound = all(row.shape == (K,) and np.isfinite(row).all() for row in rows)
+        if not (sound and (sd > 0).all() and (share > 0).all() and (start > 0).all()):
+            raise ValueError("the choreography holds numbers that cannot be")
+        if not (np.isfinite(follow).all() and (follow >= 0).all()):
+            raise ValueError("the choreography holds numbers that cannot be")
+        return cls(actions, mean, sd, share, start, follow)
+
+
+def _runs(track: Segments) -> list[Segments]:
+    """The track cut at its holes; within a run one segment follows the other, of another action."""
+    runs: list[list[Any]] = []
+    for segment in fill_gaps(track, HOLE):
+        last = runs[-1][-1] if runs else None
+        if last is None or segment.start - last.end > HOLE / 2:
+            runs.append([segment])
+        elif last.action == segment.action:
+            # Two that touch are one action that goes on.
+            runs[-1][-1] = type(segment)(last.start, segment.end, segment.action)
+        else:
+            runs[-1].append(segment)
+    return [tuple(run) for run in runs]
+
+
+def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:
+    """Mean and sd of each action's log durations, drawn towards what all have in common."""
+    counts = np.array([len(own) for own in logs], dtype=np.float64)
+    seen = counts > 0
+    if not seen.any():
+        return np.full(len(logs), math.log(USUAL)), np.full(len(logs), 2 * SPREAD)
+    means = np.array([np.mean(own) if own else 0.0 for own in logs])
+    squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in zip(logs, means)])  # noqa: B905
+    free = np.maximum(counts - 1, 0)
+    common = means[seen].mean()
+    within = (squares.sum() + SPREAD_COUNT * SPREAD**2) / (free.sum() + SPREAD_COUNT)
+    between = means[seen].var()
+    mean = (counts * means + MEAN_COUNT * common) / (counts + MEAN_COUNT)
+    variance = (squares + SPREAD_COUNT * within) / (free + SPREAD_COUNT)
+    # The mean itself is known but roughly: the next duration spreads by so much more.
+    variance = np.where(seen, variance * (1 + 1 / np.maximum(counts, 1)), 2 * within + between)
+    return np.where(seen, mean, common), np.maximum(np.sqrt(variance), LEAST_SPREAD)
+
+
+def _smoothed(follow: Real) -> Real:
+    """Probabilities from counts; none of an action after itself."""
+    K = len(follow)
+    if K < 2:
+        return np.zeros((K, K))
+    counts = follow + ORDER_COUNT / (K - 1)
+    np.fill_diagonal(counts, 0.0)
+    return counts / counts.sum(axis=1, keepdims=True)

@@ -1,0 +1,198 @@
+"""Fitting the classifiers of :mod:`forcelab.recognition.averaged`, honest about demonstrations.
+
+Neighbouring samples are almost copies of each other. So whatever is chosen or calibrated here is
+judged on whole demonstrations that were left out of an inner fit, never on left-out samples:
+which of two sets of columns to look at (absolute forces, or forces in units of each
+demonstration's own amplitude) and how sure the probabilities may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.recognition.averaged import Averaged, Member, sharpened
+from forcelab.recognition.forest import Forest, Linear
+
+__all__ = ["AVERAGED", "Care", "fitting_averaged"]
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+#: Members of each classifier by its name.
+AVERAGED = {
+    "logistic": ("logistic",),
+    "extra-trees": ("extra-trees",),
+    "boosting": ("boosting",),
+    "ensemble": ("extra-trees", "logistic"),
+}
+#: Trees of a forest, and the least samples of a leaf.
+TREES, LEAF = 50, 3
+#: Strength of the logistic regression's data against its penalty.
+STRENGTH = 0.01
+#: Rounds of boosting, and leaves of each of its trees.
+ROUNDS, LEAVES = 60, 8
+#: Demonstrations, or groups of them, that are left out of inner fits one after the other.
+FOLDS = 5
+#: Exponents that are tried to calibrate probabilities.
+EXPONENTS = np.geomspace(0.4, 2.5, 43)
+#: Least probability in a logarithmic loss.
+LEAST = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Care:
+    """What a fit must take care of.
+
+    Parameters
+    ----------
+    groups : ndarray of int64, shape (n,), optional
+        The number of each sample's demonstration; all one by default.
+    columns : sequence of ndarray of int64
+        Sets of columns to choose from, by the logarithmic loss on left-out demonstrations; of
+        equally good ones the first. Empty: all columns.
+    balanced : bool
+        Whether every action counts the same, however rare.
+    calibrated : bool
+        Whether probabilities are calibrated across demonstrations.
+    """
+
+    groups: Whole | None = None
+    columns: Sequence[Whole] = field(default_factory=tuple)
+    balanced: bool = False
+    calibrated: bool = False
+
+
+def fitting_averaged(
+    name: str, X: Real, y: Whole, seed: int, care: Care
+) -> Generator[tuple[int, int], None, Averaged]:
+    """Fit a classifier; yields inner fits that are done and how many there are, then returns it.
+
+    Parameters
+    ----------
+    name : str
+        One of :data:`AVERAGED`.
+    X : ndarray, shape (n, f)
+    y : ndarray of int64, shape (n,)
+        Codes of at least two actions.
+    seed : int
+        Of what is drawn at random.
+    care : Care
+
+    Notes
+    -----
+    Without two demonstrations nothing can be left out: then the first columns are taken and the
+    probabilities stay as they are.
+    """
+    groups = np.zeros(len(y), dtype=np.int64) if care.groups is None else care.groups
+    choices = list(care.columns) or [np.arange(X.shape[1])]
+    folds = _folds(groups)
+    asked = len(choices) > 1 or care.calibrated
+    if not asked or len(folds) < 2:
+        yield 1, 1
+        return _fitted(name, X, y, choices[0], seed, care.balanced)
+    total, done = len(folds) * len(choices) + 1, 0
+    losses, found = [], []
+    for columns in choices:
+        known, right = [], []
+        loss = np.empty(len(folds))
+        for i, held_out in enumerate(folds):
+            P, codes = _judged(name, X, y, columns, held_out, seed, care.balanced)
+            own = P[np.arange(len(codes)), codes]
+            loss[i] = float(-np.log(np.maximum(own, LEAST)).mean()) if len(codes) else 0.0
+            known.append(P)
+            right.append(codes)
+            done += 1
+            yield done, total
+        losses.append(loss)
+        found.append((np.concatenate(known), np.concatenate(right)))
+    best = int(np.argmin([loss.mean() for loss in losses]))
+    made = _fitted(name, X, y, choices[best], seed, care.balanced)
+    exponent = _exponent(*found[best]) if care.calibrated else 1.0
+    yield total, total
+    return Averaged(made.classes_, made.columns, made.mean, made.scale, made.members, exponent)
+
+
+def _folds(groups: Whole) -> list[NDArray[np.bool_]]:
+    """Which samples each inner fit leaves out: those of a whole demonstration, or of several."""
+    numbers = np.unique(groups)
+    count = min(FOLDS, len(numbers))
+    return [np.isin(groups, numbers[i::count]) for i in range(count)]
+
+
+def _judged(
+    name: str, X: Real, y: Whole, columns: Whole, held_out: NDArray[np.bool_], seed: int, even: bool
+) -> tuple[Real, Whole]:
+    """Probabilities of what was left out, and places of the right ones among all codes.
+
+    Samples of an action that only the left-out demonstration has say nothing here.
+    """
+    every, places = np.unique(y, return_inverse=True)
+    learnt = ~held_out
+    if len(np.unique(y[learnt])) < 2:
+        return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
+    made = _fitted(name, X[learnt], y[learnt], columns, seed, even)
+    told = held_out & np.isin(y, made.classes_)
+    P = np.zeros((int(told.sum()), len(every)))
+    P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
+    return P, places[told]
+
+
+def _exponent(P: Real, codes: Whole) -> float:
+    """The exponent that gives left-out demonstrations the least logarithmic loss."""
+    if not len(codes):
+        return 1.0
+    rows = np.arange(len(codes))
+    losses = [
+        float(-np.log(np.maximum(sharpened(P, float(e))[rows, codes], LEAST)).mean())
+        for e in EXPONENTS
+    ]
+    return float(EXPONENTS[int(np.argmin(losses))])
+
+
+def _fitted(name: str, X: Real, y: Whole, columns: Whole, seed: int, even: bool) -> Averaged:
+    """Fit all members to standardised features."""
+    from threadpoolctl import threadpool_limits
+
+    chosen = X[:, columns]
+    mean, scale = chosen.mean(axis=0), chosen.std(axis=0)
+    # A feature that never changes but for rounding tells nothing, and must not be blown up.
+    scale = np.where(scale > 1e-9 * np.maximum(np.abs(mean), 1e-300), scale, 1.0)
+    ready = (chosen - mean) / scale
+    with threadpool_limits(1):
+        members = tuple(_member(kind, ready, y, seed, even) for kind in AVERAGED[name])
+    return Averaged(np.unique(y), columns, mean, scale, members)
+
+
+def _member(kind: str, X: Real, y: Whole, seed: int, even: bool) -> Member:
+    """Fit one member."""
+    weight = "balanced" if even else None
+    classes = len(np.unique(y))
+    if kind == "extra-trees":
+        from sklearn.ensemble import ExtraTreesClassifier
+
+        trees = ExtraTreesClassifier(
+            TREES,
+            min_samples_leaf=LEAF,
+            class_weight=weight,
+            random_state=seed,
+        )
+        return Forest.averaging(trees.fit(X, y), classes)
+    if kind == "boosting":
+        from sklearn.ensemble import HistGradientBoostingClassifier
+
+        boosted = HistGradientBoostingClassifier(
+            max_iter=ROUNDS,
+            max_leaf_nodes=LEAVES,
+            early_stopping=False,
+            class_weight=weight,
+            random_state=seed,
+        )
+        return Forest.boosting(boosted.fit(X, y), classes)
+    from sklearn.linear_model import LogisticRegression
+
+    regression = LogisticRegression(C=STRENGTH, max_iter=500, class_weight=weight)
+    return Linear.of(regression.fit(X, y))

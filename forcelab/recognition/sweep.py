@@ -1,0 +1,249 @@
+"""Sweeps over all segmentations of a stretch of evidence, from its first step on.
+
+With ``h_t(k)`` the score of the best segmentation (or the sum of all) of the steps before ``t``
+whose last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those after which k starts
+at ``t``, both without the running sum ``C_t(k)`` of k's evidence,
+
+    h_t(k) = max_d [ g_(t-d)(k) + F(k, d) ],
+    g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ].
+
+As no segment is shorter than some steps, so many steps are independent of each other and made at
+once. Beyond the tabulated lengths, where F is a straight line, one running maximum stands for all.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+from forcelab.recognition.semimarkov import Scores
+
+__all__ = ["Algebra", "Best", "Sweep"]
+
+Real = NDArray[np.float64]
+
+#: Numbers handled at once, which stay in the processor's cache.
+BLOCK = 2**16
+#: Steps handled at once: between more of them sums would grow too far apart for one unit.
+STEPS = 64
+#: A table has so many lengths at least, so that what lies beyond is looked after seldom.
+TABLE = 32
+#: Actions have tables of their own where that saves so many additions at once.
+WORTH = 10_000
+
+
+class Algebra(Protocol):
+    """How scores of several segmentations become one."""
+
+    def windows(self, starts: Real, table: Real, out: Real) -> Real:
+        """Join ``starts[k, t, :] + table[k]``: shape (k, m) of (k, m, W) and (k, W).
+
+        Windows of neighbouring t overlap in all but one number.
+        """
+        ...
+
+    def join(self, one: Real, other: Real, out: Real) -> Real:
+        """Join two of the same shape."""
+        ...
+
+    def running(self, scores: Real) -> Real:
+        """Join all up to each column."""
+        ...
+
+    def paths(self, follow: Real, sums: Real) -> Real:
+        """What :meth:`follow` takes of times with the evidence `sums` (m, K): shape (m, ...)."""
+        ...
+
+    def follow(self, ends: Real, paths: Real) -> Real:
+        """Join over the action before, j: ``ends[t, j] + paths[t, j, k]``, shape (m, K)."""
+        ...
+
+
+class Best:
+    """The best of them."""
+
+    def windows(self, starts: Real, table: Real, out: Real) -> Real:
+        """The largest sums."""
+        np.add(starts, table[:, None, :], out=out)
+        return np.asarray(np.maximum.reduce(out, axis=-1))
+
+    def join(self, one: Real, other: Real, out: Real) -> Real:
+        """The larger."""
+        return np.maximum(one, other, out=out)
+
+    def running(self, scores: Real) -> Real:
+        """The running maximum."""
+        return np.maximum.accumulate(scores, axis=1)
+
+    def paths(self, follow: Real, sums: Real) -> Real:
+        """Shape (m, K, K)."""
+        return np.asarray(sums[:, :, None] + follow - sums[:, None, :])
+
+    def follow(self, ends: Real, paths: Real) -> Real:
+        """The largest sums."""
+        return np.asarray(np.maximum.reduce(ends[:, :, None] + paths, axis=1))
+
+
+class _Group:
+    """Neighbouring rows whose durations share a table; r of them."""
+
+    def __init__(self, sweep: Sweep, rows: slice, block: int) -> None:
+        scores, codes = sweep.scores, np.arange(rows.start, rows.stop)[:, None]
+        self.rows = rows
+        self.reach = max(int(scores.longest[rows].max()), TABLE)
+        lengths = np.arange(self.reach, int(scores.shortest[rows].min()) - 1, -1)
+        self.table = scores.lasting(codes, lengths)
+        self.open = scores.outlasting(codes, np.arange(self.reach, 0, -1))
+        # The line that goes on where the table ends, through 0 steps.
+        slope = scores.slope[rows][:, None]
+        self.end = self.table[:, :1] - slope * self.reach
+        self.open_end = self.open[:, :1] - slope * self.reach
+        # The window of place t begins `reach` before it.
+        starts = sweep.starts[rows, sweep.margin - self.reach :]
+        near, far = starts.strides
+        count = starts.shape[1] - len(lengths) + 1
+        shape = (len(codes), count, len(lengths))
+        self.windows = as_strided(starts, shape, (near, far, far), writeable=False)
+        self.scratch = np.empty((len(codes), block, len(lengths)))
+
+
+class Sweep:
+    """The scores of all segmentations of what was seen so far.
+
+    Rows of its arrays are actions, in an order of its own; columns are the places between steps,
+    from :attr:`base` on.
+
+    Parameters
+    ----------
+    scores : Scores
+    algebra : Algebra
+    room : int
+        Steps that it can hold; :meth:`forget` makes room for more.
+
+    Attributes
+    ----------
+    order : ndarray of int64, shape (K,)
+        The action in each row.
+    scores : Scores
+        In the order of the rows.
+    now, base : int
+        Steps seen, and how many of them are forgotten.
+    sums : ndarray, shape (K, room + 1)
+        C, the evidence before each place.
+    ends : ndarray, shape (K, room + 1)
+        h: of the action in the row that ends at the place.
+    starts : ndarray, shape (K, margin + room + 1)
+        g: of the action in the row that starts there; before the first place nothing starts, nor
+        at it: what goes on from there is looked after apart.
+    """
+
+    def __init__(self, scores: Scores, algebra: Algebra, room: int) -> None:
+        self._algebra = algebra
+        self.order = np.argsort(scores.longest, kind="stable")
+        self.scores = scores = scores.of_actions(self.order)
+        K = len(self.order)
+        self.now = self.base = 0
+        self.margin = max(int(scores.longest.max()), TABLE)
+        self.sums = np.zeros((K, room + 1))
+        self.ends = np.full((K, room + 1), -np.inf)
+        self.starts = np.full((K, self.margin + room + 1), -np.inf)
+        self._slope = scores.slope[:, None]
+        # The running maximum of starts, seen along the slope; made up to place `_run`.
+        self._running = np.full((K, room + 1), -np.inf)
+        self._run = 0
+        steps = max(1, BLOCK // (K * self.margin))
+        self._steps = min(int(scores.shortest.min()), STEPS, steps)
+        self.groups = [_Group(self, rows, self._steps) for rows in self._split(slice(0, K))]
+
+    def _split(self, rows: slice) -> list[slice]:
+        """Part rows where tables of their own length are worth it."""
+        reach = np.maximum(self.scores.longest[rows], TABLE)
+        saved = (reach[-1] - reach) * np.arange(1, len(reach) + 1) * self._steps
+        best = int(saved.argmax())
+        if saved[best] < WORTH:
+            return [rows]
+        cut = rows.start + best + 1
+        return [*self._split(slice(rows.start, cut)), *self._split(slice(cut, rows.stop))]
+
+    def push(self, evidence: Real) -> None:
+        """Go on with the evidence of the next steps, shape (m, K), for which there is room."""
+        place, m = self.now - self.base + 1, len(evidence)
+        sums = np.cumsum(evidence[:, self.order].T, axis=1)
+        self.sums[:, place : place + m] = self.sums[:, place - 1 : place] + sums
+        self.ends[:, place : place + m] = self.first(np.arange(self.now + 1, self.now + m + 1))
+        self.now += m
+        # What is made for many steps at once must stay small, too.
+        part = self._steps * max(1, BLOCK // (len(self.order) ** 2 * self._steps))
+        for first in range(place, place + m, part):
+            last = min(first + part, place + m)
+            times = np.arange(self.base + first, self.base + last)
+            line = self._slope * times
+            paths = self._algebra.paths(self.scores.follow, self.sums[:, first:last].T)
+            for done in range(0, last - first, self._steps):
+                some = slice(done, min(done + self._steps, last - first))
+                self._advance(first + done, line[:, some], paths[some])
+
+    def _advance(self, place: int, line: Real, paths: Real) -> None:
+        """Find all that ends, and starts, at `place` and the places after."""
+        steps = len(paths)
+        after = place + steps
+        join = self._algebra.join
+        for group in self.groups:
+            ends = self.ends[group.rows, place:after]  # so far, that of a first segment
+            windows = group.windows[:, place:after]
+            found = self._algebra.windows(windows, group.table, group.scratch[:, :steps])
+            join(ends, found, ends)
+            last = after - 1 - group.reach
+            if last > 1:
+                if last > self._run:
+                    self._run_on(place)
+                early = max(place - group.reach - 1, 0)
+                far = self._running[group.rows, early:last]
+                ends = ends[:, steps - (last - early) :]
+                join(ends, far + (group.end + line[group.rows, steps - (last - early) :]), ends)
+        starts = self._algebra.follow(self.ends[:, place:after].T, paths)
+        self.starts[:, self.margin + place : self.margin + after] = starts.T
+
+    def _run_on(self, place: int) -> None:
+        """Make the running maximum up to, not including, `place`."""
+        before = max(self._run - 1, 0)
+        fresh = slice(self._run, place)
+        self._running[:, fresh] = self.level(slice(None), self._run, place)
+        self._running[:, before:place] = self._algebra.running(self._running[:, before:place])
+        self._run = place
+
+    def level(self, rows: slice | int, first: int, last: int) -> Real:
+        """Starts at some places less what the slope adds up to then."""
+        times = np.arange(self.base + first, self.base + last)
+        starts = self.starts[rows, self.margin + first : self.margin + last]
+        return np.asarray(starts - self._slope[rows] * times)
+
+    def far(self, rows: slice | int, place: int) -> Real:
+        """The running maximum at a place."""
+        if place >= self._run:
+            self._run_on(place + 1)
+        return np.asarray(self._running[rows, place])
+
+    def first(self, times: NDArray[np.int64]) -> Real:
+        """The score of a first segment that ends at each time, without its evidence; (K, m)."""
+        rows = np.arange(len(self.order))[:, None]
+        return np.asarray(self.scores.start[:, None] + self.scores.outlasting(rows, times))
+
+    @property
+    def room(self) -> int:
+        """How many more steps it can hold."""
+        return self.ends.shape[1] - 1 - (self.now - self.base)
+
+    def forget(self, kept: int) -> None:
+        """Make room: keep the last so many places only, which must hold every window."""
+        places = self.now - self.base - kept
+        if places <= 0:
+            return
+        self._run_on(self.now - self.base)
+        for line in (self.sums, self.ends, self.starts, self._running):
+            line[:, :-places] = line[:, places:].copy()
+        self._run -= places
+        self.base += places

@@ -1,0 +1,259 @@
+"""One plan for all transforms of one length, with the same scales, wavelet and tolerance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, lru_cache
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.signals.engine.design import SINGLE, Design, design
+from forcelab.signals.engine.narrow import Narrow
+from forcelab.signals.engine.ring import Ring
+from forcelab.signals.engine.sinks import Coefficients, LogPolar, Sink
+from forcelab.signals.engine.wide import RATE, WIDEST_STEP, Wide
+from forcelab.signals.wavelets import Morlet, Wavelet
+
+__all__ = ["ROUNDING", "Plan", "plan_for"]
+
+Real = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+
+#: Magnitudes of channels of amplitude 1 that are above this share times the root of the scale are
+#: above the rounding of the transform.
+ROUNDING = 1e-13
+#: Recordings above the first length are cut into blocks of the second.
+WHOLE, BLOCK = 1 << 21, 1 << 20
+#: Wavelets take part with grids of this step and wider; for short recordings, where a call costs
+#: more than a sample, and for long ones.
+COARSE_SHORT, COARSE_LONG, SHORT = 4, 8, 1 << 15
+#: A wavelet that reaches further than this share of a block is transformed on a slower copy.
+SHARE = 0.15
+#: Scales of one copy are up to so many times the narrowest of them.
+SPAN = 16.0
+
+
+class _Path(Protocol):
+    """A way to transform some of the scales."""
+
+    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]: ...
+
+
+class Plan:
+    """A transform that is ready to run; use :func:`plan_for`, which keeps plans.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : sequence of float
+        In samples, positive, in any order.
+    wavelet : Wavelet
+    tolerance : float
+        One of 1e-3, 1e-5, 1e-7, 1e-10 and 1e-14.
+    single : bool
+        Whether coefficients are given in single precision, and interpolated in it.
+    """
+
+    def __init__(
+        self, n: int, scales: Sequence[float], wavelet: Wavelet, tolerance: float, single: bool
+    ) -> None:
+        self.n, self.tolerance, self.single = n, tolerance, single
+        self.scales: Real = np.asarray(scales, dtype=np.float64)
+        # In rising order inside.
+        self._order = np.argsort(self.scales, kind="stable")
+        rising = self.scales[self._order]
+        block = WIDEST_STEP * -(-(n if n <= WHOLE else BLOCK) // WIDEST_STEP)
+        self._padded = n
+        if type(wavelet) is Morlet:
+            self._paths = self._morlet(rising, wavelet, design(wavelet.p, tolerance), block)
+        else:
+            design(5.0, tolerance)  # refuses unknown tolerances
+            self._paths = [Ring(n, rising, range(len(rising)), wavelet, single)]
+
+    def _morlet(self, scales: Real, wavelet: Morlet, made: Design, block: int) -> list[_Path]:
+        """Ways for cut, narrow, wide and the widest wavelets."""
+        n, single = self.n, self.single
+        coarse = COARSE_SHORT if n <= SHORT else COARSE_LONG
+        cut = [j for j, a in enumerate(scales.tolist()) if made.is_cut(a)]
+        narrow = [
+            j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < coarse
+        ]
+        paths: list[_Path] = []
+        if cut:
+            paths.append(Ring(n, scales[cut], cut, wavelet, single))
+        if narrow:
+            paths.append(Narrow(n, scales[narrow], narrow, wavelet, made, single))
+        first = len(cut) + len(narrow)
+        if first < len(scales):
+            self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
+        while first < len(scales):
+            step = self._rate_step(float(scales[first]), made, block)
+            whole = step > 1 or block >= n
+            last = int(np.searchsorted(scales, self._reached(scales[first], step, made, block)))
+            last = max(last, first + 1)
+            paths.append(
+                Wide(
+                    n,
+                    self._padded if whole else block,
+                    scales[first:last],
+                    first,
+                    wavelet,
+                    made,
+                    single,
+                    step,
+                )
+            )
+            first = last
+        return paths
+
+    def _rate_step(self, scale: float, made: Design, block: int) -> int:
+        """Samples a step of the copy that a scale is transformed on; 1 for the signal itself."""
+        if made.half_width(scale) <= max(SHARE * block, 512):
+            return 1
+        slowest = 2 * math.pi * scale / (RATE * made.high)
+        return int(2 ** max(0, math.floor(math.log2(max(1.0, min(slowest, self.n / 32))))))
+
+    def _reached(self, scale: float, step: int, made: Design, block: int) -> float:
+        """The scale up to which others join that one on its copy."""
+        if step > 1:
+            return SPAN * scale
+        widest = max(SHARE * block, 512)
+        return max((widest - 2) / made.reach, scale) * (1 + 1e-12)
+
+    def coefficients(self, values: Real, *, workers: int = 1) -> Complex:
+        """Transform channels.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (c, n)
+            Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
+        workers : int
+            Threads.
+
+        Returns
+        -------
+        ndarray of complex64 or complex128, shape (c, k, n)
+        """
+        sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
+        self._run(values, sink, workers)
+        return self._as_asked(sink.result)
+
+    def log_polar(
+        self,
+        values: Real,
+        *,
+        floor: Real | None = None,
+        shift: Real | None = None,
+        workers: int = 1,
+    ) -> tuple[Floats, Floats]:
+        """Log magnitudes and phases of channels, without their coefficients ever being kept.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (c, n)
+            As for :meth:`coefficients`.
+        floor : ndarray, shape (c, k), optional
+            Magnitudes below it are raised to it and their phase is 0; by default
+            :data:`ROUNDING` times the root of the scale.
+        shift : ndarray, shape (c,), optional
+            Added to a channel's log magnitudes.
+        workers : int
+            Threads.
+
+        Returns
+        -------
+        magnitudes, phases : ndarray of float32 or float64, shape (c, k, n)
+            Natural logarithms; radians from -pi to pi.
+        """
+        c = len(values)
+        if floor is None:
+            floor = np.broadcast_to(ROUNDING * np.sqrt(self.scales), (c, len(self.scales)))
+        if shift is None:
+            shift = np.zeros(c)
+        sink = LogPolar(floor[:, self._order], shift, self.n, self.single)
+        self._run(values, sink, workers)
+        return self._as_asked(sink.magnitudes), self._as_asked(sink.phases)
+
+    def _run(self, values: Real, sink: Sink, workers: int) -> None:
+        if values.ndim != 2 or values.shape[1] != self.n:
+            raise InputError(
+                f"This plan is for channels of {self.n} samples, not for {values.shape}."
+            )
+        values = np.ascontiguousarray(values, dtype=np.float64)
+        # The products are small and many: threads inside them would wait for each other.
+        with _blas().limit(limits=1, user_api="blas"):
+            batches = (batch for path in self._paths for batch in path.batches(values, sink))
+            if workers == 1:
+                for batch in batches:
+                    for piece in batch:
+                        piece()
+                return
+            with ThreadPoolExecutor(workers) as pool:
+                for batch in batches:
+                    for done in [pool.submit(piece) for piece in batch]:
+                        done.result()
+
+    def _as_asked(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Bring scales back into the order they were given in."""
+        if np.array_equal(self._order, np.arange(len(self._order))):
+            return rows
+        return rows[:, np.argsort(self._order)]
+
+
+@cache
+def _blas() -> Any:
+    """What tells BLAS how many threads to use; looking for the libraries takes a while."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+@lru_cache(maxsize=8)
+def _kept(
+    n: int, scales: tuple[float, ...], wavelet: Wavelet, tolerance: float, single: bool
+) -> Plan:
+    return Plan(n, scales, wavelet, tolerance, single)
+
+
+def plan_for(
+    n: int,
+    scales: Sequence[float] | Real,
+    wavelet: Wavelet | None = None,
+    tolerance: float = 1e-7,
+    *,
+    double: bool = False,
+) -> Plan:
+    """A plan for transforms; the last few are kept and given again.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel, at least 1.
+    scales : array_like, shape (k,)
+        In samples, positive, in any order.
+    wavelet : Wavelet, optional
+        The Morlet with p = 5 by default. Any other than the complex Morlet takes the plain way.
+    tolerance : float
+        1e-3, 1e-5, 1e-7, 1e-10 or 1e-14: error relative to the largest coefficient of its scale.
+    double : bool
+        Whether to give double precision where single precision holds the tolerance.
+
+    Raises
+    ------
+    InputError
+        If there are no samples, a scale is not positive or the tolerance is unknown.
+    """
+    sizes = np.asarray(scales, dtype=np.float64)
+    if n < 1:
+        raise InputError(f"A transform needs at least one sample, not {n}.")
+    if sizes.ndim != 1 or sizes.size == 0 or not np.all((sizes > 0) & np.isfinite(sizes)):
+        raise InputError("Scales are positive numbers of samples.")
+    single = tolerance >= SINGLE and not double
+    return _kept(int(n), tuple(sizes.tolist()), wavelet or Morlet(), float(tolerance), single)

@@ -1,0 +1,137 @@
+"""Any wavelet at any scale: the whole recording in one ring.
+
+For wavelets that are cut at the Nyquist frequency, which ring for ever, and for those without a
+compact band. The ring is that of :mod:`forcelab.signals.cwt`, so that both give the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from forcelab.signals.engine.sinks import Sink
+from forcelab.signals.wavelets import Wavelet
+
+__all__ = ["Ring", "laid_into_ring", "ring_length", "ring_response"]
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+#: Samples over which the last value leads to the first, half-widths away from both. A jump there
+#: would be heard at both ends by wavelets that are cut at the Nyquist frequency and ring for long.
+RAMP = 64
+#: Samples that are handed on at once.
+SAMPLES = 1 << 14
+#: Rings up to this length have their responses kept.
+KEPT = 1 << 18
+#: Samples of rings that are transformed at once: FFTs of several rows are faster for each.
+TOGETHER = 1 << 19
+
+_Weights = tuple[NDArray[Any], NDArray[Any]]
+
+
+def ring_length(n: int, scale: float, radius: float) -> int:
+    """Samples of the ring: the signal, one half-width beyond both ends, and what joins them."""
+    need = n + 2 * int(np.ceil(radius * scale)) + RAMP
+    return int(fft.next_fast_len(need, real=False))
+
+
+def laid_into_ring(values: Real, length: int) -> Real:
+    """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
+    n = values.shape[-1]
+    gap = length - n
+    ramp = np.clip(0.5 + (np.arange(gap) - 0.5 * (gap - 1)) / RAMP, 0.0, 1.0)
+    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
+    ring = np.empty((*values.shape[:-1], length))
+    ring[..., :n] = values
+    ring[..., n:] = share * values[..., -1:] + (1 - share) * values[..., :1]
+    return ring
+
+
+def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex:
+    """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
+    omega = 2 * np.pi * fft.fftfreq(length)
+    response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
+    if length % 2 == 0:
+        # The Nyquist bin stands for both signs of its frequency.
+        both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
+        response[length // 2] = np.sqrt(scale) * np.conj(both.mean())
+    return np.asarray(response, dtype=np.complex128)
+
+
+class Ring:
+    """Some scales by products in the Fourier space of whole rings.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : ndarray, shape (s,)
+    members : sequence of int
+        Their places among all scales.
+    wavelet : Wavelet
+    single : bool
+        Whether to invert in single precision; spectra are always taken in double.
+    """
+
+    def __init__(
+        self, n: int, scales: Real, members: Sequence[int], wavelet: Wavelet, single: bool
+    ) -> None:
+        self._n, self._wavelet, self._single = n, wavelet, single
+        self._lengths: dict[int, list[tuple[int, float]]] = {}
+        self._kept: dict[int, _Weights] = {}
+        for j, scale in zip(members, scales.tolist(), strict=True):
+            length = ring_length(n, scale, wavelet.radius)
+            self._lengths.setdefault(length, []).append((j, scale))
+            if length <= KEPT:
+                self._kept[j] = self._weights(scale, length)
+
+    def _weights(self, scale: float, length: int) -> _Weights:
+        """The response at rfft's frequencies, and at the negative ones after them."""
+        response: NDArray[Any] = ring_response(self._wavelet, scale, length)
+        if not np.any(response.imag):
+            # Twice each: real and imaginary parts alike, faster than a complex product.
+            response = np.repeat(response.real, 2)
+            return response[: length // 2 * 2 + 2], response[length // 2 * 2 + 2 :]
+        return response[: length // 2 + 1], response[length // 2 + 1 :]
+
+    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]:
+        """What there is to do; the pieces of a batch may be done at the same time."""
+        for length, members in self._lengths.items():
+            together = max(1, TOGETHER // length)
+            for c in range(0, len(values), together):
+                channels = slice(c, c + together)
+                spectra = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
+                yield [
+                    partial(self._transform, spectra, length, scale, sink, channels, j)
+                    for j, scale in members
+                ]
+
+    def _transform(
+        self, spectra: Complex, length: int, scale: float, sink: Sink, channels: slice, j: int
+    ) -> None:
+        """One scale of some channels."""
+        above, below = self._kept.get(j) or self._weights(scale, length)
+        kind = np.complex64 if self._single else np.complex128
+        product = np.empty((len(spectra), length), dtype=kind)
+        bins = length // 2 + 1
+        mirrored = np.conj(spectra[:, length - bins : 0 : -1])
+        into, source = product, spectra
+        if not np.iscomplexobj(above):
+            into, source = product.view(product.real.dtype), spectra.view(np.float64)
+            mirrored = mirrored.view(np.float64)
+        np.multiply(source, above, out=into[:, : len(above)], casting="same_kind")
+        np.multiply(mirrored, below, out=into[:, len(above) :], casting="same_kind")
+        rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
+        if self._wavelet.real:
+            # What rounding leaves there would flip the phase of negatives between pi and -pi.
+            rows.imag = 0.0
+        step = max(1, SAMPLES // len(rows))
+        for start in range(0, self._n, step):
+            part = rows[:, None, start : start + step]
+            sink.write(channels, slice(j, j + 1), start, part.real.copy(), part.imag.copy())

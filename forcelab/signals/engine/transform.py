@@ -1,0 +1,122 @@
+"""The engine for channels as they come: any numbers, any gaps, in the unit of the channel."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.errors import InputError
+from forcelab.signals.conditioning import condition
+from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.wavelets import Wavelet
+
+__all__ = ["log_polar", "real_share", "transform"]
+
+Real = NDArray[np.float64]
+
+
+def transform(
+    x: ArrayLike,
+    scales: Sequence[float] | Real,
+    wavelet: Wavelet | None = None,
+    tolerance: float = 1e-7,
+    *,
+    workers: int = 1,
+) -> NDArray[np.complex128]:
+    """Coefficients of channels, like :func:`forcelab.signals.cwt.cwt` but to a tolerance.
+
+    Parameters
+    ----------
+    x : array_like of real numbers, shape (c, n)
+        Of any type, size and layout; NaN and infinity are bridged by straight lines.
+    scales : array_like, shape (k,)
+        In samples, positive, in any order.
+    wavelet : Wavelet, optional
+        The Morlet with p = 5 by default.
+    tolerance : float
+        1e-3, 1e-5, 1e-7, 1e-10 or 1e-14, relative to the largest coefficient of a scale.
+    workers : int
+        Threads.
+
+    Returns
+    -------
+    ndarray of complex128, shape (c, k, n)
+        In the unit of `x`. Double precision holds magnitudes from 1e-300 to 1e300.
+
+    Raises
+    ------
+    InputError
+        If `x` is empty or not channels, a scale is not positive or the tolerance is unknown.
+    """
+    ready = condition(_channels(x))
+    plan = plan_for(ready.values.shape[1], scales, wavelet, tolerance)
+    found = plan.coefficients(ready.values, workers=workers).astype(np.complex128)
+    for part in (found.real, found.imag):
+        np.ldexp(part, ready.exponent[:, None, None], out=part)
+    return found
+
+
+def log_polar(
+    x: ArrayLike,
+    scales: Sequence[float] | Real,
+    wavelet: Wavelet | None = None,
+    tolerance: float = 1e-7,
+    *,
+    workers: int = 1,
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.floating[Any]]]:
+    """Log magnitudes and phases of channels; parameters and errors as of :func:`transform`.
+
+    Returns
+    -------
+    magnitudes, phases : ndarray of float32 or float64, shape (c, k, n)
+        Always finite. Natural logarithms of magnitudes in the unit of `x`, raised to the rounding
+        of the transform where they are below it; the phase, in radians, is 0 there.
+    """
+    ready = condition(_channels(x))
+    plan = plan_for(ready.values.shape[1], scales, wavelet, tolerance)
+    shift = np.asarray(ready.exponent * math.log(2.0), dtype=np.float64)
+    return plan.log_polar(ready.values, shift=shift, workers=workers)
+
+
+def real_share(x: ArrayLike, scales: Sequence[float] | Real) -> Real:
+    """The share of a Morlet wavelet's energy that lies on samples that were there.
+
+    Parameters
+    ----------
+    x : array_like, shape (n,)
+        NaN and infinity mark missing samples; beyond the ends all are missing.
+    scales : array_like, shape (k,)
+        In samples.
+
+    Returns
+    -------
+    ndarray, shape (k, n)
+        From 0 to 1. The energy is that of the envelope, ``exp(-t^2 / a^2) / (a sqrt(pi))``, of
+        which a stretch of samples holds half a difference of two error functions.
+    """
+    from scipy.special import erf
+
+    there = np.isfinite(np.asarray(x, dtype=np.float64))
+    sizes = np.asarray(scales, dtype=np.float64)[:, None]
+    change = np.diff(np.concatenate(([0], there.astype(np.int8), [0])))
+    index = np.arange(there.size)
+    share = np.zeros((len(sizes), there.size))
+    ends = zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1), strict=True)
+    for first, last in ends:
+        share += 0.5 * (erf((last - 0.5 - index) / sizes) - erf((first - 0.5 - index) / sizes))
+    return share
+
+
+def _channels(x: ArrayLike) -> NDArray[Any]:
+    """`x` as channels of at least one sample."""
+    channels = np.asarray(x)
+    if channels.ndim != 2 or channels.size == 0:
+        raise InputError(
+            f"Channels of at least one sample, shape (channels, samples), are needed, "
+            f"not {channels.shape}."
+        )
+    return channels

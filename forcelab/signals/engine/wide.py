@@ -1,0 +1,240 @@
+"""Wide wavelets: a short inverse FFT on a coarse grid, and a matrix product to every sample.
+
+The row of a wide wavelet is band-limited: it is known from few points. Those are found by an
+inverse FFT of the band alone, in double precision; what lies between is interpolated
+(:mod:`forcelab.signals.engine.kernels`), in single precision where the tolerance allows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from forcelab.signals.engine.design import Design, response
+from forcelab.signals.engine.kernels import Interpolation, interpolation
+from forcelab.signals.engine.segments import held, smoothed
+from forcelab.signals.engine.sinks import Sink
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["WIDEST_STEP", "Wide"]
+
+Real = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
+Complex = NDArray[np.complex128]
+
+#: The largest step of a grid: larger ones gain nothing, and their matrices leave the cache.
+WIDEST_STEP = 256
+#: Points of all grids of one batch, and samples that are interpolated and handed on at once.
+POINTS = 1 << 18
+SAMPLES = 1 << 14
+#: Width of the Gaussian of a copy at a lower rate, in its steps: its aliases stay below 1e-11 of
+#: what is kept, or 1e-16 for the finest tolerances.
+GAUSSIAN, FINER_GAUSSIAN = 1.28, 1.6
+#: The same for its rate, in samples of the copy to the period of the highest frequency wanted.
+RATE = 8.0
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Neighbouring scales with the same grid.
+
+    Parameters
+    ----------
+    scales : slice
+        Their places among all scales.
+    step : int
+        D, in samples.
+    points : int
+        Of the grid, over the whole ring.
+    positive, negative : ndarray, shape (s, 2 * bins)
+        By what the spectrum's bins 0, 1, 2, ... and -1, -2, ... are multiplied, each twice: for
+        their real and imaginary parts.
+    """
+
+    scales: slice
+    step: int
+    points: int
+    positive: Real
+    negative: Real
+
+
+class Wide:
+    """Some neighbouring scales on coarse grids, from one spectrum of each block of samples.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    block : int
+        Samples that are transformed at once, a multiple of :data:`WIDEST_STEP`.
+    scales : ndarray, shape (s,)
+        Rising.
+    first : int
+        Place of the first one among all scales; the others follow.
+    wavelet : Morlet
+    design : Design
+    single : bool
+        Whether to interpolate in single precision.
+    rate_step : int
+        The spectrum is taken of a copy of the signal at every so many samples.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        block: int,
+        scales: Real,
+        first: int,
+        wavelet: Morlet,
+        design: Design,
+        single: bool,
+        rate_step: int = 1,
+    ) -> None:
+        self._n, self._block, self._design, self._single = n, block, design, single
+        self._rate_step = rate_step
+        steps = [min(WIDEST_STEP, design.step(a)) for a in scales.tolist()]
+        widest = max(*steps, rate_step)
+        half = design.half_width(float(scales[-1])) + design.kernel.taps * steps[-1]
+        # Whole steps of all grids before the first sample, so that each has a point at it.
+        self._lead = widest * -(-half // widest)
+        needed = self._lead + block + half + widest
+        self._length = widest // rate_step * fft.next_fast_len(-(-needed // widest), real=True)
+        self._sigma = (FINER_GAUSSIAN if design.reach > 7.5 else GAUSSIAN) * rate_step
+        self._batches: list[_Batch] = []
+        for step, group in groupby(range(len(scales)), key=lambda i: steps[i]):
+            members = list(group)
+            together = max(1, POINTS * step // (self._length * rate_step))
+            for i in range(0, len(members), together):
+                chosen = members[i : i + together]
+                places = slice(first + chosen[0], first + chosen[-1] + 1)
+                self._batches.append(self._batch(scales[chosen], places, step, wavelet))
+
+    def _batch(self, scales: Real, places: slice, step: int, wavelet: Morlet) -> _Batch:
+        """Responses of scales of one step, divided by what the rest of the way multiplies."""
+        samples = self._length * self._rate_step
+        points = samples // step
+        bin_width = 2 * np.pi / samples
+        most = min(self._length // 2, points // 2 - 1)
+        below = min(math.ceil(-self._design.low / scales[0] / bin_width), most)
+        above = min(math.ceil(self._design.high / scales[0] / bin_width), most)
+        omega = bin_width * np.arange(-below, above + 1)
+        passed = self._design.kernel.transforms(step * omega) * step
+        if self._rate_step > 1:
+            # The Gaussian's transform, and a sum over one in R samples.
+            passed *= np.exp(-0.5 * (self._sigma * omega) ** 2) / self._rate_step
+        rows = np.stack([response(wavelet, a, omega) / passed for a in scales.tolist()])
+        negative = rows[:, :below][:, ::-1]
+        return _Batch(
+            places,
+            step,
+            points,
+            np.repeat(rows[:, below:], 2, axis=1),
+            np.repeat(negative, 2, axis=1),
+        )
+
+    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]:
+        """What there is to do, block by block; the pieces of a batch may be done together."""
+        for start in range(0, self._n, self._block):
+            spectra = self._spectra(values, start)
+            yield [partial(self._transform, spectra, sink, start, one) for one in self._batches]
+
+    def _spectra(self, values: Real, start: int) -> Complex:
+        """Spectra of a block with what lies beside it."""
+        if self._rate_step == 1:
+            part = held(values, start - self._lead, start - self._lead + self._length)
+        else:
+            # Where the Gaussian has fallen as far as the wavelet has at its reach.
+            half = math.ceil(self._design.reach * self._sigma / self._rate_step)
+            part = smoothed(
+                values, self._rate_step, self._sigma, half, start - self._lead, self._length
+            )
+        return np.asarray(fft.rfft(part, axis=-1))
+
+    def _transform(self, spectra: Complex, sink: Sink, start: int, batch: _Batch) -> None:
+        """All scales of one batch."""
+        coarse = self._coarse(spectra, batch)
+        product = interpolation(self._design.kernel, batch.step, self._single)
+        samples = min(self._block, self._n - start)
+        rows = -(-samples // product.outputs)
+        # The grid's points that the first row of the product starts from.
+        skipped = self._lead // batch.step - product.before
+        points = coarse[:, :, skipped : skipped + rows * product.points + product.inputs]
+        if sink.direct is None:
+            _write_parts(points, product, rows, sink, batch.scales, start)
+        else:
+            _write_complex(points, product, rows, sink.direct[:, batch.scales], start)
+
+    def _coarse(self, spectra: Complex, batch: _Batch) -> Complex:
+        """Rows on the coarse grid, shape (c, s, points)."""
+        c, s = len(spectra), len(batch.positive)
+        product = np.empty((c, s, batch.points), dtype=np.complex128)
+        parts, source = product.view(np.float64), spectra.view(np.float64)
+        above, below = batch.positive.shape[1], batch.negative.shape[1]
+        np.multiply(source[:, None, :above], batch.positive, out=parts[:, :, :above])
+        parts[:, :, above : 2 * batch.points - below] = 0.0
+        if below:
+            mirrored = np.conj(spectra[:, 1 : below // 2 + 1]).view(np.float64)[:, None]
+            product[:, :, : -below // 2 - 1 : -1] = (mirrored * batch.negative).view(np.complex128)
+        return np.asarray(fft.ifft(product, axis=-1, overwrite_x=True))
+
+
+def _windows(points: Floats, rows: int, product: Interpolation, group: int) -> Floats:
+    """Overlapping windows of rows of `group` numbers a point: (..., rows, inputs * group).
+
+    Each window begins `product.points` points after the one before.
+    """
+    *outer, last = points.strides
+    strides = (*outer, product.points * group * last, last)
+    shape = (*points.shape[:-1], rows, product.inputs * group)
+    return np.lib.stride_tricks.as_strided(points, shape, strides, writeable=False)
+
+
+def _write_complex(
+    points: Complex, product: Interpolation, rows: int, into: Floats, start: int
+) -> None:
+    """Interpolate, real and imaginary parts in turn, straight into the result."""
+    matrix = product.interleaved
+    parts = points.view(np.float64).astype(matrix.dtype)
+    windows = _windows(parts, rows, product, 2)
+    place = into[:, :, 2 * start : 2 * start + rows * matrix.shape[1]]
+    left = np.empty(windows.shape[2:], dtype=matrix.dtype)
+    for c in range(len(points)):
+        for j in range(points.shape[1]):
+            np.copyto(left, windows[c, j])
+            np.matmul(left, matrix, out=place[c, j].reshape(rows, -1))
+
+
+def _write_parts(
+    points: Complex, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
+) -> None:
+    """Interpolate real and imaginary parts apart and hand them on while they are in the cache."""
+    matrix = product.matrix
+    c, s, _ = points.shape
+    # (2, c, s, points): real parts, then imaginary parts.
+    parts = np.stack((points.real, points.imag)).astype(matrix.dtype)
+    windows = _windows(parts, rows, product, 1)
+    together = min(rows, max(1, SAMPLES // product.outputs))
+    stack = min(s, max(1, SAMPLES // (rows * product.outputs)))
+    channels = max(1, SAMPLES // (s * rows * product.outputs))
+    for i in range(0, c, channels):
+        for j in range(0, s, stack):
+            for row in range(0, rows, together):
+                chosen = windows[:, i : i + channels, j : j + stack, row : row + together]
+                shape = chosen.shape
+                left = np.ascontiguousarray(chosen).reshape(-1, product.inputs)
+                real, imag = (left @ matrix).reshape(*shape[:3], -1)
+                sink.write(
+                    slice(i, i + shape[1]),
+                    slice(scales.start + j, scales.start + j + shape[2]),
+                    start + row * product.outputs,
+                    real,
+                    imag,
+                )

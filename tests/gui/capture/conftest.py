@@ -1,0 +1,64 @@
+"""The window with virtual tongs, for all tests of the Capture workspace."""
+
+import numpy as np
+import pytest
+
+from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.gui.app import Start
+from forcelab.gui.capture.phase import Phase
+from forcelab.gui.window import Window
+from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
+
+#: Seconds that something may take on a busy machine.
+PATIENCE = 30.0
+
+
+def source(times):
+    """Counts of three axes, with noise so that nothing stands still."""
+    phase = 2 * np.pi * np.asarray(times)
+    axes = [2000 * np.sin(phase), 1000 * np.cos(phase), 3000 * np.sin(0.5 * phase)]
+    return np.stack(axes, axis=1).astype(np.int64)
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        project.set_vocabulary("LEGO", Vocabulary().with_actions("grab", "pull"))
+    return path
+
+
+@pytest.fixture
+def tongs():
+    with VirtualOptoForce(source) as device:
+        yield device
+
+
+@pytest.fixture(autouse=True)
+def _nothing_else_is_plugged_in(monkeypatch):
+    monkeypatch.setattr("forcelab.capture.discovery.find_ports", lambda: ())
+    monkeypatch.setattr("forcelab.capture.ports.cameras", lambda: ())
+
+
+@pytest.fixture
+def window(app, study, until):
+    made = Window("Ann", remembering=False)
+    made.resize(1100, 700)
+    made.show()
+    made.begin(Start(project=study, workspace="capture"))
+    until(lambda: made.settled)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def connected(window, tongs, until):
+    """The workspace with the tongs connected, and samples coming."""
+    page = window.capture.workspace
+    page.task.setCurrentText("LEGO")
+    page.sources.add(f"optoforce:{tongs.port}")
+    page.connect_button.click()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
+    return page

@@ -1,0 +1,78 @@
+"""That something is recorded is said in the whole window, and asked about before it is closed."""
+
+import pytest
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QMessageBox, QTabWidget
+
+from forcelab.gui.capture.phase import Phase
+from forcelab.project import Project
+
+#: Seconds that something may take on a busy machine.
+PATIENCE = 30.0
+
+
+@pytest.fixture
+def recording(window, connected, until):
+    window.commands["record"].trigger()
+    until(lambda: connected.session.recording, PATIENCE)
+    return connected
+
+
+def tab_text(window):
+    return window.findChild(QTabWidget).tabText(2)
+
+
+def answer(monkeypatch, role):
+    """The next question is answered by the button of a role; gives the texts that were asked."""
+    asked = []
+
+    def execute(box):
+        asked.append(box.text())
+        (button,) = (b for b in box.buttons() if box.buttonRole(b) == role)
+        button.click()
+
+    monkeypatch.setattr(QMessageBox, "exec", execute)
+    return asked
+
+
+def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until):
+    assert tab_text(window) == "● Capture"
+    assert window.windowTitle().startswith("● recording 'LEGO 01'")
+    line = window.capture.line
+    assert line.isHidden()  # it is seen already
+    window.show_workspace("label")
+    until(line.isVisible, PATIENCE)
+    assert line.text().startswith("● Recording 'LEGO 01'")
+    line.click()
+    assert recording.isVisible()
+    assert line.isHidden()
+    window.show_workspace("review")
+    window.commands["record"].trigger()
+    until(lambda: recording.session.phase is Phase.READY, PATIENCE)
+    until(line.isHidden, PATIENCE)
+    assert tab_text(window) == "Capture"
+    assert "●" not in window.windowTitle()
+
+
+def test_who_closes_the_window_while_recording_is_asked(window, recording, study, monkeypatch):
+    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    window.commands["quit"].trigger()
+    assert asked == ["'LEGO 01' is being recorded."]
+    assert window.isVisible()
+    assert recording.session.recording
+    monkeypatch.setattr(QCloseEvent, "spontaneous", lambda _: True)  # by the window's own button
+    window.close()
+    assert len(asked) == 2
+    assert window.isVisible()
+    asked = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
+    window.close()
+    assert not window.isVisible()
+    with Project.open(study) as project:
+        assert [info.name for info in project.demonstrations()] == ["LEGO 01"]
+
+
+def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):
+    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    window.commands["quit"].trigger()
+    assert not asked
+    assert not window.isVisible()

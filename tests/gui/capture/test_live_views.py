@@ -1,0 +1,204 @@
+"""Live recognition and the live scalogram in the window, with virtual tongs on a real pty."""
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+from trained_project import FAST
+
+from forcelab.gui.capture.phase import Phase
+from forcelab.gui.capture.recognising import RECOGNISING, Choice, Loaded
+from forcelab.gui.capture.recognition import promise_text
+from forcelab.gui.capture.scalogram import DRAWING
+from forcelab.live.promise import promised
+from forcelab.project import Project
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.storage import dump, save
+from forcelab.recognition.training import train
+
+#: Seconds that something may take on a busy machine.
+PATIENCE = 30.0
+#: Every step gets a label, whatever it is: what comes is no foam.
+SETTINGS = FAST.replace(stride=10, threshold=None, median=None, drop=None)
+
+
+def trained(channels):
+    return train([Labelled(*one) for one in synthetic_set(2)], SETTINGS.replace(channels=channels))
+
+
+@pytest.fixture(scope="module")
+def recogniser():
+    return trained(("tangential 1", "normal 1"))
+
+
+@pytest.fixture(autouse=True)
+def _few_frequencies(monkeypatch):
+    """To make the wavelets of forty takes most of a second."""
+    monkeypatch.setattr("forcelab.gui.capture.scalogram.ROWS", 6)
+
+
+@pytest.fixture
+def study(study, recogniser):
+    """The project with a recogniser in it."""
+    with Project.open(study) as project:
+        project.add_recogniser(
+            "tiny", dump(recogniser), settings={}, seed=0, labels=[], versions={}
+        )
+    return study
+
+
+def choose(page, row):
+    page.recogniser.which.setCurrentIndex(row)
+    page.recogniser.which.activated.emit(row)
+
+
+def labelled(page):
+    glimpse = page.session.recognising.glimpse
+    return glimpse is not None and glimpse.until == glimpse.until
+
+
+def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
+    window, connected, until, study
+):
+    page = connected
+    assert [page.recogniser.which.itemText(i) for i in range(3)] == [
+        "none",
+        "tiny",
+        "From a file…",
+    ]
+    assert page.recogniser.nothing.isHidden()
+    assert page.recognition.isHidden()
+    height = page.live.minimumSizeHint().height()
+    page.recogniser.latency.setValue(120)
+    choose(page, 1)
+    until(lambda: labelled(page), PATIENCE)
+    assert page.recognition.isVisible()
+    assert page.live.minimumSizeHint().height() > height  # a row for what is predicted
+    until(lambda: len(page.session.recognising.delays) > 5, PATIENCE)
+    # No label is there sooner than was asked for.
+    assert min(page.session.recognising.delays) >= 0.12 - 0.04
+    window.commands["record"].trigger()
+    until(lambda: page.session.recording, PATIENCE)
+    assert not page.recogniser.which.isEnabled()
+    until(lambda: page.session._recorder.state().devices[0].samples > 600, PATIENCE)
+    window.grab()  # draws rows, bars and texts
+    said = page.recognition.present.accessibleName().removeprefix("Present action: ")
+    assert said in ("still", "grab", "hold", "release")
+    glimpse = page.session.recognising.glimpse
+    assert sum(glimpse.probabilities) == pytest.approx(1.0)
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    said = " ".join(sentence for sentence, _ in page.session.sentences)
+    assert "Recognised by 'model tiny'" in said
+    with Project.open(study) as project:
+        (info,) = project.demonstrations()
+        (track,) = project.tracks(info.id)
+        (edit,) = project.history(info.id, track.author)
+        seconds = project.load(info.id).duration
+    assert (track.author, edit.kind) == ("model tiny", "predict")
+    covered = sum(segment.duration for segment in track.segments)
+    assert covered >= 0.9 * seconds
+    # It goes on for the eye, and the last recording can still be discarded as a whole.
+    until(lambda: labelled(page), PATIENCE)
+    window.commands["discard_recording"].trigger()
+    window.commands["discard_recording"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    with Project.open(study) as project:
+        assert project.demonstrations() == ()
+
+
+def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, until):
+    page, track = connected, connected.session._connection.track
+    assert RECOGNISING not in window.jobs.busy
+    assert not track.on
+    assert page.scalogram.settled
+    assert DRAWING not in window.jobs.busy
+    choose(page, 1)
+    page.scalogram.choose("normal 1")
+    until(lambda: labelled(page) and page.scalogram.strip is not None, PATIENCE)
+    window.show_workspace("label")
+    until(lambda: DRAWING not in window.jobs.busy, PATIENCE)
+    assert page.scalogram.strip is None
+    until(lambda: track._paused, PATIENCE)
+    before = track.glimpse
+    samples = page.session._recorder.state().devices[0].samples
+    until(lambda: page.session._recorder.state().devices[0].samples > samples + 200, PATIENCE)
+    assert track.glimpse is before
+    window.commands["record"].trigger()  # what is recorded is recognised, seen or not
+    until(lambda: page.session.recording and track.glimpse is not before, PATIENCE)
+    until(lambda: labelled(page), PATIENCE)
+    window.show_workspace("capture")
+    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    choose(page, 0)
+    page.scalogram.choose("")
+    until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy), PATIENCE)
+    assert not track.on
+    assert page.scalogram.isHidden()
+    assert page.recognition.isHidden()
+
+
+def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected, until):
+    page = connected
+    names = [page.scalogram_channel.itemText(i) for i in range(page.scalogram_channel.count())]
+    assert names == ["not shown", "tangential 1", "normal 1", "fx1", "fy1", "fz1"]
+    page.scalogram_channel.setCurrentIndex(2)
+    page.scalogram_channel.activated.emit(2)
+    assert page.scalogram.isVisible()
+    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    first = page.scalogram.strip
+    until(lambda: page.scalogram.strip.end > first.end + 0.3, PATIENCE)
+    assert np.isfinite(page.scalogram.strip.values).any()
+    page.scalogram.grab()
+    page.scalogram.choose("fx1")
+    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    page.connect_button.click()
+    until(lambda: page.session.phase is Phase.APART, PATIENCE)
+    assert page.scalogram.isHidden()
+    until(lambda: page.scalogram.settled, PATIENCE)
+
+
+def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
+    window, connected, recogniser, until, tmp_path, monkeypatch
+):
+    page = connected
+    save(trained(("normal 2",)), tmp_path / "other.skops")
+    monkeypatch.setattr(
+        "PySide6.QtWidgets.QFileDialog.getOpenFileName",
+        lambda *_: (str(tmp_path / "other.skops"), ""),
+    )
+    choose(page, 2)
+    until(lambda: "no recognition channel 'normal 2'" in page.recognition.promise.text(), PATIENCE)
+    assert page.recogniser.which.currentText() == "other"
+    (tmp_path / "other.skops").write_bytes(b"nothing of the kind")
+    choose(page, 3)
+    until(lambda: "other.skops" in page.recognition.promise.text(), PATIENCE)
+    save(recogniser, tmp_path / "other.skops")
+    choose(page, 3)
+    until(lambda: labelled(page), PATIENCE)
+    assert page.recognition.figures.text()
+
+
+def test_a_project_without_a_recogniser_says_how_to_get_one(app, tmp_path, until):
+    from forcelab.gui.app import Start
+    from forcelab.gui.window import Window
+
+    Project.create(tmp_path / "bare.forcelab").close()
+    window = Window("Ann", remembering=False)
+    window.show()
+    window.begin(Start(project=tmp_path / "bare.forcelab", workspace="capture"))
+    try:
+        nothing = window.capture.workspace.recogniser.nothing
+        assert nothing.isVisible()
+        assert "train one in Review" in nothing.text()
+        assert not window.capture.workspace.recogniser.latency.isEnabled()
+    finally:
+        window.close()
+
+
+def test_what_a_latency_leaves_to_be_estimated_is_said(recogniser):
+    choice = Choice("tiny", None)
+    hasty = Loaded(choice, recogniser, promised(recogniser, 0.02))
+    # 32 samples at 1 kHz take 0.16 s to pass.
+    assert "of 5 scales are estimated early" in promise_text(hasty)
+    assert "25 Hz ±" in promise_text(hasty)
+    patient = Loaded(choice, recogniser, promised(recogniser, 0.6))
+    assert promise_text(patient) == "600 ms are enough for all 5 scales of the wavelets."

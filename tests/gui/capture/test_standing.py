@@ -1,0 +1,55 @@
+"""What is wrong is told in a sentence each."""
+
+import math
+
+import pytest
+
+from forcelab.capture.camera import CameraState
+from forcelab.capture.reader import DeviceState
+from forcelab.capture.recorder import RecorderState
+from forcelab.demonstration import Channel
+from forcelab.gui.capture.standing import alarms_of
+
+FZ = Channel("fz1", "N")
+
+
+def told(alarms=(), wandered=(), camera=(), in_memory=0):
+    device = DeviceState(
+        "optoforce:/dev/ttyACM0?rate=1000", (FZ,), True, 1, 0, 0, 0.0, math.nan, math.nan,
+        math.nan, alarms, wandered,
+    )  # fmt: skip
+    frames = CameraState("camera 0", 1, 0, 30.0, camera)
+    return alarms_of(RecorderState(True, "LEGO 01", 1.0, in_memory, (device,), (frames,)))
+
+
+def test_nothing_wrong_is_nothing_said():
+    assert told() == []
+
+
+@pytest.mark.parametrize(
+    ("alarm", "said"),
+    [
+        ("unplugged", "plug it in again"),
+        ("stalled", "look at its cable"),
+        ("saturation", "beyond its range"),
+        ("lost samples", "they are gaps"),
+        ("drift", "its clock"),
+    ],
+)
+def test_each_alarm_names_its_device(alarm, said):
+    [sentence] = told((alarm,))
+    assert "optoforce:/dev/ttyACM0" in sentence
+    assert "?" not in sentence
+    assert said in sentence
+
+
+def test_a_zero_that_wanders_is_told_with_how_far_and_what_to_do():
+    [sentence] = told(("zero",), ((FZ, -0.3125),))
+    assert "fz1 -0.31 N" in sentence
+    assert "press Zero" in sentence
+
+
+def test_cameras_and_the_disk_have_theirs():
+    silent, disk = told(camera=("no picture",), in_memory=2_500_000)
+    assert "camera 0 gives no picture" in silent
+    assert "2.5 MB" in disk

@@ -1,0 +1,158 @@
+"""The live scalogram against the transform of the whole recording."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from forcelab.capture.ring import Ring
+from forcelab.demonstration import Channel
+from forcelab.errors import InputError
+from forcelab.live.scalogram import TOLERANCE, LiveScalogram, channels_to_show
+from forcelab.live.strip import Ring as Columns
+from forcelab.signals.cwt import cwt
+
+AXES = tuple(Channel(axis, "N") for axis in ("fx", "fy", "fz"))
+RATE, SECONDS, COLUMNS, ROWS = 200.0, 4.0, 100, 12
+WIDTH = SECONDS / COLUMNS
+
+
+def devices(*rates):
+    return [SimpleNamespace(channels=AXES, holds=False, rate=rate) for rate in rates]
+
+
+class Streams:
+    """Rings that a recorder would keep."""
+
+    def __init__(self, count):
+        self.rings = [Ring(20_000, 3) for _ in range(count)]
+
+    def since(self, device, number):
+        return self.rings[device].since(number)
+
+    def latest(self, seconds):
+        return tuple(ring.latest(seconds) for ring in self.rings)
+
+
+def fed(live, streams, blocks):
+    """Let blocks of (device, times, values) come one after the other."""
+    for device, times, values in blocks:
+        streams.rings[device].extend(times, values)
+        for _ in live.take(*live.read()):
+            pass
+    return live.strip
+
+
+def signal(n, seed=0):
+    rng = np.random.default_rng(seed)
+    times = 50.0 + np.arange(n) / RATE
+    chirp = np.sin(2 * np.pi * (0.5 + 2 * (times - 50)) * (times - 50))
+    return times, np.stack([rng.normal(size=n), np.zeros(n), 3 * chirp], axis=1)
+
+
+def in_columns(live, x, times, first):
+    """The largest magnitude in each column, from the whole recording."""
+    sizes = np.abs(cwt(x, live.scales))
+    column = np.floor(times / WIDTH).astype(int) - first
+    out = np.full((ROWS, COLUMNS), np.nan)
+    for c in range(COLUMNS):
+        inside = column == c
+        if inside.any():
+            out[:, c] = sizes[:, inside].max(axis=1)
+    return out, sizes.max(axis=1)
+
+
+@pytest.mark.parametrize("block", [7, 64])
+def test_what_is_complete_is_the_offline_scalogram_and_the_rest_is_marked(block):
+    times, values = signal(1500)
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    live.begin()
+    n = len(times)
+    strip = fed(
+        live,
+        streams,
+        ((0, times[i : i + block], values[i : i + block]) for i in range(0, n, block)),
+    )
+    assert strip.values.shape == (ROWS, COLUMNS)
+    assert strip.end >= times[-1]
+    assert strip.end - times[-1] <= WIDTH
+    first = round(strip.start / WIDTH)
+    whole, largest = in_columns(live, values[:, 2], times, first)
+    ends = strip.start + WIDTH * np.arange(1, COLUMNS + 1)
+    complete = ends[None, :] <= strip.complete[:, None]
+    error = np.abs(10.0**strip.values - whole) / largest[:, None]
+    assert np.nanmax(error[complete]) <= TOLERANCE
+    # Of what is not complete most is estimated already, worse but far from nothing.
+    early = ~complete & np.isfinite(whole)
+    assert np.isfinite(strip.values[early]).mean() > 0.6
+    assert TOLERANCE < np.nanmedian(error[early]) < 0.4
+    # The wider a wavelet, the later it is complete.
+    assert (np.diff(strip.complete) <= 0).all()
+    assert (np.diff(strip.hertz) < 0).all()
+
+
+def test_a_gap_stays_empty_and_the_stream_goes_on():
+    times, values = signal(2000)
+    kept = np.r_[0:1500, 1600:2000]  # half a second is missing
+    streams = Streams(1)
+    live = LiveScalogram(streams, devices(RATE), "normal 1", SECONDS, COLUMNS, ROWS)
+    live.begin()
+    blocks = ((0, times[kept[i : i + 20]], values[kept[i : i + 20]]) for i in range(0, 1900, 20))
+    strip = fed(live, streams, blocks)
+    middles = strip.start + WIDTH * (np.arange(COLUMNS) + 0.5)
+    within = (middles > times[1500] + WIDTH) & (middles < times[1600] - WIDTH)
+    assert np.isnan(strip.values[:, within]).all()
+    after = (middles > times[1600] + WIDTH) & (middles < times[-1] - 0.2)
+    assert np.isfinite(strip.values[0, after]).all()
+
+
+def test_one_channel_reads_only_the_device_it_is_of():
+    streams = Streams(2)
+    live = LiveScalogram(streams, devices(RATE, RATE), "tangential 2", SECONDS, COLUMNS, ROWS)
+    live.begin()
+    times, values = signal(1500)
+    values[:, 1] = values[:, 2]
+    blocks = ((1, times[i : i + 50], values[i : i + 50]) for i in range(0, 1500, 50))
+    strip = fed(live, streams, blocks)  # the first device gives nothing at all
+    x = np.hypot(values[:, 0], values[:, 1])
+    whole, largest = in_columns(live, x, times, round(strip.start / WIDTH))
+    error = np.abs(10.0 ** strip.values[0] - whole[0]) / largest[0]
+    assert np.nanmax(error[: COLUMNS - 10]) <= TOLERANCE
+
+
+def test_what_has_no_scalogram_is_said_in_a_sentence():
+    assert channels_to_show(AXES) == ("tangential", "normal", "fx", "fy", "fz")
+    with pytest.raises(InputError, match="There is no channel 'fq'"):
+        LiveScalogram(Streams(1), devices(RATE), "fq", SECONDS, COLUMNS, ROWS)
+    with pytest.raises(InputError, match="does not come evenly"):
+        LiveScalogram(Streams(1), devices(0.0), "fx1", SECONDS, COLUMNS, ROWS)
+    with pytest.raises(InputError, match="too rarely"):
+        LiveScalogram(Streams(1), devices(5.0), "fx1", SECONDS, COLUMNS, ROWS)
+    measured = LiveScalogram(Streams(1), devices(0.0), "fx1", SECONDS, COLUMNS, ROWS, [RATE])
+    assert measured.hertz[0] < RATE / 2
+
+
+def test_a_column_is_joined_by_its_writer_and_replaced_by_another_one():
+    ring = Columns(1, 10, 1.0)
+    ring.reach(4.5)
+    rows = np.array([0])
+
+    def write(time, size, source):
+        ring.write(rows, np.array([[time]]), np.array([[size]], dtype=np.float32), source)
+
+    def seen():
+        return 10.0 ** ring.strip(np.ones(1), np.zeros(1)).values[0]
+
+    write(2.1, 5.0, 0)
+    write(2.5, 3.0, 0)  # joins: the larger one stays
+    assert seen()[7] == pytest.approx(5.0)
+    write(2.1, 2.0, 1)  # knows better
+    write(2.9, 1.0, 1)
+    assert seen()[7] == pytest.approx(2.0)
+    write(-20.0, 9.0, 0)  # long gone
+    write(np.nan, 9.0, 0)
+    ring.reach(11.5)  # the column is used again, for another time
+    assert np.isfinite(seen()).sum() == 1
+    ring.reach(30.0)
+    assert np.isnan(seen()).all()

@@ -1,0 +1,90 @@
+"""The measurements of the wavelet transform say what they measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.measure.cwt import direct_sums, measuring, tapered
+from forcelab.measure.extremes import CASES, Case, tabulate_extremes
+from forcelab.measure.wavelet_ways import PEERS, Peer, features_of
+
+
+def quad_sum(x, a, b):
+    """The same sum from the wavelet as it is written in the paper."""
+    n = np.arange(len(x))
+    t = (n - b) / a
+    psi = np.pi**-0.25 * (np.exp(5j * t) - np.exp(-12.5)) * np.exp(-(t**2) / 2)
+    return np.sum(x * np.conj(psi)) / np.sqrt(a)
+
+
+def test_direct_sums_are_the_definition():
+    x = tapered(700, 2)
+    found = direct_sums(x, np.array([4.5, 50.0, 600.0]), np.array([0, 300, 699]))
+    for c in range(2):
+        for j, a in enumerate((4.5, 50.0, 600.0)):
+            for i, b in enumerate((0, 300, 699)):
+                assert found[c, j, i] == pytest.approx(quad_sum(x[c], a, b), abs=1e-12)
+
+
+def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named():
+    rows = finish(measuring(tapered(1024, 2), 1.0, 1))
+    mine = [row for row in rows if row.name == "forcelab"]
+    assert [row.setting for row in mine] == [
+        f"tolerance {t:g}" for t in (1e-3, 1e-5, 1e-7, 1e-10, 1e-14)
+    ]
+    assert mine[0].error < 1e-3
+    assert mine[1].error < 1e-5
+    assert mine[2].error < 4e-7
+    assert mine[3].error < 1e-10
+    assert mine[4].error < 1e-13
+    others = {row.name: row for row in rows[len(mine) :]}
+    assert list(others) == [peer.name for peer in PEERS]
+    for peer in PEERS:
+        row = others[peer.name]
+        if peer.installed and not row.refusal:
+            assert row.error > mine[2].error
+        else:
+            assert peer.name in row.refusal
+    assert others["PyWavelets"].error > 0.01  # half a sample early
+
+
+def test_what_is_not_installed_is_refused_by_name():
+    peer = Peer("WaveLab", "no_such_module_anywhere", lambda x, *_: x)
+    with pytest.raises(InputError, match=r"WaveLab is not installed; pip install .*peers"):
+        peer.coefficients(np.zeros((1, 8)), np.array([4.0]))
+
+
+def test_features_of_coefficients_are_logarithm_and_angle():
+    found = np.array([[[3 + 4j, -1, 1e-5j]]])
+    magnitudes, phases = features_of(found)
+    np.testing.assert_allclose(magnitudes, np.log(np.abs(found)))
+    np.testing.assert_allclose(phases, np.angle(found))
+
+
+def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
+    monkeypatch.setattr("forcelab.measure.extremes.PEERS", [p for p in PEERS if p.module == "pywt"])
+    verdicts = finish(tabulate_extremes())
+    assert len(verdicts.rows) == len(CASES) > 25
+    for name, words in verdicts.rows:
+        assert words[:3] == ("right",) * 3, name
+    told = {name: words[3] for name, words in verdicts.rows}
+    assert told["zeros"] == "not finite"  # its logarithm is -inf
+    assert told["a step"] == "wrong"
+    assert verdicts.cells()[0][1:] == list(verdicts.ways)
+    assert verdicts.to_json()["rows"][0]["forcelab 1e-7"] == "right"
+
+
+def test_a_transform_that_is_wrong_or_raises_is_found_out(monkeypatch):
+    def raising(x, scales, p):
+        if not np.any(x):
+            raise ValueError("nothing there")
+        return np.ones((1, len(scales), x.shape[1]), dtype=complex)
+
+    monkeypatch.setattr("forcelab.measure.extremes.PEERS", [Peer("bad", "numpy", raising)])
+    noise = np.random.default_rng(0).standard_normal((1, 900))
+    cases = [Case("noise", noise, np.array([5.0])), Case("zeros", 0 * noise, np.array([5.0]))]
+    verdicts = finish(tabulate_extremes(cases))
+    assert [words[3] for _, words in verdicts.rows] == ["wrong", "raised"]

@@ -1,0 +1,199 @@
+"""A recording that is discarded is gone as a whole, and never if somebody has worked with it."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+from forcelab.project.made import LabelsUsed
+from forcelab.project.schema import MIGRATIONS
+
+GRAB = (Segment(0.0, 0.1, "grab"),)
+
+
+@pytest.fixture
+def kept(project, make):
+    """A recording with live marks beside another demonstration, and the heads it came with."""
+    project.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
+    id_ = project.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).id
+    project.attach_stamps(id_, {})
+    return id_, {"bea": project.head(id_, "bea")}
+
+
+def everything(path):
+    """All rows of all tables and all files of a project."""
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        assert store.execute("PRAGMA integrity_check").fetchall() == [("ok",)]
+        assert store.execute("PRAGMA foreign_key_check").fetchall() == []
+        schema = store.execute("SELECT name, sql FROM sqlite_schema ORDER BY name").fetchall()
+        tables = [name for name, sql in schema if sql and sql.lstrip().startswith("CREATE TABLE")]
+        rows = {t: store.execute(f"SELECT * FROM {t}").fetchall() for t in sorted(tables)}
+    rows.pop("sqlite_sequence", None)
+    files = sorted(str(p.relative_to(path)) for p in (path / "demonstrations").rglob("*"))
+    return schema, rows, files
+
+
+def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path, make, kept):
+    before = tuple(info.id for info in project.demonstrations())
+    project.discard(*kept)
+    [left] = project.demonstrations()
+    assert before == (left.id, kept[0])
+    assert [author.name for author in project.authors()] == ["anna"]
+    assert project.track(left.id, "anna").segments == GRAB
+    assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left.id]
+    fresh = path.with_name("fresh.forcelab")
+    with Project.create(fresh) as other:
+        other.add(make(1, name="LEGO 01"), [Track("anna", GRAB)])
+    schema, rows, files = everything(path)
+    assert schema == everything(fresh)[0]
+    assert files == everything(fresh)[2]
+    assert {table: len(found) for table, found in rows.items()} == {
+        table: len(found) for table, found in everything(fresh)[1].items()
+    }
+    with pytest.raises(InputError, match="no demonstration"):
+        project.discard(*kept)
+    assert project.add(make(2, name="LEGO 02"), [Track("bea", GRAB)]).status == "new"
+
+
+def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, kept):
+    project.discard(*kept)
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        assert store.execute("PRAGMA user_version").fetchone() == (3,) == (len(MIGRATIONS),)
+        with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
+            store.execute("DELETE FROM edit")
+
+
+def painted(project, id_):
+    project.edit(id_, "bea", GRAB, (), "grab deleted")
+
+
+def painted_by_another(project, id_):
+    project.edit(id_, "cara", (), GRAB, "grab painted")
+
+
+def painted_and_taken_back(project, id_):
+    painted(project, id_)
+    project.undo(id_, "bea")
+
+
+def used(project, id_):
+    labels = (LabelsUsed(id_, "bea", project.head(id_, "bea")),)
+    project.add_run("evaluation", settings={}, seed=None, labels=labels, versions={}, result={})
+
+
+@pytest.mark.parametrize(
+    "work",
+    [
+        painted,
+        painted_by_another,
+        painted_and_taken_back,
+        used,
+        lambda project, id_: project.assign(id_, "dora"),
+        lambda project, id_: (project.assign(id_, "dora"), project.unassign(id_, "dora")),
+    ],
+)
+def test_what_somebody_has_worked_with_stays(project, path, kept, work):
+    work(project, kept[0])
+    before = everything(path)
+    with pytest.raises(InputError, match=r"'LEGO 02' was .* since it was recorded; it stays"):
+        project.discard(*kept)
+    assert everything(path) == before
+
+
+def test_what_a_model_predicted_since_is_no_reason_to_keep_it(project, kept):
+    project.edit(kept[0], "model: live", (), GRAB, "predicted", kind="predict")
+    project.discard(*kept)
+    assert [author.name for author in project.authors()] == ["anna"]
+
+
+def test_a_second_window_sees_that_it_is_gone(project, path, kept):
+    with Project.open(path) as other:
+        assert other.track(kept[0], "bea").segments == GRAB
+        project.discard(*kept)
+        assert other.changed_elsewhere()
+        with pytest.raises(InputError, match="no demonstration"):
+            other.track(kept[0], "bea")
+        # Numbers of tracks are used again: what was remembered of the old one must not show.
+        first = other.demonstrations()[0].id
+        other.edit(first, "dora", (), GRAB, "painted")
+        assert other.track(first, "dora").segments == GRAB
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from forcelab.project import Project, discarding, files
+from forcelab.project.database import Database
+
+folder, id_, author, head = sys.argv[1:]
+
+def counted(call):
+    def step(*given, **named):
+        global left
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return call(*given, **named)
+    return step
+
+def discard(path, number):
+    global left
+    project = Project.open(path)
+    left = number
+    Database.execute = counted(Database.execute)
+    discarding.sync_folder = counted(discarding.sync_folder)
+    os.unlink, os.rmdir = counted(os.unlink), counted(os.rmdir)  # of shutil.rmtree
+    Path.rename = counted(Path.rename)
+    project.discard(id_, {author: int(head)})
+    os._exit(0)
+
+for number in range(1, 99):
+    path = Path(folder) / f"{number}.forcelab"
+    import shutil
+    shutil.copytree(Path(folder) / "study.forcelab", path)
+    child = os.fork()
+    if not child:
+        discard(path, number)
+    if os.waitpid(child, 0)[1] == 0:
+        break
+print(number)
+"""
+
+
+@pytest.mark.skipif(not hasattr(sys, "setdlopenflags"), reason="needs fork of POSIX")
+def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept):
+    id_, heads = kept
+    [(author, head)] = heads.items()
+    whole = everything(path)
+    project.close()
+    arguments = [sys.executable, "-c", KILLED, str(path.parent), id_, author, str(head)]
+    done = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    steps = int(done.stdout)
+    assert steps > 12
+    outcomes = []
+    for number in range(1, steps + 1):
+        copy = path.with_name(f"{number}.forcelab")
+        for leftover in (copy / "demonstrations").glob(".incoming-*"):
+            shutil.rmtree(leftover)  # as happens when it is an hour old
+        with Project.open(copy) as opened:
+            there = {info.id for info in opened.demonstrations()}
+            outcomes.append(id_ in there)
+            assert opened.load(id_).id == id_ if id_ in there else True
+            if id_ in there:
+                assert opened.track(id_, author).segments == GRAB
+                opened.discard(id_, heads)  # once more
+            assert [e.name for e in (copy / "demonstrations").iterdir()] == [
+                info.id for info in opened.demonstrations()
+            ]
+        assert everything(copy)[0] == whole[0]
+    assert outcomes == sorted(outcomes, reverse=True)
+    assert outcomes[0]
+    assert not outcomes[-1]

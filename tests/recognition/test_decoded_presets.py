@@ -1,0 +1,216 @@
+"""Presets with windows and a decoder, end to end; and nothing of a held-out demonstration leaks."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import Segment
+from forcelab.recognition import learning
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.storage import load, save
+from forcelab.recognition.training import train
+
+FAST, BEST = preset("fast"), preset("best")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_trees():
+    """A few trees do for all of this and are there at once."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(learning, "TREES", 6)
+        yield
+
+
+@pytest.fixture(scope="module")
+def four():
+    return [Labelled(*pair) for pair in synthetic_set(4, rate=100.0)]
+
+
+@pytest.fixture(scope="module")
+def trained(four):
+    return train(four[:3], BEST)
+
+
+def accuracy(evaluation, which="filtered"):
+    return evaluation.scores(which)[0].accuracy
+
+
+def changed(item, signals):
+    old = item.demonstration
+    return Labelled(
+        Demonstration(old.name, old.task, old.times, signals, old.channels), item.segments
+    )
+
+
+def test_a_decoded_prediction_covers_every_stamp_with_probabilities(trained, four):
+    unseen = four[3].demonstration
+    found = trained.predict(unseen, certainty=True)
+    n = len(unseen.times)
+    assert found.times is unseen.times
+    assert found.raw.shape == found.filtered.shape == (n,)
+    assert found.probabilities.shape == (n, len(trained.actions))
+    np.testing.assert_allclose(found.probabilities.sum(axis=1), 1.0)
+    assert found.stages == {}
+    assert found.certainty.values.shape[1] == len(trained.actions)
+    # The decoder leaves no flicker: about as many segments as the human has.
+    assert len(found.segments) <= len(four[3].segments) + 2
+
+
+def test_asking_for_certainty_changes_nothing_else(trained, four):
+    asked = trained.predict(four[3].demonstration, certainty=True)
+    plain = trained.predict(four[3].demonstration)
+    assert plain.certainty is None
+    np.testing.assert_array_equal(asked.filtered, plain.filtered)
+    np.testing.assert_array_equal(asked.probabilities, plain.probabilities)
+
+
+@pytest.mark.parametrize("name", ["fast", "best"])
+def test_a_loaded_recogniser_decodes_to_the_bit_what_the_saved_one_did(four, tmp_path, name):
+    made = train(four[:2], preset(name))
+    save(made, tmp_path / "foam.skops")
+    loaded = load(tmp_path / "foam.skops")
+    before, after = (r.predict(four[3].demonstration) for r in (made, loaded))
+    np.testing.assert_array_equal(after.filtered, before.filtered)
+    np.testing.assert_array_equal(after.probabilities, before.probabilities)
+    assert loaded.settings == made.settings
+    assert loaded.choreography.to_json() == made.choreography.to_json()
+
+
+def test_a_decoder_without_choreography_is_refused(trained, tmp_path):
+    path = tmp_path / "foam.skops"
+    save(dataclasses.replace(trained, choreography=None), path)
+    with pytest.raises(InputError, match="not a whole recogniser"):
+        load(path)
+
+
+def test_a_stream_refuses_what_needs_a_whole_demonstration(trained, four):
+    with pytest.raises(InputError, match=r"cannot follow a stream; train one with preset paper"):
+        OnlineRecogniser(trained, 0.1, four[0].demonstration.channels)
+
+
+def test_nothing_of_the_held_out_demonstration_is_seen(four):
+    first = (four[0], four[1])
+    clean = finish(leave_one_out([*first, four[3]], BEST))
+    poisoned = [*first, Labelled(four[3].demonstration, _nonsense(four[3]))]
+    after = finish(leave_one_out(poisoned, BEST))
+    # Other labels of the one that is left out: its prediction stays to the bit.
+    before, now = clean.tested[2], after.tested[2]
+    names = [tuple(s.action for s in item.segments("filtered")) for item in (before, now)]
+    assert names[0] == names[1]
+    edges = [[s.start for s in item.segments("filtered")] for item in (before, now)]
+    assert edges[0] == edges[1]
+    # Other forces there: what is predicted of it changes, the recogniser does not.
+    rows = np.random.default_rng(0).normal(size=four[3].demonstration.signals.shape) * 1e3
+    examples = [prepare(item, BEST) for item in (*four[:3], changed(four[3], rows))]
+    again = [prepare(item, BEST) for item in four]
+    for one, other in zip(examples[:3], again[:3], strict=True):
+        np.testing.assert_array_equal(one.features, other.features)
+
+
+def _nonsense(item):
+    """The segments with their actions turned round, so that none is right."""
+    actions = [segment.action for segment in item.segments]
+    return tuple(
+        Segment(s.start, s.end, action)
+        for s, action in zip(item.segments, actions[1:] + actions[:1], strict=True)
+    )
+
+
+def test_shuffled_labels_give_chance(four):
+    random = np.random.default_rng(0)
+    shuffled = []
+    for item in four:
+        start, end = item.segments[0].start, item.segments[-1].end
+        edges = np.linspace(start, end, 25)
+        names = sorted({segment.action for segment in item.segments})
+        drawn = random.integers(len(names), size=24)
+        cut = zip(edges[:-1], edges[1:], drawn, strict=True)
+        shuffled.append(
+            Labelled(
+                item.demonstration,
+                tuple(Segment(float(a), float(b), names[i]) for a, b, i in cut),
+            )
+        )
+    actions = len({s.action for item in shuffled for s in item.segments})
+    assert accuracy(finish(leave_one_out(shuffled, FAST))) < 1 / actions + 0.2
+    assert accuracy(finish(leave_one_out(four, FAST))) > 0.8
+
+
+def test_a_recording_that_is_there_twice_is_said(four):
+    old = four[0].demonstration
+    twin = Demonstration("twin", old.task, old.times + 5.0, old.signals, old.channels)
+    moved = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in four[0].segments)
+    found = finish(leave_one_out([*four, Labelled(twin, moved)], FAST))
+    (said,) = [remark for remark in found.remarks if "same recording" in remark]
+    assert old.name in said
+    assert "twin" in said
+    assert not any("same recording" in r for r in finish(leave_one_out(four, FAST)).remarks)
+
+
+def test_constant_channels_beside_one_that_tells_something_do_no_harm(four):
+    flat = []
+    for item in four[:3]:
+        rows = np.array(item.demonstration.signals)
+        rows[:, 1:] = 3.0
+        flat.append(changed(item, rows))
+    for settings in (FAST, BEST):
+        found = train(flat[:2], settings).predict(flat[2].demonstration)
+        assert np.isfinite(found.probabilities).all()
+
+
+def test_an_action_of_one_demonstration_alone_can_be_learnt(four):
+    odd = four[1].segments
+    renamed = (*odd[:-1], Segment(odd[-1].start, odd[-1].end, "twist"))
+    items = [four[0], Labelled(four[1].demonstration, renamed), four[2]]
+    made = train(items, BEST)
+    assert "twist" in made.actions
+    assert np.isfinite(made.predict(four[3].demonstration).probabilities).all()
+
+
+def test_the_same_demonstration_twice_can_be_trained_on(four):
+    made = train([four[0], four[0]], BEST)
+    assert set(made.predict(four[1].demonstration).filtered) <= set(range(len(made.actions)))
+
+
+def test_the_published_code_differs_from_the_text_as_it_says():
+    released = preset("released")
+    assert released.scales.tolist() == [2.0**j for j in range(2, 13)]
+    assert (released.threshold, released.median, released.drop) == (None, 101, 0.125)
+    same = ("classifier", "phase", "stride", "wavelet", "features", "decoder", "circular", "step")
+    assert all(getattr(released, name) == getattr(Settings(), name) for name in same)
+
+
+def test_settings_and_files_of_before_load_as_they_were():
+    old = {"preset": "paper", "stride": 3, "median": 10}
+    found = Settings.from_json(old)
+    assert (found.features, found.decoder, found.step) == ("wavelets", "filters", None)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"windows": ()},
+        {"windows": (0.1, 0.1)},
+        {"windows": (0.2, 0.1)},
+        {"windows": (0.0,)},
+        {"step": 0.0},
+        {"features": "dreams"},
+        {"amplitude": "loud"},
+        {"decoder": "guess"},
+        {"choreography": "all"},
+        {"circular": 1},
+    ],
+)
+def test_a_setting_out_of_range_is_refused_by_name(change):
+    with pytest.raises(InputError, match=next(iter(change))):
+        Settings(**change)

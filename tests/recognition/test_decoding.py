@@ -1,0 +1,402 @@
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import lognorm
+
+from forcelab.errors import InputError
+from forcelab.recognition.choreography import Choreography
+from forcelab.recognition.decoding import decode
+from forcelab.recognition.fixed_lag import FixedLag
+from forcelab.recognition.posterior import marginals
+from forcelab.recognition.semimarkov import Scores, Weights
+
+USES = ("none", "durations", "order")
+STEP = 0.1
+
+
+def a_choreography(rng: np.random.Generator, K: int, median: float = 0.3) -> Choreography:
+    follow = rng.random((K, K)) * (1 - np.eye(K))
+    return Choreography(
+        tuple(f"action {k}" for k in range(K)),
+        rng.normal(math.log(median), 0.6, K),
+        rng.uniform(0.2, 0.6, K),
+        rng.dirichlet(np.full(K, 3.0)),
+        rng.dirichlet(np.full(K, 3.0)),
+        follow / np.maximum(follow.sum(axis=1, keepdims=True), 1e-300),
+    )
+
+
+def some_logs(rng: np.random.Generator, n: int, K: int, sure: float = 0.5) -> np.ndarray:
+    with np.errstate(divide="ignore"):
+        return np.log(rng.dirichlet(np.full(K, sure), n) if n else np.empty((0, K)))
+
+
+def everywhere(logs: np.ndarray) -> np.ndarray:
+    return np.ones(len(logs), dtype=bool)
+
+
+def segmentations(n: int, K: int):
+    """Every way to cut n steps into segments, neighbours of different actions."""
+    for cuts in range(n):
+        for inner in itertools.combinations(range(1, n), cuts):
+            edges = (0, *inner, n)
+            for codes in itertools.product(range(K), repeat=cuts + 1):
+                if all(a != b for a, b in itertools.pairwise(codes)):
+                    yield edges, codes
+
+
+class Plainly:
+    """The model as its documentation states it, number by number."""
+
+    def __init__(self, choreography, logs, step, use, places=False):
+        self.c, self.use, self.step, w = choreography, use, step, Weights()
+        self.K = len(choreography.actions)
+        floor = logs.max(axis=1, keepdims=True) + math.log(w.floor)
+        prior = w.prior * np.log(choreography.share)
+        self.evidence = min(1, w.evidence * step / 0.02) * (np.maximum(logs, floor) - prior)
+        self.emphasis = 0 if use == "none" else w.duration
+        self.places = math.log(step / 0.02) if places else 0.0
+        self.limits = Scores.of(choreography, step, use)
+        self.whole, self.cut = self.lengths()
+
+    def _lines(self, k, near):
+        """`near` up to the longest length; from there the tangent of the log density."""
+        steps = np.arange(1, len(self.evidence) + 1)
+        table = np.minimum(steps, self.limits.longest[k])
+        seconds, mean, sd = table * self.step, self.c.mean[k], self.c.sd[k]
+        fall = np.minimum(-(1 + (np.log(seconds) - mean) / sd**2) / table, 0)
+        scores = near(lognorm(sd, scale=math.exp(mean)), seconds) + fall * (steps - table)
+        return np.where(steps == table, near(lognorm(sd, scale=math.exp(mean)), seconds), scores)
+
+    def lengths(self):
+        """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
+        K, n = self.K, len(self.evidence)
+        whole = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5)) for k in range(K)]
+        cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
+        short = np.arange(1, n + 1) < self.limits.shortest[:, None]
+        whole = np.where(short, -np.inf, self.emphasis * np.array(whole))
+        return whole, self.emphasis * np.array(cut)
+
+    def first(self, k):
+        return math.log(self.c.start[k] if self.use == "order" else 1 / self.K)
+
+    def follow(self, j, k):
+        if self.use == "none":
+            return self.places - Weights().switch
+        share = self.c.follow[j, k] if self.use == "order" else 1 / (self.K - 1)
+        return self.places + (math.log(share) if share else -math.inf)
+
+    def score(self, edges, codes):
+        last = len(codes) - 1
+        total = self.first(codes[0])
+        for i, k in enumerate(codes):
+            steps = edges[i + 1] - edges[i]
+            total += (self.cut if i in (0, last) else self.whole)[k, steps - 1]
+            total += self.evidence[edges[i] : edges[i + 1], k].sum()
+            total += self.follow(codes[i - 1], k) if i else 0.0
+        return total
+
+
+def as_codes(edges, codes):
+    return np.repeat(codes, np.diff(edges))
+
+
+# --- against every segmentation -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize(("n", "K"), [(1, 1), (5, 1), (1, 3), (6, 3), (8, 2)])
+def test_best_course_and_marginals_are_those_of_all_segmentations(n, K, use):
+    rng = np.random.default_rng(100 * n + K)
+    choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
+    every = list(segmentations(n, K))
+    plain = Plainly(choreography, logs, STEP, use)
+    best = max(every, key=lambda one: plain.score(*one))
+    codes = decode(logs, everywhere(logs), STEP, choreography, use)
+    assert codes.dtype == np.int64
+    assert codes.tolist() == as_codes(*best).tolist()
+
+    plain = Plainly(choreography, logs, STEP, use, places=True)
+    scores = np.array([plain.score(*one) for one in every])
+    shares = np.exp(scores - np.logaddexp.reduce(scores))
+    expected = np.zeros((n, K))
+    for share, one in zip(shares, every, strict=True):
+        expected[np.arange(n), as_codes(*one)] += share
+    found = marginals(logs, everywhere(logs), STEP, choreography, use)
+    np.testing.assert_allclose(found, expected, atol=1e-10)
+
+
+def viterbi(plain: Plainly, n: int) -> float:
+    """Score of the best segmentation by a loop over places, actions and all lengths."""
+    K = plain.K
+    sums = np.concatenate([np.zeros((1, K)), np.cumsum(plain.evidence, axis=0)])
+    follow = np.array(
+        [[plain.follow(j, k) if j != k else -math.inf for k in range(K)] for j in range(K)]
+    )
+    starts = np.full((n + 1, K), -math.inf)
+    best = -math.inf
+    for t in range(1, n + 1):
+        ends = np.full(K, -math.inf)
+        for k in range(K):
+            lengths = (plain.cut if t == n else plain.whole)[k, t - 1 :: -1][:t]
+            inner = (starts[:t, k] - sums[:t, k] + lengths).max()
+            ends[k] = max(inner, plain.first(k) + plain.cut[k, t - 1]) + sums[t, k]
+        starts[t] = (ends[:, None] + follow).max(axis=0)
+        best = ends.max()
+    return best
+
+
+def scored(plain: Plainly, codes: np.ndarray) -> float:
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]])
+    return plain.score(tuple(edges.tolist()), tuple(codes[edges[:-1]].tolist()))
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize(("K", "step", "median"), [(3, 0.02, 0.15), (4, 0.004, 0.1), (12, 0.1, 1)])
+def test_no_course_is_better_where_segments_outlast_every_table(K, step, median, use):
+    rng = np.random.default_rng(K)
+    choreography = a_choreography(rng, K, median)
+    # Long quiet stretches, much longer than any duration that was seen, and busy ones between.
+    truth = np.repeat(rng.integers(0, K, 12), rng.integers(5, 60, 12))
+    truth[100:250] = 0
+    logs = some_logs(rng, len(truth), K, 1.0) + 2.0 * np.eye(K)[truth]
+    codes = decode(logs, everywhere(logs), step, choreography, use)
+    plain = Plainly(choreography, logs, step, use)
+    assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
+
+
+def test_marginals_are_the_same_whichever_way_time_runs():
+    rng = np.random.default_rng(3)
+    choreography, logs = a_choreography(rng, 4, 0.2), some_logs(rng, 400, 4, 1.0)
+    found = marginals(logs, everywhere(logs), 0.02, choreography, "durations")
+    turned = marginals(logs[::-1], everywhere(logs), 0.02, choreography, "durations")
+    np.testing.assert_allclose(found, turned[::-1], atol=1e-9)
+    np.testing.assert_allclose(found.sum(axis=1), 1.0, atol=1e-12)
+    assert found.max() > 0.5
+
+
+# --- what a user cares about ----------------------------------------------------------------------
+
+
+def a_known_one(K: int = 3) -> Choreography:
+    """Actions of about a second that come one after the other."""
+    follow = np.full((K, K), 0.02 / max(K - 2, 1))
+    follow[np.arange(K), (np.arange(K) + 1) % K] = 0.98
+    np.fill_diagonal(follow, 0.0)
+    even = np.full(K, 1 / K)
+    actions = tuple(map(str, range(K)))
+    return Choreography(actions, np.zeros(K), np.full(K, 0.3), even, even, follow)
+
+
+@pytest.mark.parametrize("use", USES)
+def test_a_flickering_classifier_gives_whole_segments(use):
+    rng = np.random.default_rng(0)
+    truth = np.repeat([0, 1, 2, 0], 50)
+    seen = np.where(rng.random(200) < 0.2, rng.integers(0, 3, 200), truth)
+    logs = np.log(np.where(np.eye(3)[seen] > 0, 0.7, 0.15))
+    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
+    assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 1, 2, 0]
+    assert np.mean(codes == truth) > 0.95
+
+
+def test_order_decides_where_nothing_is_seen_and_is_left_out_on_request():
+    logs = np.zeros((150, 3))
+    logs[:50, 0] = logs[100:, 2] = 3.0  # nothing tells what is between
+    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "order")
+    assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 1, 2]
+    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "none")
+    assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 2]
+
+
+def test_an_order_and_a_length_never_seen_are_recognised_when_they_are_plain_to_see():
+    truth = np.repeat([2, 1, 0], [1000, 10, 50])  # backwards; 20 s and 0.2 s instead of about 1 s
+    logs = np.log(np.where(np.eye(3)[truth] > 0, 0.98, 0.01))
+    weights = Weights(evidence=1.0)
+    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "order", weights)
+    assert np.array_equal(codes, truth)
+
+
+@pytest.mark.parametrize("use", USES)
+def test_gaps_are_unlabelled_and_part_what_is_decoded(use):
+    rng = np.random.default_rng(5)
+    choreography, logs = a_known_one(), some_logs(rng, 90, 3)
+    valid = np.ones(90, dtype=bool)
+    valid[:4] = valid[40:50] = False
+    logs[60] = np.nan  # no number is no step
+    codes = decode(logs, valid, 0.02, choreography, use)
+    share = marginals(logs, valid, 0.02, choreography, use)
+    valid[60] = False
+    assert (codes[~valid] == -1).all()
+    assert (codes[valid] >= 0).all()
+    np.testing.assert_allclose(share.sum(axis=1), valid, atol=1e-12)
+    noisy = logs.copy()
+    noisy[50:60] = 0.0
+    other = decode(noisy, valid, 0.02, choreography, use)
+    assert np.array_equal(other[:50], codes[:50])
+    assert np.array_equal(other[61:], codes[61:])
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("n", [0, 1, 2, 40])
+def test_certain_and_impossible_probabilities_and_few_steps(n, use):
+    logs = np.full((n, 3), -np.inf)
+    logs[:, 1] = 0.0
+    found = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
+    assert found.tolist() == [1] * n
+    share = marginals(logs, everywhere(logs), 0.02, a_known_one(), use)
+    assert share.shape == (n, 3)
+    assert np.isfinite(share).all()
+    nothing = np.full((n, 3), -np.inf)
+    assert (decode(nothing, everywhere(nothing), 0.02, a_known_one(), use) >= 0).all()
+
+
+@pytest.mark.parametrize("use", USES)
+def test_evidence_that_says_nothing_gives_the_same_course_each_time(use):
+    logs = np.zeros((120, 3))
+    one = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
+    assert np.array_equal(one, decode(logs.copy(), everywhere(logs), 0.02, a_known_one(), use))
+    assert len(np.unique(one)) >= 1
+    if use == "none":
+        assert len(np.unique(one)) == 1
+
+
+def test_two_hundred_actions():
+    rng = np.random.default_rng(1)
+    truth = np.repeat(rng.permutation(200)[:6], 20)
+    logs = 4.0 * np.eye(200)[truth]
+    choreography = a_known_one(200)
+    codes = decode(logs, everywhere(logs), 0.02, choreography, "durations", Weights(evidence=1.0))
+    assert np.array_equal(codes, truth)
+    share = marginals(logs, everywhere(logs), 0.02, choreography, "durations")
+    assert np.isfinite(share).all()
+
+
+def test_one_action_alone_covers_everything():
+    codes = decode(np.zeros((30, 1)), np.ones(30, dtype=bool), 0.02, a_known_one(1), "order")
+    assert codes.tolist() == [0] * 30
+    share = marginals(np.zeros((30, 1)), np.ones(30, dtype=bool), 0.02, a_known_one(1), "order")
+    np.testing.assert_allclose(share, 1.0)
+
+
+def test_no_action_decodes_nothing():
+    nobody = Choreography.learn([], ())
+    codes = decode(np.empty((3, 0)), np.ones(3, dtype=bool), 0.02, nobody, "order")
+    assert codes.tolist() == [-1] * 3
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), use=st.sampled_from(USES))
+def test_numbering_of_actions_and_units_of_steps_play_no_part(seed, use):
+    rng = np.random.default_rng(seed)
+    n, K = int(rng.integers(1, 60)), int(rng.integers(1, 6))
+    choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
+    codes = decode(logs, everywhere(logs), STEP, choreography, use)
+    order = rng.permutation(K)
+    other = Choreography(
+        tuple(choreography.actions[k] for k in order),
+        *(getattr(choreography, name)[order] for name in ("mean", "sd", "share", "start")),
+        choreography.follow[np.ix_(order, order)],
+    )
+    permuted = decode(logs[:, order], everywhere(logs), STEP, other, use)
+    assert np.array_equal(order[permuted], codes)
+    # Densities instead of probabilities: each step has a factor of its own.
+    shifted = logs + rng.normal(0, 50, (n, 1))
+    assert np.array_equal(decode(shifted, everywhere(logs), STEP, choreography, use), codes)
+
+
+@pytest.mark.parametrize("use", USES)
+def test_finer_steps_that_say_the_same_decide_the_same(use):
+    rng, weights = np.random.default_rng(8), Weights(switch=4.0)
+    truth = np.repeat([0, 1, 2, 1], [40, 60, 50, 30])
+    logs = some_logs(rng, 180, 3) + np.eye(3)[truth]
+    coarse = decode(logs, everywhere(logs), 0.02, a_known_one(), use, weights)
+    fine = np.repeat(logs, 5, axis=0)
+    finer = decode(fine, everywhere(fine), 0.004, a_known_one(), use, weights)
+    assert np.mean(finer == np.repeat(coarse, 5)) > 0.97
+    one = marginals(logs, everywhere(logs), 0.02, a_known_one(), use, weights)
+    other = marginals(fine, everywhere(fine), 0.004, a_known_one(), use, weights)
+    assert np.abs(other[2::5] - one).mean() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"step": 0.0}, "longer than 0 s"),
+        ({"use": "everything"}, "none, durations or order"),
+        ({"log_probabilities": np.zeros((5, 4))}, "3 actions"),
+        ({"valid": np.ones(4, dtype=bool)}, "5 steps"),
+    ],
+)
+def test_what_cannot_be_decoded_is_refused(wrong, said):
+    given_ = {
+        "log_probabilities": np.zeros((5, 3)),
+        "valid": np.ones(5, dtype=bool),
+        "step": 0.02,
+        "choreography": a_known_one(),
+    }
+    with pytest.raises(InputError, match=said):
+        decode(**(given_ | wrong))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"evidence": -1.0}, {"duration": math.nan}, {"switch": math.inf}, {"floor": 0.0}]
+)
+def test_weights_that_cannot_be_are_refused(wrong):
+    with pytest.raises(InputError):
+        Weights(**wrong)
+
+
+# --- on a stream ----------------------------------------------------------------------------------
+
+
+def with_lag(logs, valid, t, lag, choreography, use):
+    """The plain definition: decode all that is seen by then, and look at the step in question."""
+    seen = slice(0, t + lag + 1)
+    return decode(logs[seen], valid[seen], 0.02, choreography, use)[t]
+
+
+@pytest.mark.parametrize(("use", "lag"), [("none", 3), ("durations", 0), ("order", 5)])
+def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
+    rng = np.random.default_rng(lag)
+    choreography = a_choreography(rng, 3, 0.1)
+    logs = some_logs(rng, 260, 3, 1.0)
+    valid = np.ones(260, dtype=bool)
+    valid[150:153] = False
+    stream = FixedLag(0.02, lag, choreography, use)
+    parts = [
+        stream.push(logs[first : first + 7], valid[first : first + 7]) for first in range(0, 260, 7)
+    ]
+    waiting = len(logs) - sum(map(len, parts))
+    assert waiting == lag
+    codes = np.concatenate([*parts, stream.finish()])
+    for t in [*range(0, 260, 9), 148, 149, 152, 153, 259]:
+        assert codes[t] == with_lag(logs, valid, t, lag, choreography, use)
+
+
+def test_a_stream_goes_on_without_growing_and_forgets_nothing_it_needs():
+    rng = np.random.default_rng(9)
+    choreography = a_choreography(rng, 3, 0.08)
+    truth = np.repeat(rng.integers(0, 3, 60), rng.integers(5, 25, 60))
+    truth[300:520] = 1  # much longer than what is kept
+    logs = some_logs(rng, len(truth), 3, 1.0) + 3 * np.eye(3)[truth]
+    stream = FixedLag(0.02, 12, choreography, "order")
+    codes = np.concatenate([stream.push(logs), stream.finish()])
+    assert len(codes) == len(truth)
+    for t in range(20, len(truth) - 12, 97):
+        assert codes[t] == with_lag(logs, everywhere(logs), t, 12, choreography, "order")
+
+
+def test_a_stream_that_ends_at_once_or_waits_backwards():
+    stream = FixedLag(0.02, 4, a_known_one())
+    assert stream.push(np.empty((0, 3))).tolist() == []
+    assert stream.finish().tolist() == []
+    assert stream.push(np.zeros((2, 3))).tolist() == []
+    assert len(stream.finish()) == 2
+    with pytest.raises(InputError, match="0 steps or more"):
+        FixedLag(0.02, -1, a_known_one())

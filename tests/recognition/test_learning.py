@@ -1,0 +1,176 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier
+from sklearn.linear_model import LogisticRegression
+
+from forcelab.recognition import learning
+from forcelab.recognition.averaged import Averaged, sharpened
+from forcelab.recognition.forest import Forest, Linear
+from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
+
+NAMES = tuple(AVERAGED)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_trees():
+    """A few trees and rounds do for all of this and are there at once."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(learning, "TREES", 6)
+        patched.setattr(learning, "ROUNDS", 10)
+        yield
+
+
+def clouds(counts, seed=0, features=4, distance=1.5):
+    random = np.random.default_rng(seed)
+    y = np.repeat(np.arange(len(counts)), counts)
+    X = random.normal(size=(len(y), features))
+    X[np.arange(len(y)), y % features] += distance
+    return X, y
+
+
+def fitted(name, X, y, care=None, seed=0):
+    job = fitting_averaged(name, X, y, seed, care or Care())
+    while True:
+        try:
+            next(job)
+        except StopIteration as ended:
+            return ended.value
+
+
+@pytest.mark.parametrize("counts", [(40, 50), (40, 50, 30)])
+def test_arrays_answer_as_scikit_learn_does(counts):
+    X, y = clouds(counts)
+    asked, _ = clouds((300,) * len(counts), seed=1)
+    asked = asked.astype(np.float32).astype(np.float64)  # in which trees look at features
+    trees = ExtraTreesClassifier(7, min_samples_leaf=3, random_state=0).fit(X, y)
+    boosted = HistGradientBoostingClassifier(max_iter=6, early_stopping=False).fit(X, y)
+    regression = LogisticRegression().fit(X, y)
+    pairs = [
+        (Forest.averaging(trees, len(counts)), trees),
+        (Forest.boosting(boosted, len(counts)), boosted),
+        (Linear.of(regression), regression),
+    ]
+    for ours, theirs in pairs:
+        np.testing.assert_allclose(
+            ours.probabilities(asked), theirs.predict_proba(asked), atol=1e-9
+        )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_stored_as_arrays_answers_the_same(name):
+    X, y = clouds((40, 50, 30))
+    made = fitted(name, X, y)
+    again = Averaged.from_plain(made.plain(), X.shape[1], 3)
+    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
+    np.testing.assert_array_equal(again.predict(X), made.predict(X))
+
+
+def broken(plain, member, part, change):
+    found = dict(plain) | {"members": [dict(one) for one in plain["members"]]}
+    place = found if member is None else found["members"][member]
+    value = np.array(place[part], copy=True) if isinstance(place[part], np.ndarray) else place[part]
+    place[part] = change(value)
+    return found
+
+
+def put(index, value):
+    def change(array):
+        array[index] = value
+        return array
+
+    return change
+
+
+DAMAGE = [
+    (0, "left", put(0, 0)),  # a node that is its own child would be followed for ever
+    (0, "right", put(0, 10**9)),
+    (0, "left", put(0, -5)),
+    (0, "feature", put(0, 99)),
+    (0, "feature", put(0, -3)),
+    (0, "roots", put(0, 10**9)),
+    (0, "threshold", put(0, np.nan)),
+    (0, "value", lambda a: a[:, :1]),
+    (0, "value", lambda a: -a),
+    (0, "left", lambda a: a.astype(np.float64)),
+    (1, "weights", lambda a: a[:-1]),
+    (1, "bias", put(0, np.inf)),
+    (None, "classes_", put(0, 2)),
+    (None, "classes_", put(-1, 7)),
+    (None, "columns", put(0, 50)),
+    (None, "scale", put(0, 0.0)),
+    (None, "mean", put(0, np.nan)),
+    (None, "exponent", lambda _: -1.0),
+    (None, "members", lambda _: []),
+]
+
+
+@pytest.mark.parametrize(("member", "part", "change"), DAMAGE)
+def test_arrays_that_do_not_fit_are_refused_before_anything_follows_them(member, part, change):
+    X, y = clouds((40, 50, 30))
+    plain = fitted("ensemble", X, y).plain()
+    Averaged.from_plain(plain, 4, 3)
+    with pytest.raises(ValueError, match="must"):
+        Averaged.from_plain(broken(plain, member, part, change), 4, 3)
+
+
+def demonstrations(count, gain, seed=0):
+    """Two actions told apart by a level whose unit is each demonstration's own, and the same
+    without that unit, of `count` demonstrations of 40 samples."""
+    random = np.random.default_rng(seed)
+    groups = np.repeat(np.arange(count), 40)
+    y = np.tile(np.repeat([0, 1], 20), count)
+    own = y + 0.2 * random.normal(size=len(y))
+    unit = np.exp(gain * random.normal(size=count))[groups]
+    return np.stack([own * unit, own], axis=1), y, groups
+
+
+def test_the_columns_are_those_that_serve_left_out_demonstrations():
+    X, y, groups = demonstrations(6, gain=2.0)
+    columns = [np.array([0]), np.array([1])]
+    care = Care(groups=groups, columns=columns)
+    assert fitted("extra-trees", X, y, care).columns.tolist() == [1]
+    swapped = Care(groups=groups, columns=columns[::-1])
+    assert fitted("extra-trees", X, y, swapped).columns.tolist() == [1]
+
+
+def test_with_a_single_demonstration_the_first_columns_are_taken():
+    X, y, groups = demonstrations(1, gain=2.0)
+    care = Care(groups=groups, columns=[np.array([0]), np.array([1])], calibrated=True)
+    made = fitted("extra-trees", X, y, care)
+    assert made.columns.tolist() == [0]
+    assert made.exponent == 1.0
+
+
+def test_calibration_makes_an_overconfident_classifier_less_sure():
+    # Each demonstration has its own offset: sure within one, wrong about the next.
+    random = np.random.default_rng(3)
+    groups = np.repeat(np.arange(8), 60)
+    y = np.tile(np.repeat([0, 1], 30), 8)
+    X = (y + 1.2 * random.normal(size=8)[groups])[:, None] + 0.05 * random.normal(size=(480, 1))
+    plain = fitted("boosting", X, y, Care(groups=groups))
+    calibrated = fitted("boosting", X, y, Care(groups=groups, calibrated=True))
+    assert calibrated.exponent < 0.8
+    np.testing.assert_array_equal(calibrated.predict(X), plain.predict(X))
+
+
+def test_sharpening_keeps_the_order_and_certainty_itself():
+    P = np.array([[0.0, 1.0], [0.3, 0.7], [0.5, 0.5]])
+    for exponent in (0.5, 2.0):
+        found = sharpened(P, exponent)
+        np.testing.assert_allclose(found.sum(axis=1), 1.0)
+        assert np.isfinite(found).all()
+        assert found[0, 1] > 0.99
+        assert found[2, 0] == pytest.approx(0.5)
+    assert sharpened(P, 2.0)[1, 1] == pytest.approx(0.49 / 0.58)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_rare_actions_count_as_much_where_asked(name):
+    X, y = clouds((400, 25), distance=1.0)
+    shares = [
+        np.mean(fitted(name, X, y, Care(balanced=even)).predict(X)[y == 1] == 1)
+        for even in (False, True)
+    ]
+    assert shares[1] > shares[0]

@@ -1,0 +1,241 @@
+"""The engine against direct sums: every tolerance, every scale, interior and edges."""
+
+from __future__ import annotations
+
+import math
+import tracemalloc
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from forcelab.errors import InputError
+from forcelab.signals.conditioning import condition
+from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
+from forcelab.signals.engine.design import TOLERANCES, design
+from forcelab.signals.engine.plan import Plan, plan_for
+from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
+
+#: What single precision adds to an error, and double precision, as shares of the largest.
+SINGLE, DOUBLE = 2e-7, 1e-14
+
+
+def direct(x, scale, p, at):
+    """a^-1/2 sum_n x_n conj(psi((n - b) / a)) of channels held at both ends, at some b."""
+    reach = math.ceil(9.5 * scale) + 1
+    t = np.arange(-reach, reach + 1, dtype=np.longdouble) / np.longdouble(scale)
+    bell = np.exp(-(t**2) / 2) * np.longdouble(np.pi) ** -0.25 / np.sqrt(np.longdouble(scale))
+    mean = np.exp(np.longdouble(-(p**2) / 2))
+    cosine, sine = (np.cos(p * t) - mean) * bell, -np.sin(p * t) * bell
+    held = np.pad(np.asarray(x, dtype=np.longdouble), ((0, 0), (reach, reach)), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(held, 2 * reach + 1, axis=1)
+    return np.stack([windows[:, b] @ cosine + 1j * (windows[:, b] @ sine) for b in at], axis=1)
+
+
+def shown(n):
+    """Edges, and places all over."""
+    places = np.r_[0, 1, n - 2, n - 1, np.linspace(0, n - 1, 11).astype(int)]
+    return np.unique(places.clip(0, n - 1))
+
+
+def white(n):
+    return np.random.default_rng(n).standard_normal(n)
+
+
+def walk(n):
+    return np.cumsum(white(n))
+
+
+def impact(n):
+    x = 1e-3 * white(n)
+    x[n // 3] += 1.0
+    return x
+
+
+def step(n):
+    return np.where(np.arange(n) < n // 2, -1.0, 2.0)
+
+
+def ramp(n):
+    return np.linspace(0.0, 1e6, n)
+
+
+def worst(x, found, scales, p=5.0, expected=None):
+    """The largest error of each scale, relative to its largest coefficient."""
+    at = shown(x.shape[1])
+    errors = []
+    for j, scale in enumerate(scales):
+        wanted = direct(x, scale, p, at) if expected is None else expected[j]
+        sizes = np.abs(found[:, j]).max(axis=1, keepdims=True)
+        # What float64 holds of a ramp of amplitude 1 is much beside its coefficients.
+        wrong = np.abs(found[:, j, at] - wanted) - 1e-15 * np.sqrt(scale)
+        errors.append(float((wrong / sizes).max()))
+    return np.array(errors)
+
+
+def allowed(tolerance):
+    return tolerance + (SINGLE if tolerance >= 1e-7 else DOUBLE)
+
+
+#: From the first scale that nothing is cut from, over narrow and wide ones, to ten times n.
+CASES = {
+    n: (condition(np.stack([white(n), walk(n), impact(n), step(n), ramp(n)])).values, scales)
+    for n, scales in (
+        (150, np.r_[geometric_scales(4.4, 150, 0.5), 1500.0]),
+        (1500, geometric_scales(4.4, 1500, 1.2)),
+    )
+}
+
+
+@cache
+def known(n):
+    x, scales = CASES[n]
+    return [direct(x, scale, 5.0, shown(n)) for scale in scales]
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+@pytest.mark.parametrize("n", CASES)
+def test_every_tolerance_is_held_at_every_scale_edges_included(tolerance, n):
+    x, scales = CASES[n]
+    found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
+    assert found.shape == (len(x), len(scales), n)
+    assert worst(x, found, scales, expected=known(n)).max() < allowed(tolerance)
+
+
+def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
+    x, scales = CASES[1500]
+    errors = [
+        worst(x, plan_for(1500, scales, tolerance=t).coefficients(x), scales, 5.0, known(1500))
+        for t in TOLERANCES
+    ]
+    assert np.all(np.diff([e.max() for e in errors]) < 0)
+    assert errors[0].max() > 1e-5
+
+
+@pytest.mark.parametrize("p", [0.5, 2.0, 12.0, 50.0])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7, 1e-14])
+def test_other_carriers_are_transformed_as_exactly(p, tolerance):
+    n = 400
+    x = condition(np.stack([white(n), step(n)])).values
+    scales = [(p + 9) / np.pi, 45.0, 400.0]
+    found = plan_for(n, scales, Morlet(p), tolerance).coefficients(x)
+    assert worst(x, found, scales, p).max() < allowed(tolerance) * 2
+
+
+def share_of_largest(found, expected):
+    sizes = np.abs(expected).max(axis=-1)
+    return float((np.abs(found - expected).max(axis=-1) / np.maximum(sizes, 1e-290)).max())
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 700), st.integers(0, 2**32 - 1), st.sampled_from(list(TOLERANCES)))
+def test_any_length_agrees_with_the_plain_way_at_any_scale(n, seed, tolerance):
+    random = np.random.default_rng(seed)
+    x = condition(np.cumsum(random.standard_normal((2, n)), axis=1)).values
+    scales = np.sort(random.uniform(0.5, 3.0 * n + 1, 5))
+    found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
+    # One sample is a constant, of which there is nothing but rounding.
+    expected = transform_channels(x, scales, Morlet())
+    assert found.shape == (2, 5, n)
+    if n > 1:
+        assert share_of_largest(found, expected) < allowed(tolerance) + 1e-13
+    else:
+        assert np.abs(found).max() < 1e-13
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7, 1e-14])
+def test_cut_wavelets_and_those_of_other_kinds_are_the_plain_ones(tolerance):
+    x = condition(np.stack([white(333), step(333)])).values
+    for wavelet in (Morlet(), RealMorlet(), DOG(2), DOG(3), Haar()):
+        scales = [0.5, 2.0, 2.83, 3.3] if wavelet == Morlet() else [0.5, 2.0, 20.0, 500.0]
+        found = plan_for(333, scales, wavelet, tolerance).coefficients(x)
+        assert share_of_largest(found, transform_channels(x, np.array(scales), wavelet)) < (
+            5e-7 if tolerance >= 1e-7 else 1e-14
+        )
+        if wavelet.real:
+            assert not found.imag.any()
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-14])
+def test_a_recording_in_blocks_is_the_whole_recording(monkeypatch, tolerance):
+    n = 7001
+    x = condition(np.stack([white(n), walk(n)])).values
+    scales = geometric_scales(2.0, 3.0 * n, 1.0)
+    expected = plan_for(n, scales, tolerance=1e-14).coefficients(x)
+    monkeypatch.setattr("forcelab.signals.engine.plan.WHOLE", 4096)
+    monkeypatch.setattr("forcelab.signals.engine.plan.BLOCK", 2048)
+    plan = Plan(n, scales.tolist(), Morlet(), tolerance, tolerance >= 1e-7)
+    assert share_of_largest(plan.coefficients(x), expected) < allowed(tolerance)
+    together = plan.log_polar(x)
+    found = np.exp(together[0] + 1j * together[1])
+    assert share_of_largest(found, expected) < 5 * allowed(tolerance)
+
+
+def test_log_magnitude_and_phase_are_those_of_the_coefficients_and_threads_change_nothing():
+    n = 3000
+    x = condition(np.stack([walk(n), np.zeros(n), impact(n)])).values
+    for tolerance, atol in ((1e-7, 2e-5), (1e-10, 1e-9)):
+        plan = plan_for(n, [700.0, 3.0, 9.0, 80.0], tolerance=tolerance)
+        found = plan.coefficients(x)
+        np.testing.assert_array_equal(found, plan.coefficients(x, workers=3))
+        floor = np.full((3, 4), 1e-3)
+        floor[0, 2] = 10.0
+        magnitudes, phases = plan.log_polar(x, floor=floor, shift=np.array([0.0, 5.0, 1.0]))
+        size = np.maximum(np.abs(found), floor[:, :, None])
+        shift = np.array([0.0, 5.0, 1.0])[:, None, None]
+        np.testing.assert_allclose(magnitudes, np.log(size) + shift, atol=atol)
+        loud = np.abs(found) > floor[:, :, None] * 1.01
+        turned = np.abs(np.angle(np.exp(1j * (phases - np.angle(found)))))
+        assert turned[loud].max() < 50 * atol
+        assert not phases[np.abs(found) < 0.99 * floor[:, :, None]].any()
+
+
+def test_the_quiet_after_an_impact_is_as_exact_as_if_there_had_been_none():
+    n = 6000
+    x = np.zeros((1, n))
+    x[0, 500] = 1.0
+    x[0, 4000:4400] = 1e-6 * np.sin(np.arange(400) / 4.0)
+    scales = np.array([80.0, 120.0])
+    found = plan_for(n, scales, tolerance=1e-7).coefficients(x)
+    expected = transform_channels(x, scales, Morlet())
+    # Single precision errs in relation to what is near, not to the impact 3500 samples away.
+    assert np.abs(found - expected)[0, :, 3900:4500].max() < 1e-10
+
+
+def test_plans_are_kept_and_wrong_requests_refused():
+    assert plan_for(100, [4.0, 8.0]) is plan_for(100, np.array([4.0, 8.0]))
+    assert plan_for(100, [4.0, 8.0]) is not plan_for(100, [4.0, 8.0], tolerance=1e-5)
+    assert plan_for(50, [9.0], double=True).coefficients(np.ones((1, 50))).dtype == np.complex128
+    assert plan_for(50, [9.0]).coefficients(np.ones((1, 50))).dtype == np.complex64
+    with pytest.raises(InputError, match="tolerance is one of"):
+        plan_for(100, [4.0], tolerance=1e-6)
+    with pytest.raises(InputError, match="tolerance is one of"):
+        plan_for(100, [4.0], Haar(), tolerance=0.1)
+    for scales in ([], [0.0], [np.nan], [[2.0]]):
+        with pytest.raises(InputError, match="positive numbers"):
+            plan_for(100, scales)
+    with pytest.raises(InputError, match="at least one sample"):
+        plan_for(0, [4.0])
+    with pytest.raises(InputError, match="100 samples"):
+        plan_for(100, [4.0]).coefficients(np.zeros((1, 99)))
+
+
+def test_a_usual_plan_takes_little_memory_beside_the_result():
+    n = 1 << 15
+    x = condition(walk(n)[None]).values
+    plan = plan_for(n, usual_scales(n))
+    plan.coefficients(x)
+    tracemalloc.start()
+    found = plan.coefficients(x)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < found.nbytes + 60 * n
+
+
+def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
+    made = [design(5.0, tolerance) for tolerance in TOLERANCES]
+    assert sorted(d.reach for d in made) == [d.reach for d in made]
+    assert sorted(d.high for d in made) == [d.high for d in made]
+    assert all(d.kernel.taps <= 16 for d in made)
