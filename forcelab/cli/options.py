@@ -85,8 +85,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--classifier",
         metavar="NAME",
-        help="mlp, naive-bayes, decision-tree, svm, nearest-neighbours, logistic, extra-trees, "
-        "boosting or ensemble (mlp)",
+        help="mlp, naive-bayes, decision-tree, svm, nearest-neighbours, logistic, boosting, "
+        "extra-trees, or ensemble: extra-trees and logistic (mlp)",
     )
     how.add_argument("--features", metavar="NAME", help="wavelets or windows (wavelets)")
     how.add_argument(

@@ -1,13 +1,14 @@
 """Error against run time of the wavelet transform: the engine's tolerances beside other libraries.
 
-Everybody makes the same: log magnitude and phase of each coefficient, on one thread.
+Everybody makes the same: log magnitude and phase of each coefficient, on one thread, into tables
+that are there. The memory is that beside the tables.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -17,9 +18,11 @@ from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Timed, Way, timed_ways
-from forcelab.measure.wavelet_ways import PEERS, Features, Peer, ours
+from forcelab.measure.wavelet_ways import PEERS, Features, Peer, Tables, ours
 from forcelab.signals.cwt import usual_scales
 from forcelab.signals.engine.design import TOLERANCES
+from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.wavelets import Morlet
 
 __all__ = ["direct_sums", "measuring", "tabulate", "tapered"]
 
@@ -71,9 +74,9 @@ def measuring(
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure all ways on some channels.
 
-    The error is the largest difference from the direct sum at some places of some scales, relative
-    to the largest of those sums in its scale and channel. Peers are first multiplied by the one
-    number for each scale that suits them best, for their conventions differ.
+    The error is the largest difference of a coefficient from the direct sum at some places of some
+    scales, relative to the largest coefficient of its scale and channel. Peers are first multiplied
+    by the one number for each scale that suits them best, for their conventions differ.
 
     Parameters
     ----------
@@ -102,12 +105,23 @@ def measuring(
         f"direct sums at {len(places)} places of {len(looked)} scales from {FIRST:g} samples on",
         refusal="to be measured",
     )
-    look = partial(_error, wanted, looked, places)
+    rows = ours(x, scales, 1e-7, Tables())[0]
+    largest = np.exp(rows[:, looked].max(axis=2, keepdims=True).astype(np.float64))
+    del rows
+    judged = _Judged(wanted, largest, looked, places)
+    tables = Tables()
     ways = [
-        Way(f"tolerance {tolerance:g}", partial(ours, x, scales, tolerance), partial(look, False))
+        Way(
+            f"tolerance {tolerance:g}",
+            partial(ours, x, scales, tolerance, tables),
+            partial(_our_error, judged, x, scales, tolerance),
+        )
         for tolerance in tolerances
     ]
-    ways += [Way(peer.name, partial(_peer, peer, x, scales), partial(look, True)) for peer in PEERS]
+    ways += [
+        Way(peer.name, partial(_peer, peer, x, scales, tables), partial(_peers_error, judged))
+        for peer in PEERS
+    ]
     timed = yield from timed_ways(ways, repetitions)
     return tuple(
         _row(row, way.name, found, i < len(tolerances))
@@ -135,26 +149,39 @@ def direct_sums(x: Real, scales: Real, places: NDArray[np.int_], p: float = 5.0)
     return out
 
 
-def _peer(peer: Peer, x: Real, scales: Real) -> Features:
+def _peer(peer: Peer, x: Real, scales: Real, tables: Tables) -> Features:
     """What a peer makes of the channels, BLAS and its like on one thread."""
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1):
-        return peer.features(x, scales)
+        return peer.features(x, scales, tables)
 
 
-def _error(
-    wanted: Complex, looked: NDArray[np.int_], places: NDArray[np.int_], fit: bool, found: Features
-) -> float:
-    """The largest error; `fit` allows each scale a factor of its own."""
-    magnitudes, phases = (rows[:, looked][:, :, places].astype(np.float64) for rows in found)
+@dataclass(frozen=True)
+class _Judged:
+    """What is right at some places of some scales, and the largest coefficient of each of them."""
+
+    wanted: Complex
+    largest: Real
+    scales: NDArray[np.int_]
+    places: NDArray[np.int_]
+
+
+def _our_error(judged: _Judged, x: Real, scales: Real, tolerance: float, _: Features) -> float:
+    """The largest error of the coefficients whose features were timed."""
+    plan = plan_for(x.shape[1], scales, Morlet(), tolerance)
+    found = plan.coefficients(x)[:, judged.scales][:, :, judged.places]
+    return float(np.max(np.abs(found - judged.wanted) / judged.largest))
+
+
+def _peers_error(judged: _Judged, found: Features) -> float:
+    """The largest error; each scale is allowed a factor of its own."""
+    rows = (one[:, judged.scales][:, :, judged.places].astype(np.float64) for one in found)
+    magnitudes, phases = rows
     made = np.exp(magnitudes + 1j * phases)
-    if fit:
-        power = (np.abs(made) ** 2).sum(axis=(0, 2))
-        factor = (np.conj(made) * wanted).sum(axis=(0, 2)) / np.where(power > 0, power, 1.0)
-        made = made * factor[:, None]
-    largest = np.abs(wanted).max(axis=2, keepdims=True)
-    return float(np.max(np.abs(made - wanted) / largest))
+    power = (np.abs(made) ** 2).sum(axis=(0, 2))
+    factor = (np.conj(made) * judged.wanted).sum(axis=(0, 2)) / np.where(power > 0, power, 1.0)
+    return float(np.max(np.abs(made * factor[:, None] - judged.wanted) / judged.largest))
 
 
 def _row(row: Row, name: str, found: Timed[float], engine: bool) -> Row:

@@ -14,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["PEERS", "Peer", "features_of", "ours"]
+__all__ = ["PEERS", "Peer", "Tables", "features_of", "ours"]
 
 Real = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]
@@ -64,21 +64,37 @@ class Peer:
         except ImportError as error:
             raise InputError(f"{self.name} cannot be loaded: {error}.") from error
 
-    def features(self, x: Real, scales: Real, p: float = 5.0) -> Features:
+    def features(self, x: Real, scales: Real, tables: Tables) -> Features:
         """Log magnitudes and phases of its coefficients."""
-        return features_of(self.coefficients(x, scales, p))
+        found = self.coefficients(x, scales)
+        return features_of(found, tables.of(found.shape, found.real.dtype))
 
 
-def ours(x: Real, scales: Real, tolerance: float) -> Features:
+class Tables:
+    """Memory for results, kept: the system's handing it out costs as much as some transforms."""
+
+    def __init__(self) -> None:
+        self._kept: dict[np.dtype[Any], Features] = {}
+
+    def of(self, shape: tuple[int, ...], kind: np.dtype[Any]) -> Features:
+        """Two tables, the same ones as long as the shape is the same."""
+        kept = self._kept.get(kind)
+        if kept is None or kept[0].shape != shape:
+            kept = self._kept[kind] = np.zeros(shape, kind), np.zeros(shape, kind)
+        return kept
+
+
+def ours(x: Real, scales: Real, tolerance: float, tables: Tables) -> Features:
     """Log magnitudes and phases by the engine, without its plan, which is kept."""
-    return plan_for(x.shape[1], scales, Morlet(), tolerance).log_polar(x)
+    plan = plan_for(x.shape[1], scales, Morlet(), tolerance)
+    kind = np.dtype(np.float32 if plan.single else np.float64)
+    return plan.log_polar(x, out=tables.of((len(x), len(scales), x.shape[1]), kind))
 
 
-def features_of(coefficients: Complex) -> Features:
+def features_of(coefficients: Complex, out: Features | None = None) -> Features:
     """Log magnitudes and phases in the cheapest way known, so that no peer loses by it."""
     kind = coefficients.real.dtype
-    magnitudes = np.empty(coefficients.shape, dtype=kind)
-    phases = np.empty(coefficients.shape, dtype=kind)
+    magnitudes, phases = out or Tables().of(coefficients.shape, kind)
     rows = coefficients.reshape(-1, coefficients.shape[-1])
     into = magnitudes.reshape(rows.shape), phases.reshape(rows.shape)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):

@@ -40,7 +40,7 @@ def test_live_rows_tell_agreement_cost_and_latency():
     row = finish(endless(recogniser, longer, 100, 10_000))
     assert row.size.startswith("10240 samples of 6 channels at 200 Hz")
     assert row.error == 0.0
-    assert abs(row.further["memory grown (kB)"]) < 100
+    assert abs(row.further["memory grown (kB)"]) < 20
 
 
 @pytest.mark.parametrize("seed", [0, 5])

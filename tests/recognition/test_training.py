@@ -33,7 +33,7 @@ def fitted_to(monkeypatch):
     """Collects what the classifier is fitted to, and fits nothing."""
     given = {}
 
-    def fitting(name, X, y, seed, probabilities):
+    def fitting(name, X, y, seed, probabilities, care):
         given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities)
         yield Step(1, 1, None, None)
 

@@ -151,6 +151,7 @@ class Plan:
         *,
         floor: Real | None = None,
         shift: Real | None = None,
+        out: tuple[Floats, Floats] | None = None,
         workers: int = 1,
     ) -> tuple[Floats, Floats]:
         """Log magnitudes and phases of channels, without their coefficients ever being kept.
@@ -164,6 +165,9 @@ class Plan:
             :data:`ROUNDING` times the root of the scale.
         shift : ndarray, shape (c,), optional
             Added to a channel's log magnitudes.
+        out : tuple of ndarray, optional
+            Two tables to write into, in the order of rising scales: fresh memory may cost more
+            than the transform.
         workers : int
             Threads.
 
@@ -177,7 +181,7 @@ class Plan:
             floor = np.broadcast_to(ROUNDING * np.sqrt(self.scales), (c, len(self.scales)))
         if shift is None:
             shift = np.zeros(c)
-        sink = LogPolar(floor[:, self._order], shift, self.n, self.single)
+        sink = LogPolar(floor[:, self._order], shift, self.n, self.single, out)
         self._run(values, sink, workers)
         return self._as_asked(sink.magnitudes), self._as_asked(sink.phases)
 

@@ -55,12 +55,16 @@ def laid_into_ring(values: Real, length: int) -> Real:
 
 def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex:
     """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
-    omega = 2 * np.pi * fft.fftfreq(length)
+    return _response(wavelet, scale, length, np.fft.fftfreq(length, 1.0 / length))
+
+
+def _response(wavelet: Wavelet, scale: float, length: int, bins: Real) -> Complex:
+    """The same at some bins of the spectrum; negative ones are negative frequencies."""
+    omega = 2 * np.pi * (bins / length)
     response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
-    if length % 2 == 0:
-        # The Nyquist bin stands for both signs of its frequency.
-        both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
-        response[length // 2] = np.sqrt(scale) * np.conj(both.mean())
+    # The Nyquist bin stands for both signs of its frequency.
+    both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
+    response[2 * np.abs(bins) == length] = np.sqrt(scale) * np.conj(both.mean())
     return np.asarray(response, dtype=np.complex128)
 
 
@@ -116,17 +120,13 @@ class Ring:
         self, spectra: Complex, length: int, scale: float, sink: Sink, channels: slice, j: int
     ) -> None:
         """One scale of some channels."""
-        above, below = self._kept.get(j) or self._weights(scale, length)
         kind = np.complex64 if self._single else np.complex128
         product = np.empty((len(spectra), length), dtype=kind)
-        bins = length // 2 + 1
-        mirrored = np.conj(spectra[:, length - bins : 0 : -1])
-        into, source = product, spectra
-        if not np.iscomplexobj(above):
-            into, source = product.view(product.real.dtype), spectra.view(np.float64)
-            mirrored = mirrored.view(np.float64)
-        np.multiply(source, above, out=into[:, : len(above)], casting="same_kind")
-        np.multiply(mirrored, below, out=into[:, len(above) :], casting="same_kind")
+        kept = self._kept.get(j)
+        if kept is None:
+            self._multiply_long(spectra, scale, product)
+        else:
+            _multiply(spectra, *kept, product)
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
         if self._wavelet.real:
             # What rounding leaves there would flip the phase of negatives between pi and -pi.
@@ -135,3 +135,35 @@ class Ring:
         for start in range(0, self._n, step):
             part = rows[:, None, start : start + step]
             sink.write(channels, slice(j, j + 1), start, part.real.copy(), part.imag.copy())
+
+    def _multiply_long(
+        self, spectra: Complex, scale: float, product: NDArray[np.complexfloating[Any, Any]]
+    ) -> None:
+        """Spectra times responses that are never there as a whole: that takes much memory."""
+        length = product.shape[1]
+        for start in range(0, length, KEPT):
+            stop = min(start + KEPT, length)
+            bins = np.arange(start, stop, dtype=np.float64)
+            bins[2 * bins > length] -= length
+            response = _response(self._wavelet, scale, length, bins)
+            middle = min(max(length // 2 + 1, start), stop)
+            product[:, start:middle] = spectra[:, start:middle] * response[: middle - start]
+            mirrored = np.conj(spectra[:, length - stop + 1 : length - middle + 1])[:, ::-1]
+            product[:, middle:stop] = mirrored * response[middle - start :]
+
+
+def _multiply(
+    spectra: Complex,
+    above: NDArray[Any],
+    below: NDArray[Any],
+    product: NDArray[np.complexfloating[Any, Any]],
+) -> None:
+    """Spectra of real channels times kept responses, at positive and negative frequencies."""
+    length = product.shape[1]
+    mirrored = np.conj(spectra[:, length - length // 2 - 1 : 0 : -1])
+    into, source = product, spectra
+    if not np.iscomplexobj(above):
+        into, source = product.view(product.real.dtype), spectra.view(np.float64)
+        mirrored = mirrored.view(np.float64)
+    np.multiply(source, above, out=into[:, : len(above)], casting="same_kind")
+    np.multiply(mirrored, below, out=into[:, len(above) :], casting="same_kind")

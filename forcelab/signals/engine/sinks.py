@@ -7,6 +7,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.errors import InputError
+
 __all__ = ["Coefficients", "LogPolar", "Sink"]
 
 Real = NDArray[np.floating[Any]]
@@ -71,6 +73,8 @@ class LogPolar:
         Added to all log magnitudes of a channel.
     n : int
     single : bool
+    out : tuple of ndarray, optional
+        Where to write.
 
     Attributes
     ----------
@@ -81,11 +85,20 @@ class LogPolar:
     direct: Real | None = None
 
     def __init__(
-        self, floor: NDArray[np.float64], shift: NDArray[np.float64], n: int, single: bool
+        self,
+        floor: NDArray[np.float64],
+        shift: NDArray[np.float64],
+        n: int,
+        single: bool,
+        out: tuple[Real, Real] | None = None,
     ) -> None:
         kind = np.float32 if single else np.float64
-        self.magnitudes: Real = np.empty((*floor.shape, n), dtype=kind)
-        self.phases: Real = np.empty((*floor.shape, n), dtype=kind)
+        shape = (*floor.shape, n)
+        if out is None:
+            out = np.empty(shape, dtype=kind), np.empty(shape, dtype=kind)
+        elif any(rows.shape != shape or rows.dtype != kind for rows in out):
+            raise InputError(f"Give two tables of shape {shape} and type {np.dtype(kind)}.")
+        self.magnitudes, self.phases = out
         self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, :, None]
         self._shift = shift.astype(kind)[:, None, None]
         self._shifts = bool(np.any(shift))

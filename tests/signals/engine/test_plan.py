@@ -239,3 +239,14 @@ def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
     assert sorted(d.reach for d in made) == [d.reach for d in made]
     assert sorted(d.high for d in made) == [d.high for d in made]
     assert all(d.kernel.taps <= 16 for d in made)
+
+
+@pytest.mark.parametrize("n", [500, 501, 503])
+@pytest.mark.parametrize("wavelet", [Morlet(), DOG(3)], ids=str)
+def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wavelet):
+    x = condition(np.stack([white(n), walk(n)])).values
+    scales = [0.7, 2.0, 3.0]
+    monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 100)
+    plan = Plan(n, scales, wavelet, 1e-14, False)
+    expected = transform_channels(x, np.array(scales), wavelet)
+    assert share_of_largest(plan.coefficients(x), expected) < 1e-14

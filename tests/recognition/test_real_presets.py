@@ -1,0 +1,34 @@
+"""How well a preset does on the paper's own recordings; bounds a little below what is reached."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from forcelab.formats import pdl
+from forcelab.formats.recording import ReadOptions
+from forcelab.jobs import finish
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import preset
+
+TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
+@pytest.mark.parametrize(
+    ("file", "accuracy", "f1", "edit"),
+    [("soft_sig.pdl", 0.95, 0.75, 0.6), ("JPen_sig.pdl", 0.80, 0.6, 0.65)],
+)
+def test_the_fast_preset_is_far_ahead_of_the_paper_on_the_papers_own_recordings(
+    file, accuracy, f1, edit
+):
+    recordings = pdl.read(TONGS / file, ReadOptions())
+    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    pooled, _ = finish(leave_one_out(items, preset("fast"))).scores("filtered")
+    assert pooled.accuracy > accuracy
+    assert pooled.f1["50"] > f1
+    assert pooled.edit > edit
+    assert pooled.coverage == 1.0
