@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
-from forcelab.signals.cwt import frequencies, transform_channels
+from forcelab.signals.cwt import frequencies
+from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Wavelet
 
 __all__ = ["feature_names", "features"]
@@ -80,7 +81,7 @@ def features(
     for i, channel in enumerate(channels):
         # A channel at a time: the coefficients of one stay small beside the features of all.
         ready = condition(channel)
-        coefficients = transform_channels(ready.values, scales, wavelet)[0]
+        coefficients = plan_for(n, scales, wavelet, 1e-14).coefficients(ready.values)[0]
         shift = ready.exponent[0] * np.log(2.0)
         with np.errstate(divide="ignore"):  # no noise has the logarithm -inf
             level = np.log(ready.noise[0]) if noise is None else np.log(noise[i]) - shift

@@ -253,6 +253,6 @@ def test_stamps_increase_and_never_lie_after_the_arrival_by_more_than_a_burst(
         assert np.isfinite(found.host).all()
         for first, last in zip(found.stretches, [*found.stretches[1:], len(ticks)], strict=True):
             assert (np.diff(found.host[first:last]) > 0).all()
-        # A handful of samples in one burst tells no rate.
-        if told or len(true) > 20:
-            assert np.abs(found.host - true).max() < 0.02
+        # A few bursts tell no rate: what is as short as that errs by no more than its length.
+        unknown = 0.0 if told or true[-1] - true[0] > 0.25 else true[-1] - true[0]
+        assert np.abs(found.host - true).max() < 0.02 + unknown

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from forcelab.signals.engine.design import SINGLE, Design, design
 from forcelab.signals.engine.narrow import Narrow
 from forcelab.signals.engine.ring import Ring
 from forcelab.signals.engine.sinks import Coefficients, LogPolar, Sink
+from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.engine.wide import RATE, WIDEST_STEP, Wide
 from forcelab.signals.wavelets import Morlet, Wavelet
 
@@ -191,8 +192,7 @@ class Plan:
                 f"This plan is for channels of {self.n} samples, not for {values.shape}."
             )
         values = np.ascontiguousarray(values, dtype=np.float64)
-        # The products are small and many: threads inside them would wait for each other.
-        with _blas().limit(limits=1, user_api="blas"):
+        with one_blas_thread():
             batches = (batch for path in self._paths for batch in path.batches(values, sink))
             if workers == 1:
                 for batch in batches:
@@ -209,14 +209,6 @@ class Plan:
         if np.array_equal(self._order, np.arange(len(self._order))):
             return rows
         return rows[:, np.argsort(self._order)]
-
-
-@cache
-def _blas() -> Any:
-    """What tells BLAS how many threads to use; looking for the libraries takes a while."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
 
 
 @lru_cache(maxsize=8)

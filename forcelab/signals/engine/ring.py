@@ -55,7 +55,8 @@ def laid_into_ring(values: Real, length: int) -> Real:
 
 def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex:
     """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
-    return _response(wavelet, scale, length, np.fft.fftfreq(length, 1.0 / length))
+    bins = np.asarray(np.fft.fftfreq(length, 1.0 / length), dtype=np.float64)
+    return _response(wavelet, scale, length, bins)
 
 
 def _response(wavelet: Wavelet, scale: float, length: int, bins: Real) -> Complex:

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from threadpoolctl import threadpool_info
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
 from forcelab.signals.engine.design import TOLERANCES, design
 from forcelab.signals.engine.plan import Plan, plan_for
+from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 
 #: What single precision adds to an error, and double precision, as shares of the largest.
@@ -140,7 +142,8 @@ def test_any_length_agrees_with_the_plain_way_at_any_scale(n, seed, tolerance):
     expected = transform_channels(x, scales, Morlet())
     assert found.shape == (2, 5, n)
     if n > 1:
-        assert share_of_largest(found, expected) < allowed(tolerance) + 1e-13
+        # The plain way rounds in rings that are much longer than the signal.
+        assert share_of_largest(found, expected) < allowed(tolerance) + 1e-12
     else:
         assert np.abs(found).max() < 1e-13
 
@@ -250,3 +253,17 @@ def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wa
     plan = Plan(n, scales, wavelet, 1e-14, False)
     expected = transform_channels(x, np.array(scales), wavelet)
     assert share_of_largest(plan.coefficients(x), expected) < 1e-14
+
+
+def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
+    def threads():
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    before = threads()
+    first, second = one_blas_thread(), one_blas_thread()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert set(threads()) == {1}
+    second.__exit__(None, None, None)
+    assert threads() == before
