@@ -48,6 +48,8 @@ def run_blocks(text: str, folder: Path, *, slow: bool) -> str:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         README.write_text(run_blocks(README.read_text("utf-8"), Path(name), slow=True), "utf-8")
-        drawn = ("window.png", "window-dark.png", "review.png")
+        drawn = ("window.png", "window-dark.png", "review.png", "capture.png")
+        draw = [sys.executable, "tests/capture_picture.py", f"{name}/sample.forcelab"]
+        subprocess.run([*draw, f"{name}/capture.png"], cwd=ROOT, check=True)
         for picture in (*drawn, "sample.png", "pairs.png", "confusion.png", "figures/clusters.png"):
             shutil.copy(Path(name) / picture, ROOT / "assets")

@@ -15,12 +15,13 @@ from forcelab.capture.blocks import Block
 from forcelab.capture.frames import SILENT
 from forcelab.capture.joining import Stream, joined
 from forcelab.capture.journal import Contents
+from forcelab.capture.marking import LiveMarks
 from forcelab.capture.smoothing import Stamped, stamped
 from forcelab.capture.sorting import sorted_records
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Track, ordered
+from forcelab.labels import Track, ordered
 
 __all__ = ["Gathered", "channels_of_all", "gather"]
 
@@ -158,7 +159,8 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
             sentences.append(f"{lost} samples of {name} were lost")
     if stream.away:
         number = len(stream.away)
-        sentences.append(f"{name} was unplugged {'once' if number == 1 else f'{number} times'}")
+        who = "it" if sentences else name
+        sentences.append(f"{who} was unplugged {'once' if number == 1 else f'{number} times'}")
     return f"{' and '.join(sentences)}; they are gaps." if sentences else ""
 
 
@@ -200,35 +202,10 @@ def _video_clock(frames: NDArray[np.float64], start: float) -> ClockMap:
 def _marked(
     marks: Sequence[Mapping[str, Any]], start: float, end: float, author: str
 ) -> Track | None:
-    """The track that keys made that were held down: of several, the last one pressed counts."""
-    held: list[str] = []
-    segments: list[Segment] = []
-    since = 0.0
-
-    def until(time: float) -> None:
-        nonlocal since
-        time = float(np.clip(time, 0.0, end))
-        if held and time > since:
-            segments.append(Segment(since, time, held[-1]))
-        since = max(since, time)
-
+    """The track that keys made that were held down."""
+    marked = LiveMarks()
     for mark in sorted(marks, key=lambda mark: float(mark["at"])):
-        until(float(mark["at"]) - start)
-        action = str(mark["action"])
-        if action in held:
-            held.remove(action)
-        if mark["down"]:
-            held.append(action)
-    until(end)
-    return Track(author, ordered(_merged(segments))) if segments else None
-
-
-def _merged(segments: Sequence[Segment]) -> list[Segment]:
-    """Touching segments of one action are one."""
-    result: list[Segment] = []
-    for segment in segments:
-        if result and (result[-1].end, result[-1].action) == (segment.start, segment.action):
-            result[-1] = Segment(result[-1].start, segment.end, segment.action)
-        else:
-            result.append(segment)
-    return result
+        at = min(float(mark["at"]) - start, end)  # none before 0 either
+        marked.press(str(mark["action"]), bool(mark["down"]), at)
+    marked.end(end)
+    return Track(author, ordered(marked.segments)) if marked.segments else None

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from forcelab.capture.gathering import gather
 from forcelab.capture.journal import SUFFIX, Contents, read
-from forcelab.capture.journal_writer import being_written
+from forcelab.capture.unfinished import CAPTURES, unfinished
 from forcelab.errors import InputError
 from forcelab.project import Added, Project
 from forcelab.project.records import Incoming
@@ -24,9 +24,6 @@ __all__ = [
     "recover",
     "unfinished",
 ]
-
-#: Name of the folder in a project that holds recordings while they last.
-CAPTURES = "captures"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,18 +146,6 @@ def delete_videos(files: tuple[Path, ...]) -> None:
     for file in files:
         with contextlib.suppress(OSError):  # it only takes up room
             file.unlink(missing_ok=True)
-
-
-def unfinished(path: Path) -> tuple[Path, ...]:
-    """Journals of a project that nobody is writing: of recordings that a crash ended.
-
-    Parameters
-    ----------
-    path : Path
-        The project's folder.
-    """
-    found = sorted((path / CAPTURES).glob(f"*{SUFFIX}"))
-    return tuple(journal for journal in found if not being_written(journal))
 
 
 def recover(path: Path) -> tuple[Recovered, ...]:

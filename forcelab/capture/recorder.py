@@ -5,50 +5,25 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
 
 from forcelab.capture.blocks import Device
-from forcelab.capture.camera import CameraReader, CameraState
+from forcelab.capture.camera import CameraReader
 from forcelab.capture.camera_device import Capture
 from forcelab.capture.devices import number_sensors
 from forcelab.capture.journal import SUFFIX, Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name, videos
-from forcelab.capture.reader import DeviceReader, DeviceState
+from forcelab.capture.reader import DeviceReader
+from forcelab.capture.recorder_state import RecorderState
 from forcelab.capture.ring import Window
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.versions import versions
 
-__all__ = ["Recorder", "RecorderState"]
-
-
-@dataclass(frozen=True, slots=True)
-class RecorderState:
-    """How a recorder does.
-
-    Parameters
-    ----------
-    recording : bool
-    name : str
-        Of the demonstration that is recorded; empty while none is.
-    seconds : float
-        Since the recording began; 0 while none is.
-    in_memory : int
-        Bytes that the disk refuses and that are kept in memory.
-    devices : tuple of DeviceState
-    cameras : tuple of CameraState
-    """
-
-    recording: bool
-    name: str
-    seconds: float
-    in_memory: int
-    devices: tuple[DeviceState, ...]
-    cameras: tuple[CameraState, ...]
+__all__ = ["Recorder"]
 
 
 class Recorder:
@@ -198,6 +173,11 @@ class Recorder:
             reader.record_to(self._journal)
         return name
 
+    @property
+    def holding(self) -> bool:
+        """Whether a recording runs, or has ended and is not kept yet."""
+        return self._journal is not None
+
     def stop(self) -> Kept:
         """End the recording and make a demonstration of it.
 
@@ -243,7 +223,7 @@ class Recorder:
             journal.finish()
         return journal
 
-    def mark(self, action: str, down: bool) -> None:
+    def mark(self, action: str, down: bool, at: float | None = None) -> None:
         """Note that the key of an action went down or up, while something is recorded.
 
         Parameters
@@ -251,9 +231,12 @@ class Recorder:
         action : str
         down : bool
             Whether it went down.
+        at : float, optional
+            When, in seconds of the host's monotonic clock; now if left out.
         """
         if self._journal is not None and not self._stopped and action:
-            self._journal.note(Kind.MARK, at=time.monotonic(), action=action, down=down)
+            at = time.monotonic() if at is None else at
+            self._journal.note(Kind.MARK, at=at, action=action, down=down)
 
     def zero(self) -> None:
         """Let all devices take their present readings for zero."""

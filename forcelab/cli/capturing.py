@@ -13,7 +13,8 @@ from typing import Any, TextIO
 from forcelab.capture.camera_device import Capture, open_camera
 from forcelab.capture.devices import device_named
 from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
-from forcelab.capture.recorder import Recorder, RecorderState
+from forcelab.capture.recorder import Recorder
+from forcelab.capture.recorder_state import RecorderState
 from forcelab.cli import capture_listing
 from forcelab.cli.output import counted, json_text, printable
 from forcelab.cli.recognising_live import told

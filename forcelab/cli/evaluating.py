@@ -36,7 +36,9 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project, progress_bar() as watch:
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
-        job = evaluate_tasks(project, settings, choice_from(arguments), jobs, certainty=certainty)
+        latency = None if arguments.latency is None else arguments.latency / 1000
+        choice = choice_from(arguments)
+        job = evaluate_tasks(project, settings, choice, jobs, certainty=certainty, latency=latency)
         evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
     pairs, matrices = (
@@ -96,10 +98,33 @@ def _told(evaluation: Evaluation) -> str:
         table(rows, right=range(1, 8)),
         _actions(evaluation, raw),
         f"Rates in percent. Run time: {seconds}.",
+        *_more(evaluation),
         reason or f"95 % interval: {METHOD}.",
         *evaluation.remarks,
     ]
     return "\n\n".join(parts)
+
+
+def _more(evaluation: Evaluation) -> list[str]:
+    """What the table has no room for: other ways to count, and how far to rely on what is said."""
+    pooled, _ = evaluation.scores("filtered")
+    lines = [
+        f"With unlabelled time cut out: F1@50 {percent(pooled.f1_labelled['50'])}; "
+        f"{percent(pooled.boundaries_found)} of the boundaries found within 100 ms."
+    ]
+    if "unaided" in evaluation.kinds:
+        alone, _ = evaluation.scores("unaided")
+        lines.append(
+            f"Decoded without any choreography: accuracy {percent(alone.accuracy)}, "
+            f"edit {percent(alone.edit)}, F1@50 {percent(alone.f1['50'])}."
+        )
+    reliability = evaluation.reliability
+    if reliability is not None and reliability.brier is not None:
+        lines.append(
+            f"Probabilities: Brier score {reliability.brier:.3f}, expected calibration error "
+            f"{percent(reliability.ece)} points."
+        )
+    return lines
 
 
 def _row(raw: Scores, filtered: Scores) -> list[str]:

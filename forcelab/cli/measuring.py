@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import tempfile
+from collections.abc import Callable, Generator
 from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
-from forcelab.errors import InputError
-from forcelab.jobs import finish
+from forcelab.errors import ForcelabError, InputError
+from forcelab.jobs import Progress, finish
 from forcelab.measure.latency import Latencies
 from forcelab.measure.rows import FRONT, Table
 
@@ -20,37 +22,138 @@ MODULES = {
     "cwt": "forcelab.measure.cwt",
     "stream": "forcelab.measure.stream",
     "live": "forcelab.measure.live",
+    "scalogram": "forcelab.measure.scalogram",
+    "recognition": "forcelab.measure.recognition_runs",
     "view": "forcelab.gui.measuring",
     "training": "forcelab.gui.measuring.training",
 }
 #: What measures how long a person waits, with bounds instead of errors: nothing to trade off.
 WAITS = ("view", "training")
+RECOGNITION, ALL = "recognition", "all"
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Measure, print the table, and write what was asked for."""
     figure: Path | None = arguments.figure
-    check_outputs([json_path(arguments.json), figure], [])
-    if figure is not None and arguments.what in WAITS:
-        raise InputError(f"There is no figure of '{arguments.what}'; leave --figure away.")
+    check_outputs([json_path(arguments.json), figure], [arguments.project])
+    _check(arguments)
+    if arguments.extremes:
+        _extremes(arguments)
+        return
+    if arguments.what == ALL:
+        _everything(arguments)
+        return
+    with progress_bar("measuring") as watch:
+        measured = finish(_job(arguments.what, arguments), watch)
+    report(_told(measured), measured.to_json(), arguments.json)
+    if figure is not None and isinstance(measured, Table):
+        from forcelab.gui.figures.tradeoff import Tradeoff
+
+        Tradeoff(measured).save(figure)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what does not go together, before the work and not after it."""
+    what, figure = arguments.what, arguments.figure
+    if figure is not None and what in (*WAITS, ALL):
+        raise InputError(f"There is no figure of '{what}'; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 
         check_suffix(figure)
-    if arguments.extremes:
-        _extremes(arguments)
-        return
-    module = import_module(MODULES[arguments.what])
-    with progress_bar("measuring") as watch:
-        measured: Table | Latencies = finish(module.tabulate(quick=arguments.quick), watch)
-    if isinstance(measured, Latencies):
-        report(_waited(measured), measured.to_json(), arguments.json)
-        return
-    report(_told(measured), measured.to_json(), arguments.json)
-    if figure is not None:
-        from forcelab.gui.figures.tradeoff import Tradeoff
+    asked = {
+        "PROJECT": arguments.project,
+        "--task": arguments.task,
+        "--author": arguments.author,
+        "--thorough": arguments.thorough,
+    }
+    given = [name for name, value in asked.items() if value]
+    if given and what not in (RECOGNITION, ALL):
+        raise InputError(f"{given[0]} goes with '{RECOGNITION}', not with '{what}'.")
 
-        Tradeoff(measured).save(figure)
+
+def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table | Latencies]:
+    """What measures one thing."""
+    if what == RECOGNITION:
+        return _recognition(arguments)
+    job: Generator[Progress, None, Table | Latencies] = import_module(MODULES[what]).tabulate(
+        quick=arguments.quick
+    )
+    return job
+
+
+def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
+    """Measure a project; without one, the sample project."""
+    from forcelab.measure.recognition_runs import measured_tasks
+    from forcelab.project import Project
+
+    with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
+        path = arguments.project
+        if path is None:
+            path = yield from _sample(Path(scratch))
+        with Project.open(path) as project:
+            return (
+                yield from measured_tasks(
+                    project,
+                    arguments.task or (),
+                    arguments.author,
+                    quick=arguments.quick,
+                    thorough=arguments.thorough,
+                )
+            )
+
+
+def _sample(scratch: Path) -> Generator[Progress, None, Path]:
+    """The sample project of this user, or one made for as long as it is measured."""
+    from forcelab.gui.opening import sample_place
+    from forcelab.project import Project
+    from forcelab.sample import making
+
+    place = sample_place()
+    if not Project.vacant(place):
+        return place
+    made = scratch / place.name
+    yield from making(made)
+    return made
+
+
+def _everything(arguments: argparse.Namespace) -> None:
+    """Measure one thing after the other; what cannot be measured here is told by its name."""
+    told, plain, skipped = [], {}, {}
+    for what in MODULES:
+        if why := _missing(what):
+            skipped[what] = why
+            continue
+        with progress_bar(f"measuring {what}") as watch:
+            measured, why = _tried(_job(what, arguments), watch)
+        if measured is None:
+            skipped[what] = why
+            continue
+        told.append(_told(measured))
+        plain[what] = measured.to_json()
+    told += [f"Skipped: {what}: {why}" for what, why in skipped.items()]
+    report("\n\n".join(told), {"tables": plain, "skipped": skipped}, arguments.json)
+
+
+def _missing(what: str) -> str:
+    """Why something cannot be measured on this machine; empty where it can."""
+    if what not in WAITS:
+        return ""
+    wanted = os.environ.get("QT_QPA_PLATFORM", "offscreen").partition(":")[0]
+    displays = {"xcb": "DISPLAY", "wayland": "WAYLAND_DISPLAY"}
+    if wanted in displays and not os.environ.get(displays[wanted]):
+        return f"QT_QPA_PLATFORM asks for {wanted} and there is no display; unset it."
+    return ""
+
+
+def _tried(
+    job: Generator[Progress, None, Table | Latencies], watch: Callable[[Progress], None]
+) -> tuple[Table | Latencies | None, str]:
+    """What was measured, or why it could not be."""
+    try:
+        return finish(job, watch), ""
+    except ForcelabError as error:
+        return None, str(error)
 
 
 def _extremes(arguments: argparse.Namespace) -> None:
@@ -65,7 +168,12 @@ def _extremes(arguments: argparse.Namespace) -> None:
     report(text, verdicts.to_json(), arguments.json)
 
 
-def _told(measured: Table) -> str:
+def _told(measured: Table | Latencies) -> str:
+    """What was measured as text."""
+    return _waited(measured) if isinstance(measured, Latencies) else _tabled(measured)
+
+
+def _tabled(measured: Table) -> str:
     """All rows as text, size by size, with what they were compared with and what was refused."""
     parts = [f"{measured.title}. {FRONT} no other is both faster and more exact."]
     for size in measured.sizes:

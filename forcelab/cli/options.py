@@ -97,8 +97,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--amplitude",
         metavar="UNIT",
-        help="forces in windows: absolute, in units of each demonstration's own amplitude, or "
-        "chosen by inner cross-validation (absolute)",
+        help="forces in windows: absolute, in units of each demonstration's own amplitude, both side "
+        "by side, or chosen by inner cross-validation (absolute)",
     )
     how.add_argument(
         "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"
@@ -128,7 +128,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--rate", metavar="HZ", type=float, help="rate of the features' grid (the recordings')"
     )
-    how.add_argument("--wavelet", metavar="NAME", help="morlet, real-morlet, dog or haar (morlet)")
+    how.add_argument(
+        "--wavelet",
+        metavar="NAME",
+        help="morlet, real-morlet, uncorrected-morlet, torrence-compo, dog or haar (morlet)",
+    )
     how.add_argument(
         "--parameter", metavar="P", type=float, help="p of a Morlet (5), order of a dog (2)"
     )

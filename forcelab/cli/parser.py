@@ -32,6 +32,19 @@ A first session:
   forcelab predict  stylus.skops new.csv
 """
 
+#: What ``forcelab measure`` knows.
+MEASURED = (
+    "contact",
+    "cwt",
+    "stream",
+    "live",
+    "scalogram",
+    "recognition",
+    "view",
+    "training",
+    "all",
+)
+
 CLOSING = """\
 Every command has --json and its own --help. Exit status: 0 done; 1 a file, project or setting
 stands in the way (one sentence says what, where and the cure); 2 the command line is wrong.
@@ -147,18 +160,36 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "stream: wavelets of a stream, complete and early: error against latency and cost.\n"
         "live: live recognition at 1 kHz x 6 channels: its share of a core, p50 and p99 of a\n"
         "block, time from force to label, labels beside the offline ones.\n"
+        "scalogram: first and exact image of spans of 4,000 to 1e7 samples on the screen.\n"
+        "recognition: presets, scales, phase, classifiers, filters and decoders on each task of\n"
+        "PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left\n"
+        "out of training in five groups in turn, against the CPU time of features, training and\n"
+        "recognition. The window's Trade-off workspace draws it.\n"
         "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
         "while panning and zooming 6 channels of 1e6 and 1e7 samples, steps and jumps in videos,\n"
         "from a key to the paint, start, opening projects: median, p95, p99 and worst in ms,\n"
         "beside pyqtgraph and OpenCV used plainly.\n"
         "training: the window while it trains on 200,000 samples of 96 features. How late its\n"
-        "event loop is, how soon a training is cancelled, and what ten of them leave behind.",
+        "event loop is, how soon a training is cancelled, and what ten of them leave behind.\n"
+        "all: every one of these; what cannot be measured here is told by its name.",
     )
     parser.add_argument(
         "what",
         metavar="WHAT",
-        choices=("contact", "cwt", "stream", "live", "view", "training"),
-        help="contact, cwt, stream, live, view, training",
+        choices=MEASURED,
+        help=", ".join(MEASURED),
+    )
+    parser.add_argument(
+        "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
+    )
+    parser.add_argument(
+        "--task", action="append", metavar="T", help="recognition: only this; may be repeated"
+    )
+    parser.add_argument("--author", help="recognition: whose labels (who labelled most)")
+    parser.add_argument(
+        "--thorough",
+        action="store_true",
+        help="recognition: leave out one demonstration at a time, however many there are",
     )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"
@@ -167,7 +198,7 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "--figure",
         metavar="FILE",
         type=Path,
-        help="contact: draw error against time (.svg, .pdf or .png)",
+        help="draw error against time, where it has errors (.svg, .pdf or .png)",
     )
     parser.add_argument(
         "--extremes",

@@ -40,6 +40,12 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     add_settings(parser)
     parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
     parser.add_argument(
+        "--latency",
+        metavar="MS",
+        type=float,
+        help="as if it came live, each label so long after its force; keeps no run",
+    )
+    parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write settings and all scores; - prints them"
     )
     parser.add_argument(
@@ -96,14 +102,18 @@ def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
         "plan",
         "planning",
         "tell what is computed of a demonstration, and what is left out",
-        "With these settings, or those of a trained recogniser. Of a simulated demonstration also\n"
-        "which states the mechanics have and which parts the scene does without. Nothing of it is\n"
-        "computed.",
+        "Which modules, panels and decoders the window needs for it, and what is computed to\n"
+        "recognise it with these settings, or those of a trained recogniser. Of a simulated\n"
+        "demonstration also which states the mechanics have and which parts the scene does\n"
+        "without. Nothing of it is computed, unless --measure asks what all of it costs.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
         "--recogniser", metavar="FILE", type=Path, help="with this one's settings, from train"
+    )
+    parser.add_argument(
+        "--measure", action="store_true", help="measure time and memory, taken and saved"
     )
     parser.set_defaults(merge=None)
     add_changes(parser)

@@ -8,9 +8,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from forcelab.cli.output import json_text, printable, table
+from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings import settings_from
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.measure.needs import Cost, measuring_needs, viewed
+from forcelab.measure.rows import MEGABYTE
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.recognition.planning import Part, planned
 from forcelab.recognition.settings import Settings, preset
@@ -26,19 +30,31 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)
         info = next(i for i in project.demonstrations() if i.id == demonstration.id)
-        parts = planned(demonstration, info.authors, settings)
+        viewing = viewed(demonstration, info.authors)
+        parts = planned(demonstration, settings)
+        costs = _measured(demonstration, settings) if arguments.measure else None
     mechanics = _mechanics(info)
     if arguments.json:
         content = {
             "demonstration": info.name,
             "id": info.id,
+            "viewing": [asdict(part) for part in viewing],
             "recognition": [asdict(part) for part in parts],
             "mechanics": mechanics,
+            "measured": None if costs is None else [asdict(cost) for cost in costs],
         }
         print(json_text(content))
         return
-    title = f"{info.name} of task '{info.task}', {info.duration:.2f} s"
-    print("\n\n".join([printable(title), _told(parts), *_told_mechanics(mechanics)]))
+    title = printable(f"{info.name} of task '{info.task}', {info.duration:.2f} s")
+    told = [_told("to view it", viewing), _told("to recognise it", parts)]
+    measured = [] if costs is None else [_told_costs(costs)]
+    print("\n\n".join([title, *told, *_told_mechanics(mechanics), *measured]))
+
+
+def _measured(demonstration: Demonstration, settings: Settings) -> tuple[Cost, ...]:
+    """What everything costs, or would cost."""
+    with progress_bar("measuring") as watch:
+        return finish(measuring_needs(demonstration, settings), watch)
 
 
 def _settings_of(file: Path) -> Settings:
@@ -67,13 +83,37 @@ def _mechanics(info: DemonstrationInfo) -> dict[str, Any] | None:
     }
 
 
-def _told(parts: Sequence[Part]) -> str:
+#: What is said of a part that is computed, and of one that is not.
+_WORDS = {True: "computed", False: "left out"}
+
+
+def _told(title: str, parts: Sequence[Part]) -> str:
     """What is computed, then what is left out."""
     rows = [
-        ["computed" if part.computed else "left out", part.name, part.why]
+        [_WORDS[part.computed], part.name, part.why]
         for part in sorted(parts, key=lambda part: not part.computed)
     ]
-    return table([["", "what", "why"], *rows])
+    return table([["", title, "why"], *rows])
+
+
+def _told_costs(costs: Sequence[Cost]) -> str:
+    """What is paid for, then what is saved, each with its sum."""
+    rows = []
+    for computed, word in _WORDS.items():
+        some = [cost for cost in costs if cost.computed == computed]
+        rows += [
+            [word, cost.name, _amount(cost.seconds), _amount(cost.bytes, MEGABYTE)] for cost in some
+        ]
+        seconds = sum(cost.seconds or 0.0 for cost in some)
+        taken = sum(cost.bytes or 0 for cost in some)
+        rows.append([word, "all of this", _amount(seconds), _amount(taken, MEGABYTE)])
+    refused = [printable(f"{cost.name}: {cost.refusal}") for cost in costs if cost.refusal]
+    return "\n".join([table([["", "measured", "CPU s", "MB"], *rows], right=(2, 3)), *refused])
+
+
+def _amount(value: float | None, unit: float = 1.0) -> str:
+    """A number for a column; a dash where there is none."""
+    return "-" if value is None else f"{value / unit:.3f}" if unit == 1 else f"{value / unit:.1f}"
 
 
 def _told_mechanics(mechanics: dict[str, Any] | None) -> list[str]:

@@ -239,6 +239,12 @@ _CAPTURE = _group(
     QT_TRANSLATE_NOOP("forcelab", "Capture"),
     ("record", QT_TRANSLATE_NOOP("forcelab", "Record, or stop and keep"), ("F9",), "once"),
     ("discard_recording", QT_TRANSLATE_NOOP("forcelab", "Discard the recording"), ("F10",), "once"),
+    (
+        "show_recording",
+        QT_TRANSLATE_NOOP("forcelab", "Look at what was kept last"),
+        ("Ctrl+F9",),
+        "once",
+    ),
 )
 _HELP = _group(
     QT_TRANSLATE_NOOP("forcelab", "Help"),

@@ -32,8 +32,9 @@ from forcelab.gui.opening import Opening, sample_place
 from forcelab.gui.review.tab import UNHURRIED, ReviewTab
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
+from forcelab.gui.tradeoff.tab import MEASURING, TradeoffTab
 from forcelab.gui.welcome import Welcome
-from forcelab.gui.workspaces import WORKSPACES, coming
+from forcelab.gui.workspaces import WORKSPACES
 
 if TYPE_CHECKING:
     from forcelab.gui.app import Start
@@ -69,6 +70,7 @@ class Window(QMainWindow):
         self.label = LabelWorkspace(self.document, self.jobs, self)
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
+        self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome()
         self._tabs = QTabWidget()
@@ -80,9 +82,10 @@ class Window(QMainWindow):
             "label": self.label,
             "review": self.review,
             "capture": self.capture,
+            "tradeoff": self.tradeoff,
         }
         for workspace in WORKSPACES:
-            self._tabs.addTab(built.get(workspace.name) or coming(workspace), workspace.title())
+            self._tabs.addTab(built[workspace.name], workspace.title())
         self._tabs.currentChanged.connect(self._workspace_changed)
         self._tabs.setCornerWidget(CoderChoice(self.document), Qt.Corner.TopRightCorner)
         self._stack = QStackedWidget()
@@ -103,6 +106,7 @@ class Window(QMainWindow):
         self.statusBar().addPermanentWidget(self.review.standing)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
+        self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self)
@@ -147,9 +151,12 @@ class Window(QMainWindow):
     def settled(self) -> bool:
         """Whether everything that can be asked for now is on the screen.
 
-        A training goes on behind it; what it brings comes when it is done.
+        A training goes on behind it, and so does a measurement; what they bring comes when they
+        are done.
         """
-        return (UNHURRIED | ENDLESS).issuperset(self.jobs.busy) and self.label.settled
+        behind = UNHURRIED | ENDLESS | {MEASURING}
+        quiet = behind.issuperset(self.jobs.busy)
+        return quiet and self.label.settled and self.tradeoff.settled
 
     # Qt
 
@@ -246,6 +253,7 @@ class Window(QMainWindow):
         """Lend timeline and video to the workspace in front; build it, the first time."""
         self.review.come_to_front(WORKSPACES[index].name == "review")
         self.capture.come_to_front(WORKSPACES[index].name == "capture")
+        self.tradeoff.come_to_front(WORKSPACES[index].name == "tradeoff")
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -305,6 +313,7 @@ class Window(QMainWindow):
         self._dock.setVisible(self.document.project is not None)
         self.label.reset_layout()
         self.review.reset_layout()
+        self.tradeoff.reset_layout()
 
     def _toggle_full_screen(self) -> None:
         """Fill the screen, or no longer."""

@@ -117,12 +117,15 @@ class Table:
         What the two columns hold, with their units.
     rows : tuple of Row
         In the order in which they are shown.
+    form : str
+        How errors and further figures are written, as a format specification.
     """
 
     title: str
     error: str
     seconds: str
     rows: tuple[Row, ...]
+    form: str = ".2e"
 
     def __post_init__(self) -> None:
         if not self.rows:
@@ -142,7 +145,7 @@ class Table:
         rows = self.of(size)
         further = list(dict.fromkeys(key for row in rows for key in row.further))
         header = ["", "name", "setting", self.error, *further, self.seconds, "spread", "peak MB"]
-        return [header, *(_cells(row, further) for row in rows)]
+        return [header, *(_cells(row, further, self.form) for row in rows)]
 
     def to_json(self) -> dict[str, Any]:
         """The table, the machine and the versions as plain values, without NaN."""
@@ -155,7 +158,7 @@ class Table:
         }
 
 
-def _cells(row: Row, further: Sequence[str]) -> list[str]:
+def _cells(row: Row, further: Sequence[str], form: str) -> list[str]:
     """A row as text."""
     if row.error is None or row.seconds is None or row.spread is None or row.peak_bytes is None:
         return ["", row.name, row.setting, "refused", *("" for _ in range(len(further) + 3))]
@@ -163,8 +166,8 @@ def _cells(row: Row, further: Sequence[str]) -> list[str]:
         FRONT if row.pareto else "",
         row.name,
         row.setting,
-        f"{row.error:.2e}",
-        *(f"{row.further[key]:.2e}" if key in row.further else "" for key in further),
+        f"{row.error:{form}}",
+        *(f"{row.further[key]:{form}}" if key in row.further else "" for key in further),
         f"{row.seconds:#.3g}",
         f"{row.spread:#.2g}",
         f"{row.peak_bytes / MEGABYTE:.1f}",

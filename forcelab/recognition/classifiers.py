@@ -86,6 +86,9 @@ def fitting(
         raise InputError("Recognition needs labels of at least two actions; label one more.")
     if np.all(X[0] == X):
         raise InputError("The channels never change where they are labelled; choose others.")
+    # Two hundred actions of a few samples each are a task; and to put filters back is not safe
+    # where there are several threads.
+    warnings.filterwarnings("ignore", "The number of unique classes is greater than", UserWarning)
     if name == "mlp":
         yield from _fitting_mlp(X, y, seed)
         return

@@ -169,7 +169,7 @@ def _before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
         end = float(group.end[row - group.rows.start, 0] + scores.slope[row] * start)
         if sweep.far(row, last) + end > found:
             found, began = float(sweep.far(row, last)) + end, _far_start(sweep, row, last)
-    first = scores.start[row] + scores.outlasting(row, np.array(start))
+    first = sweep.first(np.array([start]))[row, 0]
     return row, 0 if first >= found else began
 
 

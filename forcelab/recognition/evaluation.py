@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Generator, Sequence
+from functools import reduce
+from operator import add
 from time import perf_counter
 
 import numpy as np
@@ -12,13 +14,14 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment, to_codes
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate
-from forcelab.recognition.folds import Fold, in_processes, one_by_one
+from forcelab.recognition.folds import Fold, in_processes, one_by_one, recognised
 from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 
-__all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out"]
+__all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out", "tested_by"]
 
 
 Job = Generator[Progress, None, Evaluation]
@@ -107,7 +110,7 @@ def leave_one_out(
         for stage, spent in result.prediction.seconds.items():
             seconds[stage] += spent
     tested = [
-        _tested(item, example, result.prediction, actions)
+        tested_by(item, example, result.prediction, actions)
         for item, example, result in zip(used, examples, results, strict=True)
     ]
     return Evaluation(
@@ -119,6 +122,7 @@ def leave_one_out(
         channels=examples[0].channels,
         trained_on=tuple(ids),
         seconds=seconds,
+        reliability=_together([result.reliability for result in results]),
         remarks=(*remarks, *_twins(used), *_lonely(examples), *_fitting(used, examples, settings)),
     )
 
@@ -179,12 +183,13 @@ def across(
     seconds = {"features": prepared - started, "fit": perf_counter() - prepared}
     seconds.update(predict=0.0, filter=0.0)
     actions = actions_of(examples)
-    tested = []
+    tested, reliable = [], []
     for i, (item, example) in enumerate(zip(asked, new, strict=True)):
-        prediction = recogniser.predict_examples(example, certainty=certainty)
+        prediction, reliability = recognised(recogniser, example, certainty)
+        reliable.append(reliability)
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
-        tested.append(_tested(item, example, prediction, actions))
+        tested.append(tested_by(item, example, prediction, actions))
         yield Progress(i + 1, len(asked), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
     untrained = [action for action in actions_of(new) if action not in recogniser.actions]
@@ -199,8 +204,15 @@ def across(
         channels=recogniser.channels,
         trained_on=ids,
         seconds=seconds,
+        reliability=_together(reliable),
         remarks=remarks + _fitting([*learnt, *asked], examples, settings),
     )
+
+
+def _together(parts: Sequence[Reliability | None]) -> Reliability | None:
+    """Of all demonstrations; None where there were no probabilities."""
+    known = [part for part in parts if part is not None]
+    return reduce(add, known) if known else None
 
 
 def _with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[str, ...]]:
@@ -270,10 +282,21 @@ def _fitting(
     return tuple(remarks)
 
 
-def _tested(
+def tested_by(
     item: Labelled, examples: Examples, prediction: Prediction, actions: tuple[str, ...]
 ) -> Tested:
-    """Bring a prediction's codes to the evaluation's actions and the demonstration's stamps."""
+    """Bring a prediction's codes to the evaluation's actions and the demonstration's stamps.
+
+    Parameters
+    ----------
+    item : Labelled
+        The demonstration as it was recorded.
+    examples : Examples
+        Its time steps, which were predicted.
+    prediction : Prediction
+    actions : tuple of str
+        The evaluation's; those of the prediction are among them.
+    """
     number = [actions.index(action) for action in prediction.actions]
     # One place more for UNLABELLED, which is -1 and so indexes the last one.
     table = np.array([*number, UNLABELLED], dtype=np.int64)
@@ -291,4 +314,5 @@ def _tested(
         filtered=table[prediction.filtered][nearest],
         stages={name: table[codes][nearest] for name, codes in prediction.stages.items()},
         certainty=prediction.certainty,
+        unaided=None if prediction.unaided is None else table[prediction.unaided][nearest],
     )

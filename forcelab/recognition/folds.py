@@ -11,12 +11,13 @@ from time import perf_counter
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.processes import shared
-from forcelab.recognition.examples import Examples
-from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.examples import Examples, actions_of
+from forcelab.recognition.recogniser import Prediction, Recogniser
+from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
 
-__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one"]
+__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one", "recognised"]
 
 
 @dataclass(frozen=True)
@@ -45,10 +46,13 @@ class FoldResult:
         Of the demonstration that was left out, without probabilities but for its certainty.
     fit_seconds : float
         Run time of the fit.
+    reliability : Reliability, optional
+        Of its probabilities, if it has any.
     """
 
     prediction: Prediction
     fit_seconds: float
+    reliability: Reliability | None = None
 
 
 def one_by_one(
@@ -85,10 +89,25 @@ def _working(
     except InputError as error:
         raise InputError(f"With '{fold.held_out.name}' left out: {error}") from error
     fitted = perf_counter()
-    prediction = recogniser.predict_examples(fold.held_out, certainty=certainty)
-    # Probabilities are not needed any more and would be sent between processes; what is certain
-    # of them is far smaller.
-    return FoldResult(replace(prediction, probabilities=None), fitted - started)
+    prediction, reliability = recognised(recogniser, fold.held_out, certainty)
+    return FoldResult(prediction, fitted - started, reliability)
+
+
+def recognised(
+    recogniser: Recogniser, examples: Examples, certainty: bool
+) -> tuple[Prediction, Reliability | None]:
+    """What a recogniser says of a demonstration that it has not seen, and how far to rely on it.
+
+    Probabilities are left out: they would be sent between processes, and what is made of them is
+    far smaller.
+    """
+    prediction = recogniser.predict_examples(examples, certainty=certainty, unaided=True)
+    reliability = None
+    if prediction.probabilities is not None:
+        actions = actions_of([examples])
+        human = examples.codes(actions)
+        reliability = Reliability.of(prediction.probabilities, prediction.actions, human, actions)
+    return replace(prediction, probabilities=None), reliability
 
 
 def _worked(fold: Fold, settings: Settings, certainty: bool) -> FoldResult:

@@ -204,7 +204,10 @@ class Linear:
 
     def probabilities(self, features: Real) -> Real:
         """Of each action at each time step, shape (m, K)."""
-        return _softmax(features @ self.weights + self.bias)
+        # Each row by itself: a product of many rounds otherwise than one of a few, and a stream's
+        # labels must not depend on its blocks.
+        rows = np.ascontiguousarray(features)[:, None]
+        return _softmax(np.matmul(rows, self.weights)[:, 0] + self.bias)
 
     @classmethod
     def of(cls, fitted: Any) -> Linear:

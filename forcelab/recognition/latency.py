@@ -12,8 +12,10 @@ from scipy.signal import fftconvolve
 
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.online import Decided
-from forcelab.recognition.online_budget import TOLERANCE, budget_of, limits_of
+from forcelab.recognition.decided import Decided
+from forcelab.recognition.latency_windows import decided_by_part
+from forcelab.recognition.live_part import needs_whole
+from forcelab.recognition.online_budget import TOLERANCE, budget_of, limits_of, longest_gap
 from forcelab.recognition.online_classifier import classify
 from forcelab.recognition.online_features import EVERY, FIRST, SPAN, floors, rows_of
 from forcelab.recognition.online_grid import CausalGrid
@@ -50,11 +52,14 @@ def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: 
     close to its jump at pi, may a label differ.
     """
     channels = channel_map(demonstration.channels, recogniser.channels)
-    grid = CausalGrid(len(channels.recorded), recogniser.rate)
+    grid = CausalGrid(len(channels.recorded), recogniser.rate, longest=longest_gap(recogniser))
     steps = grid.push(demonstration.times, demonstration.signals[:, list(channels.recorded)])
     steps = steps + grid.finish()
     budget = budget_of(recogniser, latency, grid.step, grid.lag)
-    features = _features(recogniser, channels.apply(steps.signals), budget.features)
+    signals = channels.apply(steps.signals)
+    if needs_whole(recogniser.settings):
+        return decided_by_part(recogniser, steps, signals, budget, grid.step)
+    features = _features(recogniser, signals, budget.features)
     from threadpoolctl import threadpool_limits
 
     probe = getattr(recogniser.classifier, "predict_proba", None)

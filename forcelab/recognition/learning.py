@@ -30,7 +30,7 @@ AVERAGED = {
     "ensemble": ("extra-trees", "logistic"),
 }
 #: Trees of a forest, and the least samples of a leaf.
-TREES, LEAF = 50, 3
+TREES, LEAF = 50, 1
 #: Strength of the logistic regression's data against its penalty.
 STRENGTH = 0.01
 #: Rounds of boosting, and leaves of each of its trees.

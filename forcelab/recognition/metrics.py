@@ -19,9 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.events import Events, event_errors
+from forcelab.recognition.labelled_time import boundaries_found, closed_up
 from forcelab.recognition.overlay import Overlay, overlay
 from forcelab.recognition.segmental import (
     OVERLAPS,
+    Matches,
     boundary_errors,
     edit_score,
     f1,
@@ -49,6 +51,10 @@ class Counts:
         Boundary errors in milliseconds.
     events : Events
         Event errors.
+    labelled_segments : ndarray of int64, shape (3, 3)
+        As `segments`, in labelled time alone.
+    found : ndarray of int64, shape (2,)
+        Human boundaries in labelled time that have a predicted one within 100 ms, and all.
     """
 
     confusion: NDArray[np.int64]
@@ -56,6 +62,8 @@ class Counts:
     segments: NDArray[np.int64]
     boundaries: NDArray[np.float64]
     events: Events
+    labelled_segments: NDArray[np.int64]
+    found: NDArray[np.int64]
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -64,6 +72,8 @@ class Counts:
             self.segments + other.segments,
             np.concatenate([self.boundaries, other.boundaries]),
             self.events + other.events,
+            self.labelled_segments + other.labelled_segments,
+            self.found + other.found,
         )
 
 
@@ -88,7 +98,13 @@ class Scores:
     edit : float or None
         Segmental edit score; of a pool the mean over its demonstrations, each weighted equally.
     f1 : dict of str to float or None
-        Segmental F1 at overlaps of ``"10"``, ``"25"`` and ``"50"`` percent.
+        Segmental F1 at overlaps of ``"10"``, ``"25"`` and ``"50"`` percent. Unlabelled human time
+        cuts segments, as in the published code.
+    f1_labelled : dict of str to float or None
+        The same in labelled time alone: unlabelled human time is cut out before segments are
+        gathered, so that an action which goes on behind it is one.
+    boundaries_found : float or None
+        In labelled time alone, the share of human boundaries with a predicted one within 100 ms.
     boundary_ms : dict of str to float or None
         ``"median"`` and ``"p90"`` (90th percentile, linear between neighbours) of the distances,
         in ms, of the edges of human segments from those of the predicted segments matched to them
@@ -106,6 +122,8 @@ class Scores:
     kappa: float | None
     edit: float | None
     f1: dict[str, float | None]
+    f1_labelled: dict[str, float | None]
+    boundaries_found: float | None
     boundary_ms: dict[str, float | None]
     confusion: list[list[int]]
     events: Events
@@ -120,6 +138,8 @@ class Scores:
             "kappa": self.kappa,
             "edit": self.edit,
             "f1": dict(self.f1),
+            "f1_labelled": dict(self.f1_labelled),
+            "boundaries_found": self.boundaries_found,
             "boundary_ms": dict(self.boundary_ms),
             "confusion": [list(row) for row in self.confusion],
             "events": self.events.to_json(),
@@ -155,14 +175,22 @@ def count_overlay(over: Overlay) -> Counts:
     """Count an overlay of a human and a predicted track, whatever it was made from."""
     matches = [match(over, overlap) for overlap in OVERLAPS]
     edit = edit_score(over)
+    closed = closed_up(over)
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
-        segments=np.array(
-            [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
-        ),
+        segments=_segments(over, matches),
         boundaries=boundary_errors(over, matches[0]),
         events=event_errors(over),
+        labelled_segments=_segments(closed, [match(closed, overlap) for overlap in OVERLAPS]),
+        found=np.array(boundaries_found(closed)),
+    )
+
+
+def _segments(over: Overlay, matches: Sequence[Matches]) -> NDArray[np.int64]:
+    """Matched segments, predicted and human ones without a match; a row for each overlap."""
+    return np.array(
+        [[len(m), len(over.predicted) - len(m), len(over.human) - len(m)] for m in matches]
     )
 
 
@@ -199,10 +227,9 @@ def pool(name: str, parts: Sequence[Counts]) -> Scores:
         coverage=_share(int(total.confusion[:, :-1].sum()), samples),
         kappa=_kappa(total.confusion),
         edit=sum(total.edits) / len(total.edits) if total.edits else None,
-        f1={
-            str(overlap): f1(*(int(number) for number in row))
-            for overlap, row in zip(OVERLAPS, total.segments, strict=True)
-        },
+        f1=_f1s(total.segments),
+        f1_labelled=_f1s(total.labelled_segments),
+        boundaries_found=_share(*(int(number) for number in total.found)),
         boundary_ms={"median": median, "p90": p90},
         confusion=total.confusion.tolist(),
         events=total.events,
@@ -218,6 +245,14 @@ def score(
 ) -> Scores:
     """Score one demonstration: :func:`pool` of its :func:`count` alone."""
     return pool(name, [count(human, predicted, times, actions)])
+
+
+def _f1s(segments: NDArray[np.int64]) -> dict[str, float | None]:
+    """F1 at each overlap."""
+    return {
+        str(overlap): f1(*(int(number) for number in row))
+        for overlap, row in zip(OVERLAPS, segments, strict=True)
+    }
 
 
 def _share(part: int, whole: int) -> float | None:

@@ -10,7 +10,6 @@ half of the latency; the wavelets have the rest. What it gives is stated plainly
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,22 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.recognition.online_budget import TOLERANCE, Budget, Early, budget_of, limits_of
+from forcelab.recognition.decided import Decided
+from forcelab.recognition.live_part import needs_whole
+from forcelab.recognition.online_budget import (
+    TOLERANCE,
+    Budget,
+    Early,
+    budget_of,
+    limits_of,
+    longest_gap,
+)
 from forcelab.recognition.online_classifier import classify, prober
 from forcelab.recognition.online_features import StreamingFeatures
 from forcelab.recognition.online_filters import CausalDrop, CausalMedian
 from forcelab.recognition.online_grid import CausalGrid, Steps
 from forcelab.recognition.online_threads import OneThread
+from forcelab.recognition.online_windows import PartStages
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
@@ -34,28 +43,6 @@ __all__ = ["Decided", "OnlineRecogniser"]
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Decided:
-    """Steps whose labels are decided, in their order and without a break.
-
-    Parameters
-    ----------
-    times : ndarray of float64, shape (n,)
-        Seconds on the clock of the samples.
-    codes : ndarray of int64, shape (n,)
-        After the filters; the action with code ``i`` is ``actions[i]``.
-    probabilities : ndarray of float64, shape (n, K), or None
-        None of a classifier that has none; zero in gaps.
-    """
-
-    times: Real
-    codes: Codes
-    probabilities: Real | None
-
-    def __len__(self) -> int:
-        return len(self.times)
 
 
 class OnlineRecogniser:
@@ -93,18 +80,13 @@ class OnlineRecogniser:
         if not 0 <= latency < np.inf:
             raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
         _check_live(recogniser)
+        self._whole = needs_whole(recogniser.settings)
         self.recogniser = recogniser
         self.latency = latency
         self._channels = channel_map(channels, recogniser.channels)
         self._columns = list(self._channels.recorded)
         self._width = len(channels)
-        scales, mother = recogniser.settings.scales, recogniser.settings.mother
-        complete = reaches(scales, mother, TOLERANCE)
-        # Beyond twice what the widest wavelet spans, nothing is heard of before a gap.
-        self._grid = CausalGrid(
-            len(self._columns), recogniser.rate, rate, 2 * int(np.max(complete)) + 1
-        )
-        self._complete = complete
+        self._grid = CausalGrid(len(self._columns), recogniser.rate, rate, longest_gap(recogniser))
         self._blas = OneThread()
         self._stages = None if rate is None else self._made()
 
@@ -127,13 +109,17 @@ class OnlineRecogniser:
     def early(self) -> tuple[Early, ...]:
         """The scales that are estimated, by the recogniser's rate until the device's is known."""
         recogniser = self.recogniser
+        if self._whole:
+            return ()
         period = 1 / recogniser.rate
         budget = self.budget or budget_of(recogniser, self.latency, period)
         scales, mother = recogniser.settings.scales, recogniser.settings.mother
         hertz = frequencies(scales, recogniser.rate, mother)
         return tuple(
             Early(float(a), float(hz), need * period, float(early_error(budget.features / a)))
-            for a, hz, need in zip(scales, hertz, self._complete.tolist(), strict=True)
+            for a, hz, need in zip(
+                scales, hertz, reaches(scales, mother, TOLERANCE).tolist(), strict=True
+            )
             if need > budget.features
         )
 
@@ -177,8 +163,10 @@ class OnlineRecogniser:
             last = self._stages.finish()
         return _joined(first, last)
 
-    def _made(self) -> _Stages:
+    def _made(self) -> _Stages | PartStages:
         budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
+        if self._whole:
+            return PartStages(self.recogniser, budget, self._grid.step)
         return _Stages(self.recogniser, budget, self._grid.step)
 
     def _through(self, steps: Steps) -> Decided:
@@ -190,13 +178,19 @@ class OnlineRecogniser:
 
 
 def _check_live(recogniser: Recogniser) -> None:
-    """Refuse a recogniser whose features or decoder need all of a demonstration."""
+    """Refuse a recogniser that needs all of a demonstration and learnt nothing for streams."""
     settings = recogniser.settings
-    if settings.features != "wavelets" or settings.circular or settings.step or settings.decodes:
+    if not needs_whole(settings) or recogniser.live:
+        return
+    if settings.decodes:
         raise InputError(
-            f"A recogniser of preset {settings.preset} needs a whole demonstration and cannot "
-            f"follow a stream; train one with preset paper for live recognition."
+            f"This recogniser of preset {settings.preset} learnt nothing to follow a stream with; "
+            f"train it again."
         )
+    raise InputError(
+        f"A recogniser of preset {settings.preset} with these settings needs a whole "
+        f"demonstration and cannot follow a stream; train one with preset fast, best or paper."
+    )
 
 
 def _nothing(recogniser: Recogniser) -> Decided:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from forcelab.demonstration import Demonstration
@@ -33,16 +33,12 @@ class Part:
     why: str
 
 
-def planned(
-    demonstration: Demonstration, authors: Sequence[str], settings: Settings
-) -> tuple[Part, ...]:
-    """Tell what is computed of a demonstration; nothing of it is computed here.
+def planned(demonstration: Demonstration, settings: Settings) -> tuple[Part, ...]:
+    """Tell what is computed to recognise a demonstration; nothing of it is computed here.
 
     Parameters
     ----------
     demonstration : Demonstration
-    authors : sequence of str
-        Whose tracks there are.
     settings : Settings
         Of the recogniser; where they name no rate the demonstration's own is meant.
 
@@ -57,24 +53,8 @@ def planned(
         If a wanted channel is missing.
     """
     return (
-        *_beside(demonstration, authors),
         *_features(demonstration, settings),
         *_after(settings),
-    )
-
-
-def _beside(demonstration: Demonstration, authors: Sequence[str]) -> Iterator[Part]:
-    """Video and timelines."""
-    video = demonstration.video
-    yield Part(
-        "video decoder",
-        video is not None,
-        "there is a video" if video else "there is no video, and OpenCV is not loaded",
-    )
-    yield Part(
-        "timelines",
-        bool(authors),
-        f"labelled by {', '.join(authors)}" if authors else "nothing is labelled",
     )
 
 
@@ -168,7 +148,7 @@ def _after(settings: Settings) -> Iterator[Part]:
         "order": "knows durations and order",
     }
     yield Part(
-        "decoder",
+        "semi-Markov decoder",
         settings.decodes,
         knowing[settings.choreography] if settings.decodes else "filters stand in its place",
     )

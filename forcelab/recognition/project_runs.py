@@ -11,6 +11,7 @@ from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.evaluation import Job, across, leave_one_out
+from forcelab.recognition.live_evaluation import leave_one_out_live
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.run_results import kept, title_of
@@ -116,8 +117,9 @@ def evaluate_tasks(
     jobs: int = 1,
     *,
     certainty: bool = False,
+    latency: float | None = None,
 ) -> Generator[Progress, None, Evaluated]:
-    """Evaluate on a project; each evaluation is kept in it as a run.
+    """Evaluate on a project; each evaluation is kept in it as a run, unless it is of streams.
 
     The chosen tasks are one evaluation. With none chosen every task is one by itself, and those
     that cannot be evaluated are left out.
@@ -131,6 +133,8 @@ def evaluate_tasks(
         Processes that share the work.
     certainty : bool
         Whether the runs also keep how certain each prediction is, and what each filter led to.
+    latency : float, optional
+        Evaluate as if demonstrations came live, labels so many seconds after their force.
 
     Yields
     ------
@@ -148,6 +152,10 @@ def evaluate_tasks(
         If what was chosen cannot be evaluated, or no task can.
     """
     choice.check()
+    if latency is not None and choice.test_task is not None:
+        raise InputError(
+            "With a latency one demonstration is left out at a time; choose no task to test on."
+        )
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
@@ -162,9 +170,14 @@ def evaluate_tasks(
             corpora = [choice.corpus(project, tasks, settings)]
             if choice.test_task is not None:
                 corpora.append(choice.corpus(project, [choice.test_task], settings))
-            evaluation = yield from evaluating(
-                corpora, settings, tasks, choice.test_task, jobs, certainty=certainty
-            )
+            if latency is None:
+                job = evaluating(
+                    corpora, settings, tasks, choice.test_task, jobs, certainty=certainty
+                )
+            else:
+                title = title_of(tasks, None)
+                job = leave_one_out_live(corpora[0].labelled, settings, latency, title)
+            evaluation = yield from job
         except InputError as error:
             if len(groups) == 1:
                 raise
@@ -174,7 +187,7 @@ def evaluate_tasks(
             continue
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spelt for part in corpora))
-        if project.read_only:
+        if project.read_only or latency is not None:
             continue
         project.add_run(
             "evaluate",

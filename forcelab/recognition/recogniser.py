@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Examples, Labelled, prepare
 from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
+
+if TYPE_CHECKING:
+    from forcelab.recognition.live_part import LivePart
 
 __all__ = ["Prediction", "Recogniser"]
 
@@ -49,6 +52,8 @@ class Prediction:
         they are switched on.
     certainty : Certainty, optional
         The probabilities, coarsely; None where nobody asked, or the classifier has none.
+    unaided : ndarray of int64, shape (n,), optional
+        Decoded without any choreography; None where nobody asked, or there is no choreography.
     """
 
     times: NDArray[np.float64]
@@ -59,6 +64,7 @@ class Prediction:
     seconds: dict[str, float]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     certainty: Certainty | None = None
+    unaided: NDArray[np.int64] | None = None
 
     def at(self, times: NDArray[np.float64], steps: NDArray[np.int64]) -> Prediction:
         """The same at other stamps (s), shape (m,), given the time step that stands for each."""
@@ -69,6 +75,7 @@ class Prediction:
             filtered=self.filtered[steps],
             probabilities=None if self.probabilities is None else self.probabilities[steps],
             stages={name: codes[steps] for name, codes in self.stages.items()},
+            unaided=None if self.unaided is None else self.unaided[steps],
         )
 
     @property
@@ -99,6 +106,9 @@ class Recogniser:
         Ids of the training demonstrations.
     choreography : Choreography, optional
         Durations and order of the training tracks; None without a decoder.
+    live : tuple of LivePart
+        What it has learnt to follow a stream, by the time that each part looks ahead; empty where
+        the classifier itself can do so.
     """
 
     settings: Settings
@@ -109,6 +119,7 @@ class Recogniser:
     classifier: Any
     trained_on: tuple[str, ...] = ()
     choreography: Choreography | None = None
+    live: tuple[LivePart, ...] = ()
 
     def predict(self, demonstration: Demonstration, *, certainty: bool = False) -> Prediction:
         """Recognise the actions of a demonstration.
@@ -131,7 +142,9 @@ class Recogniser:
             return prediction
         return prediction.at(demonstration.times, examples.nearest(demonstration.times))
 
-    def predict_examples(self, examples: Examples, *, certainty: bool = False) -> Prediction:
+    def predict_examples(
+        self, examples: Examples, *, certainty: bool = False, unaided: bool = False
+    ) -> Prediction:
         """Recognise the actions of a demonstration whose features are there already.
 
         Parameters
@@ -139,6 +152,8 @@ class Recogniser:
         examples : Examples
         certainty : bool
             As of :meth:`predict`.
+        unaided : bool
+            Whether what would be decoded without choreography is wanted, too.
         """
         if examples.channels != self.channels:
             raise InputError(
@@ -149,18 +164,21 @@ class Recogniser:
         raw, probabilities = self._classify(examples, certainty)
         classified = perf_counter()
         if self.choreography is not None and probabilities is not None:
-            filtered = self._decode(probabilities, examples)
+            filtered = self._decode(probabilities, examples, self.settings.choreography)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
             filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
+        alone = None
+        if unaided and self.choreography is not None and probabilities is not None:
+            alone = self._decode(probabilities, examples, "none")
         sure = None
         if certainty and probabilities is not None and examples.valid.any():
             seen = examples.valid
             known = self._posterior(probabilities, examples)
             sure = Certainty.of(examples.times[seen], known[seen], self.actions)
         return Prediction(
-            examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure
+            examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
         )
 
     def _classify(
@@ -191,15 +209,17 @@ class Recogniser:
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
 
-    def _decode(self, probabilities: NDArray[np.float64], examples: Examples) -> NDArray[np.int64]:
-        """The best course of actions by probabilities and choreography."""
+    def _decode(
+        self, probabilities: NDArray[np.float64], examples: Examples, use: str
+    ) -> NDArray[np.int64]:
+        """The best course of actions by probabilities and so much of the choreography."""
         assert self.choreography is not None
         return decode(
             _logs(probabilities),
             examples.valid,
             self._step(examples),
             self.choreography,
-            self.settings.choreography,  # type: ignore[arg-type]  # checked when it was set
+            use,  # type: ignore[arg-type]  # checked when it was set
         )
 
     def _posterior(

@@ -27,6 +27,8 @@ EVENTS = tuple(part.name for part in fields(Events))
 METRICS = (
     *("accuracy", "balanced_accuracy", "coverage", "kappa", "edit"),
     *(f"f1.{overlap}" for overlap in OVERLAPS),
+    *(f"f1_labelled.{overlap}" for overlap in OVERLAPS),
+    "boundaries_found",
     *("boundary_ms.median", "boundary_ms.p90"),
     *(f"events.{part}.{what}" for part in EVENTS for what in ("count", "seconds")),
 )
@@ -65,11 +67,15 @@ def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     result = _of_frames(parts, weights)
     edits = np.array([sum(part.edits) for part in parts])
     result["edit"] = _over(weights @ edits, weights @ np.array([len(p.edits) for p in parts]))
-    segments = np.stack([part.segments.ravel() for part in parts])
-    matched = (weights @ segments).reshape(len(weights), len(OVERLAPS), 3)
-    for number, overlap in enumerate(OVERLAPS):
-        true, false, missed = (matched[:, number, column] for column in range(3))
-        result[f"f1.{overlap}"] = _over(2 * true, 2 * true + false + missed)
+    for name in ("segments", "labelled_segments"):
+        segments = np.stack([getattr(part, name).ravel() for part in parts])
+        matched = (weights @ segments).reshape(len(weights), len(OVERLAPS), 3)
+        for number, overlap in enumerate(OVERLAPS):
+            true, false, missed = (matched[:, number, column] for column in range(3))
+            f1 = "f1" if name == "segments" else "f1_labelled"
+            result[f"{f1}.{overlap}"] = _over(2 * true, 2 * true + false + missed)
+    found, boundaries = (weights @ np.stack([part.found for part in parts])).T
+    result["boundaries_found"] = _over(found, boundaries)
     median, p90 = _percentiles(parts, weights, (50, 90))
     result |= {"boundary_ms.median": median, "boundary_ms.p90": p90}
     for name in EVENTS:

@@ -13,6 +13,7 @@ from forcelab.labels import Segments, from_codes
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.intervals import Intervals, intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
+from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.settings import Settings
 from forcelab.versions import versions
 
@@ -39,6 +40,8 @@ class Tested:
         they are switched on.
     certainty : Certainty, optional
         Probabilities of the actions that the recogniser knew; None where nobody asked.
+    unaided : ndarray of int64, shape (n,), optional
+        Codes decoded without any choreography; None without a decoder.
     """
 
     name: str
@@ -50,6 +53,7 @@ class Tested:
     filtered: NDArray[np.int64]
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     certainty: Certainty | None = None
+    unaided: NDArray[np.int64] | None = None
 
     @property
     def start(self) -> float:
@@ -67,7 +71,7 @@ class Tested:
         return from_codes(codes, self.times, self.actions)
 
     def counts(self, which: str) -> Counts:
-        """Compare ``"raw"`` or ``"filtered"`` with the human."""
+        """Compare ``"raw"``, ``"unaided"`` or ``"filtered"`` with the human."""
         return count(self.human, getattr(self, which), self.times, self.actions)
 
 
@@ -94,6 +98,8 @@ class Evaluation:
         Run time of ``features``, ``fit``, ``predict`` and ``filter``, each summed over folds.
     remarks : tuple of str
         What was left out, a sentence each.
+    reliability : Reliability, optional
+        Of the probabilities before they are decoded or filtered; None where there were none.
     """
 
     title: str
@@ -105,21 +111,26 @@ class Evaluation:
     trained_on: tuple[str, ...]
     seconds: dict[str, float]
     remarks: tuple[str, ...] = ()
+    reliability: Reliability | None = None
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What has scores: raw, filtered, and unaided where a decoder knows a choreography."""
+        decoded = bool(self.tested) and all(item.unaided is not None for item in self.tested)
+        return ("raw", "unaided", "filtered") if decoded else ("raw", "filtered")
 
     def scores(self, which: str) -> tuple[Scores, list[Scores]]:
-        """Pooled scores, and each demonstration's, of ``"raw"`` or ``"filtered"``."""
+        """Pooled scores, and each demonstration's, of one of :attr:`kinds`."""
         return self._scores[which]
 
     def intervals(self, which: str) -> Intervals:
-        """Intervals of the pooled scores of ``"raw"`` or ``"filtered"``."""
+        """Intervals of the pooled scores of one of :attr:`kinds`."""
         return self._intervals[which]
 
     @cached_property
     def _counts(self) -> dict[str, list[Counts]]:
         """Each demonstration, counted once."""
-        return {
-            which: [item.counts(which) for item in self.tested] for which in ("raw", "filtered")
-        }
+        return {which: [item.counts(which) for item in self.tested] for which in self.kinds}
 
     @cached_property
     def _scores(self) -> dict[str, tuple[Scores, list[Scores]]]:
@@ -153,7 +164,9 @@ class Evaluation:
             "trained_on": list(self.trained_on),
             "remarks": list(self.remarks),
         }
-        for which in ("raw", "filtered"):
+        if self.reliability is not None:
+            result["reliability"] = self.reliability.to_json()
+        for which in self.kinds:
             pooled, single = self.scores(which)
             result[which] = {
                 "pooled": pooled.to_json(),

@@ -48,8 +48,9 @@ CLASSIFIERS = (
 PLAIN_CLASSIFIERS = CLASSIFIERS[5:]
 #: What a time step is known by.
 FEATURES = ("wavelets", "windows")
-#: The unit of forces in windows: newtons, a demonstration's own amplitude, or what does better.
-AMPLITUDES = ("absolute", "own", "chosen")
+#: The unit of forces in windows: newtons, a demonstration's own amplitude, both side by side, or
+#: the one of the two that does better.
+AMPLITUDES = ("absolute", "own", "both", "chosen")
 #: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
 DECODERS = ("filters", "semi-markov")
 CHOREOGRAPHIES = ("none", "durations", "order")
@@ -241,7 +242,7 @@ class Settings:
     def width(self, channels: int) -> int:
         """How many features a time step has, of so many channels."""
         if self.features == "windows":
-            kinds = 6 if self.amplitude == "chosen" else 3
+            kinds = 6 if self.amplitude in ("both", "chosen") else 3
             return kinds * channels * len(self.windows)
         kinds = 1 + (2 if self.circular else 1) * self.phase
         return kinds * channels * len(self.scales)
@@ -346,8 +347,9 @@ PRESETS: Mapping[str, Settings] = {
         preset="fast",
         features="windows",
         step=0.02,
-        amplitude="own",
+        amplitude="both",
         classifier="extra-trees",
+        stride=2,
         threshold=None,
         median=None,
         drop=None,
@@ -357,7 +359,8 @@ PRESETS: Mapping[str, Settings] = {
         preset="best",
         features="windows",
         step=0.02,
-        amplitude="chosen",
+        # Both side by side do better than the one that inner folds choose, on pens as on foam.
+        amplitude="both",
         classifier="extra-trees",
         threshold=None,
         median=None,

@@ -20,6 +20,7 @@ from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.choreography import Choreography
+from forcelab.recognition.live_part import LivePart
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, Settings
 from forcelab.recognition.soundness import check_classifier
@@ -88,6 +89,7 @@ def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
                 "choreography": None if choreography is None else choreography.to_json(),
                 "versions": versions(),
                 "classifier": classifier,
+                "live": [part.plain() for part in recogniser.live],
             }
         )
     )
@@ -153,6 +155,7 @@ def _recogniser(content: object, path: Path) -> Recogniser:
         classifier=classifier,
         trained_on=tuple(str(identity) for identity in content["trained_on"]),
         choreography=_choreography(content.get("choreography"), settings),
+        live=_live(content),
     )
     if not 0 < recogniser.rate < np.inf:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
@@ -176,6 +179,15 @@ def _choreography(plain: object, settings: Settings) -> Choreography | None:
     if not isinstance(plain, Mapping):
         raise TypeError("no choreography")
     return Choreography.from_json(plain)
+
+
+def _live(content: Mapping[str, Any]) -> tuple[LivePart, ...]:
+    """Check what follows streams; older files have nothing of it."""
+    channels, actions = len(content["channels"]), len(content["actions"])
+    parts = content.get("live", [])
+    if not isinstance(parts, list):
+        raise TypeError("no list of parts")
+    return tuple(LivePart.from_plain(part, channels, actions) for part in parts)
 
 
 def _names(values: object) -> tuple[str, ...]:

@@ -151,6 +151,9 @@ class Sweep:
         self.ends = np.full((K, room + 1), -np.inf)
         self.starts = np.full((K, self.margin + room + 1), -np.inf)
         self._slope = scores.slope[:, None]
+        # Of a first segment up to the margin; beyond, along the slope.
+        lengths = np.arange(1, self.margin + 1)
+        self._first = scores.start[:, None] + scores.outlasting(np.arange(K)[:, None], lengths)
         # The running maximum of starts, seen along the slope; made up to place `_run`.
         self._running = np.full((K, room + 1), -np.inf)
         self._run = 0
@@ -229,8 +232,8 @@ class Sweep:
 
     def first(self, times: NDArray[np.int64]) -> Real:
         """The score of a first segment that ends at each time, without its evidence; (K, m)."""
-        rows = np.arange(len(self.order))[:, None]
-        return np.asarray(self.scores.start[:, None] + self.scores.outlasting(rows, times))
+        known = np.minimum(times, self.margin)
+        return np.asarray(self._first[:, known - 1] + self._slope * (times - known))
 
     @property
     def room(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median_low
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, from_codes
+from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
@@ -23,6 +24,7 @@ from forcelab.recognition.examples import (
     same_channels,
 )
 from forcelab.recognition.learning import Care
+from forcelab.recognition.live_part import fitting_live, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 
@@ -203,7 +205,21 @@ def training(
     examples = yield from preparing(together, settings.replace(rate=rate))
     watched = None if held_out is None else examples.pop()
     ids = [item.demonstration.id for item in used]
-    return (yield from fit_examples(examples, settings, watched, ids))
+    recogniser = yield from fit_examples(examples, settings, watched, ids)
+    if not (needs_whole(settings) and settings.decodes):
+        return recogniser
+    own = _own_amplitude(recogniser)
+    parts = yield from fitting_live(used, settings, rate, recogniser.actions, own)
+    return replace(recogniser, live=parts)
+
+
+def _own_amplitude(recogniser: Recogniser) -> bool:
+    """Whether a recogniser looks at forces in units of each demonstration's own amplitude."""
+    settings, classifier = recogniser.settings, recogniser.classifier
+    if settings.amplitude != "chosen" or not isinstance(classifier, Averaged):
+        return settings.amplitude == "own"
+    # What was chosen on left-out demonstrations is one half of the columns; own is the second.
+    return bool(classifier.columns.min() >= settings.width(len(recogniser.channels)) // 2)
 
 
 def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:

@@ -73,12 +73,12 @@ def window_features(
         Standard deviations in seconds.
     places : ndarray of int64, shape (m,)
         Samples at which there is a time step.
-    amplitude : "absolute", "own" or "chosen"
-        In the channels' units, in units of each channel's own amplitude, or both.
+    amplitude : "absolute", "own", "both" or "chosen"
+        In the channels' units, in units of each channel's own amplitude, or both side by side.
 
     Returns
     -------
-    ndarray of float64, shape (m, 3 q k), or (m, 6 q k) for "chosen"
+    ndarray of float64, shape (m, 3 q k), or (m, 6 q k) for "both" and "chosen"
         Always finite for channels below 1e150. Slopes are per second.
     """
     ready = np.stack([bridge(channel) for channel in channels])
@@ -130,7 +130,7 @@ def window_names(
     channels: Sequence[str], windows: Sequence[float], amplitude: str = "absolute"
 ) -> tuple[str, ...]:
     """Name the columns of :func:`window_features`, such as ``level, normal 1, 40 ms``."""
-    units = {"absolute": ("",), "own": ("own ",), "chosen": ("", "own ")}[amplitude]
+    units = {"absolute": ("",), "own": ("own ",)}.get(amplitude, ("", "own "))
     return tuple(
         f"{unit}{kind}, {channel}, {1000 * window:.4g} ms"
         for unit in units

@@ -20,7 +20,7 @@ from forcelab.signals.scalogram_blocks import (
     widest_in_blocks,
 )
 from forcelab.signals.scalogram_source import Source
-from forcelab.signals.scalogram_sums import sum_row, sums_are_cheaper
+from forcelab.signals.scalogram_sums import sum_rows, sums_are_cheaper
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["Picture", "picture_values"]
@@ -78,9 +78,9 @@ def picture_values(
         alone = np.array(
             [reach(a) <= _SPOT if spots else sums_are_cheaper(a, grid) for a in scales.tolist()]
         )
-        for j in np.flatnonzero(alone):
-            out[j] = yield from sum_row(
-                source, grid, float(scales[j]), wavelet, shift=shift, exponent=exponent
+        if alone.any():
+            out[alone] = yield from sum_rows(
+                source, grid, scales[alone], wavelet, shift=shift, exponent=exponent
             )
     else:
         length = block_length(grid.width)

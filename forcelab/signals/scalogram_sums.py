@@ -13,7 +13,7 @@ from forcelab.signals.scalogram_bands import Columns, reach
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["sum_row", "sums_are_cheaper"]
+__all__ = ["sum_rows", "sums_are_cheaper"]
 
 #: Below this scale the Nyquist frequency cuts the wavelet, which then rings for long.
 _CUT_BELOW = 4.0
@@ -42,10 +42,10 @@ def _kernel(scale: float, wavelet: Morlet) -> NDArray[np.complex128]:
     return np.asarray(kernel - kernel.mean(), dtype=np.complex128)
 
 
-def sum_row(
+def sum_rows(
     source: Source,
     columns: Columns,
-    scale: float,
+    scales: NDArray[np.float64],
     wavelet: Morlet,
     *,
     shift: float,
@@ -53,32 +53,37 @@ def sum_row(
 ) -> Generator[Progress, None, NDArray[np.complex128]]:
     """Coefficients at the columns' centre samples; a job.
 
+    The samples around a column are read once, as far as the widest wavelet reaches.
+
     Parameters
     ----------
     source : Source
     columns : Columns
-    scale : float
-        In samples.
+    scales : ndarray, shape (k,)
+        In samples; at least one.
     wavelet : Morlet
     shift, exponent
         Samples are taken as ``(x - shift) / 2**exponent``.
 
     Returns
     -------
-    ndarray of complex128, shape (columns.count,)
+    ndarray of complex128, shape (k, columns.count)
     """
-    kernel = _kernel(scale, wavelet)
-    half = len(kernel) // 2
+    kernels = [_kernel(scale, wavelet) for scale in scales.tolist()]
+    half = max(len(kernel) for kernel in kernels) // 2
     centres = columns.centres()
-    out = np.empty(columns.count, dtype=np.complex128)
-    chunk = max(1, _STEP // len(kernel))
+    out = np.empty((len(kernels), columns.count), dtype=np.complex128)
+    chunk = max(1, _STEP // (2 * half + 1))
     for left in range(0, columns.count, chunk):
         right = min(left + chunk, columns.count)
-        frames = np.empty((right - left, len(kernel)))
+        frames = np.empty((right - left, 2 * half + 1))
         for frame, centre in zip(frames, centres[left:right].tolist(), strict=True):
             frame[:] = source.read(centre - half, centre + half + 1)[0]
         frames -= shift
         np.ldexp(frames, -exponent, out=frames)
-        out[left:right] = frames @ kernel.real + 1j * (frames @ kernel.imag)
+        for row, kernel in zip(out, kernels, strict=True):
+            side = len(kernel) // 2
+            within = frames[:, half - side : half + side + 1]
+            row[left:right] = within @ kernel.real + 1j * (within @ kernel.imag)
         yield Progress(right, columns.count, "sums")
     return out

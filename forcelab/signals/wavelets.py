@@ -1,185 +1,35 @@
-"""Mother wavelets, each as a function of frequency and of time.
+"""All mother wavelets by their names: Morlets, derivatives of Gaussians, and Haar's.
 
-Time `t` is in units of the scale; angular frequency `omega` in radians per unit of scale, with
-the transform ``psi_hat(omega) = integral psi(t) exp(-i omega t) dt``. All wavelets have zero mean:
-a constant force gives nothing.
-
-References
-----------
-.. [1] Torrence, C. and Compo, G. P., "A practical guide to wavelet analysis", Bull. Amer. Meteor.
-   Soc. 79 (1998), table 1 and section 3h (Fourier period), 3g (e-folding time). Their Fourier
-   period of the Morlet leaves out the correction term; here it counts.
-.. [2] Subramani, G. et al., "Recognizing actions during tactile manipulations through force
-   sensing", IROS 2017: the Morlet with p = 5 on which preset ``paper`` rests.
+All have zero mean, so that a constant force gives nothing, but for the uncorrected Morlet.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cache
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from forcelab.errors import InputError
+from forcelab.signals.morlets import Morlet, RealMorlet, TorrenceCompoMorlet, UncorrectedMorlet
+from forcelab.signals.wavelet import TAIL, Wavelet, gauss
 
-__all__ = ["DOG", "WAVELETS", "Haar", "Morlet", "RealMorlet", "Wavelet", "wavelet_named"]
+__all__ = [
+    "DOG",
+    "WAVELETS",
+    "Haar",
+    "Morlet",
+    "RealMorlet",
+    "TorrenceCompoMorlet",
+    "UncorrectedMorlet",
+    "Wavelet",
+    "wavelet_named",
+]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-
-
-class Wavelet(ABC):
-    """A mother wavelet psi.
-
-    Attributes
-    ----------
-    name : str
-        What messages and figures call it.
-    real : bool
-        Whether psi is real; its transform then has no imaginary part.
-    fourier_factor : float
-        Period, in units of the scale, of the sine whose response over all scales is largest at
-        this scale.
-    e_folding : float
-        Distance, in units of the scale, at which the power of the wavelet's envelope has fallen by
-        exp(-2), as in [1]_; the cone of influence ends there.
-    radius : float
-        Half-width in units of the scale outside of which the wavelet is below 1e-13 of its peak
-        (below 1e-11 for a Morlet with p < 3).
-    """
-
-    name: str
-    real: ClassVar[bool] = False
-
-    @abstractmethod
-    def spectrum(self, omega: ArrayLike) -> Complex:
-        """Fourier transform psi_hat at angular frequencies `omega` (rad per unit of scale)."""
-
-    @abstractmethod
-    def time(self, t: ArrayLike) -> Complex:
-        """The wavelet psi at times `t` (in units of the scale)."""
-
-    @property
-    @abstractmethod
-    def fourier_factor(self) -> float:
-        """Fourier period over scale."""
-
-    @property
-    @abstractmethod
-    def e_folding(self) -> float:
-        """E-folding time over scale."""
-
-    @property
-    @abstractmethod
-    def radius(self) -> float:
-        """Half-width of the support over scale."""
-
-
-_TAIL = math.sqrt(2 * math.log(1e13))  # where exp(-t^2 / 2) has fallen to 1e-13
-
-
-def _gauss(x: Real) -> Real:
-    return np.exp(-0.5 * x * x)
-
-
-@cache
-def _strongest(p: float, real: bool) -> float:
-    """Scale times angular frequency of the sine that a Morlet wavelet answers to most.
-
-    The maximum of ``sqrt(u) |psi_hat(u)|``, where its logarithm has no slope:
-    ``1 / (2 u) - u + p / (1 - exp(-u p)) = 0``, of the real wavelet
-    ``1 / (2 u) - u + p coth(u p / 2) = 0``. The slope falls without end, so there is one root.
-    """
-
-    def slope(u: float) -> float:
-        carrier = p / math.tanh(0.5 * u * p) if real else -p / math.expm1(-u * p)
-        return 0.5 / u - u + carrier
-
-    # Halved until no number lies between: scipy's root finders take half a second to load.
-    low, high = max(1.0, p), p + 2.0
-    while low < (middle := 0.5 * (low + high)) < high:
-        low, high = (middle, high) if slope(middle) > 0 else (low, middle)
-    return low
-
-
-@dataclass(frozen=True)
-class Morlet(Wavelet):
-    """The complex Morlet wavelet, with the term that makes its mean exactly zero.
-
-    ``psi(t) = pi^-1/4 (exp(i p t) - exp(-p^2/2)) exp(-t^2/2)``
-
-    ``psi_hat(w) = sqrt(2 pi) pi^-1/4 (exp(-(w - p)^2/2) - exp(-p^2/2) exp(-w^2/2))``
-
-    Parameters
-    ----------
-    p : float
-        Angular frequency of the carrier, in radians per unit of scale: more oscillations under
-        the envelope, finer in frequency, coarser in time. From 0.1, below which the wavelet
-        hardly changes any more while its two terms cancel, to 1000.
-
-    Notes
-    -----
-    The correction is 3.7e-6 at p = 5. At scales below ``(p + 3.7) / pi`` samples, about 2.8 for
-    p = 5, the spectrum is above 1e-3 of its peak at the Nyquist frequency and is cut there; at
-    scale 2 the cut lies at 44 % of the peak. From ``(p + 6.5) / pi`` samples on, 3.7 for p = 5,
-    what is cut is below 1e-9.
-    """
-
-    p: float = 5.0
-
-    def __post_init__(self) -> None:
-        if not 0.1 <= self.p <= 1000:
-            raise InputError(f"The Morlet's p must lie between 0.1 and 1000, not at {self.p:g}.")
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """Such as ``Morlet p = 5``."""
-        return f"Morlet p = {self.p:g}"
-
-    def spectrum(self, omega: ArrayLike) -> Complex:
-        w = np.asarray(omega, dtype=np.float64)
-        bells = _gauss(w - self.p) - math.exp(-0.5 * self.p**2) * _gauss(w)
-        return (math.sqrt(2 * math.pi) * math.pi**-0.25 * bells).astype(np.complex128)
-
-    def time(self, t: ArrayLike) -> Complex:
-        t = np.asarray(t, dtype=np.float64)
-        carrier = np.exp(1j * self.p * t) - math.exp(-0.5 * self.p**2)
-        return math.pi**-0.25 * carrier * _gauss(t)
-
-    @property
-    def fourier_factor(self) -> float:
-        return 2 * math.pi / _strongest(self.p, self.real)
-
-    @property
-    def e_folding(self) -> float:
-        return math.sqrt(2)
-
-    @property
-    def radius(self) -> float:
-        return _TAIL
-
-
-@dataclass(frozen=True)
-class RealMorlet(Morlet):
-    """The real part of :class:`Morlet`: magnitude and phase are no longer told apart."""
-
-    real: ClassVar[bool] = True
-
-    @property
-    def name(self) -> str:  # type: ignore[override]
-        """Such as ``real Morlet p = 5``."""
-        return f"real Morlet p = {self.p:g}"
-
-    def spectrum(self, omega: ArrayLike) -> Complex:
-        w = np.asarray(omega, dtype=np.float64)
-        return 0.5 * (super().spectrum(w) + super().spectrum(-w))
-
-    def time(self, t: ArrayLike) -> Complex:
-        return super().time(t).real.astype(np.complex128)
 
 
 @dataclass(frozen=True)
@@ -225,7 +75,7 @@ class DOG(Wavelet):
     def time(self, t: ArrayLike) -> Complex:
         t = np.asarray(t, dtype=np.float64)
         # Normalised Hermite functions by their three-term recurrence, which cannot overflow.
-        before, here = np.zeros_like(t), _gauss(t) / math.pi**0.25
+        before, here = np.zeros_like(t), gauss(t) / math.pi**0.25
         for k in range(self.m):
             before, here = here, (t * here - math.sqrt(k) * before) / math.sqrt(k + 1)
         scale = math.exp(0.5 * (math.lgamma(self.m + 1.0) - math.lgamma(self.m + 0.5)))
@@ -242,7 +92,7 @@ class DOG(Wavelet):
     @property
     def radius(self) -> float:
         # exp(-t^2/2) t^m falls off from its turning point near sqrt(2 m) like a Gaussian.
-        return _TAIL + math.sqrt(2 * self.m)
+        return TAIL + math.sqrt(2 * self.m)
 
 
 @dataclass(frozen=True)
@@ -284,7 +134,13 @@ class Haar(Wavelet):
 
 
 #: Names for settings and the command line. The parameter is p for Morlets, m for DOG.
-WAVELETS = ("morlet", "real-morlet", "dog", "haar")
+WAVELETS = ("morlet", "real-morlet", "uncorrected-morlet", "torrence-compo", "dog", "haar")
+_MORLETS = {
+    "morlet": Morlet,
+    "real-morlet": RealMorlet,
+    "uncorrected-morlet": UncorrectedMorlet,
+    "torrence-compo": TorrenceCompoMorlet,
+}
 
 
 def wavelet_named(name: str, parameter: float | None = None) -> Wavelet:
@@ -302,9 +158,8 @@ def wavelet_named(name: str, parameter: float | None = None) -> Wavelet:
     InputError
         If the name is unknown or the parameter does not suit it.
     """
-    if name in ("morlet", "real-morlet"):
-        kind = Morlet if name == "morlet" else RealMorlet
-        return kind(5.0 if parameter is None else parameter)
+    if name in _MORLETS:
+        return _MORLETS[name](5.0 if parameter is None else parameter)
     if name == "dog":
         order = 2.0 if parameter is None else parameter
         if not float(order).is_integer():

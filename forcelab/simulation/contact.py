@@ -12,9 +12,11 @@ __all__ = [
     "Array",
     "bristle_limit",
     "bristle_rate",
+    "dot",
     "hunt_crossley",
     "hunt_crossley_energy",
     "kelvin_voigt",
+    "length",
     "lugre",
     "snap",
     "snap_energy",
@@ -70,7 +72,8 @@ def kelvin_voigt(depth: Array, rate: Array, stiffness: Array, damping: Array) ->
 
 def bristle_limit(speed: Array, static: Array, kinetic: Array, stribeck: Array) -> Array:
     """Stribeck's curve: the coefficient of friction in steady motion at `speed` (m/s)."""
-    return kinetic + (static - kinetic) * np.exp(-((speed / stribeck) ** 2))
+    share = speed / stribeck
+    return kinetic + (static - kinetic) * np.exp(-share * share)
 
 
 def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array) -> Array:
@@ -92,16 +95,31 @@ def bristle_rate(velocity: Array, bristle: Array, stiffness: Array, limit: Array
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models",
     IEEE Transactions on Automatic Control 47 (2002) 787-792.
     """
-    if len(bristle) == 1:
-        bent, onwards = np.abs(bristle[0]), velocity[0] * bristle[0]
-    else:
-        bent = np.sqrt(np.einsum("i...,i...->...", bristle, bristle))
-        onwards = np.einsum("i...,i...->...", velocity, bristle)
+    onwards = dot(velocity, bristle)
     ratio = stiffness / limit
-    share = ratio * bent
+    share = ratio * length(bristle)
     u = np.minimum(np.maximum((share - YIELD) * (1.0 / (1.0 - YIELD)), 0.0), 1.0)
     yields = u * u * (3.0 - 2.0 * u) / np.maximum(share, YIELD)
-    return velocity - yields * ratio * ratio * np.maximum(onwards, 0.0) * bristle
+    yields *= ratio
+    yields *= ratio
+    yields *= np.maximum(onwards, 0.0)
+    return velocity - yields * bristle
+
+
+def dot(one: Array, other: Array) -> Array:
+    """Products of vectors along one or two axes, the first of the arrays."""
+    both = one * other
+    # For so few axes, numpy's own sums cost more than all the rest.
+    product: Array = both[0] + both[1] if len(both) == 2 else both[0]
+    return product
+
+
+def length(vector: Array) -> Array:
+    """Lengths of vectors along one or two axes, the first of the array."""
+    if len(vector) == 2:
+        long: Array = np.hypot(vector[0], vector[1])
+        return long
+    return np.abs(vector[0])
 
 
 def lugre(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-__all__ = ["KNOT_STEP", "Command", "minimum_jerk", "tremor", "wander"]
+__all__ = ["KNOT_STEP", "Command", "minimum_jerk", "reach", "tremor", "wander"]
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,12 @@ def minimum_jerk(times: Array, start: float, duration: float | Array) -> Array:
     T. Flash, N. Hogan, "The coordination of arm movements: an experimentally confirmed
     mathematical model", Journal of Neuroscience 5 (1985) 1688-1703.
     """
-    u = np.clip((times - start) / duration, 0.0, 1.0)
+    return reach(np.clip((times - start) / duration, 0.0, 1.0))
+
+
+def reach(share: Array) -> Array:
+    """How far a reach is after a share of its time, both from 0 to 1."""
+    u = share
     return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
 
@@ -122,8 +127,11 @@ class Command:
         times : ndarray, shape (b,)
             One for each lane, from 0 on; any number of times where there is one lane only.
         """
+        splines, pieces, powers, commands = self.coefficients.shape
         interval = (times * (1.0 / KNOT_STEP)).astype(np.intp)
-        np.minimum(interval, self.coefficients.shape[1] - 1, out=interval)
-        a, b, c, d = self.coefficients[self.lanes, interval].transpose(1, 2, 0)
+        np.minimum(interval, pieces - 1, out=interval)
+        # Much faster than an index for each of the two axes.
+        cubics = self.coefficients.reshape(splines * pieces, powers, commands)
+        a, b, c, d = cubics.take(self.lanes * pieces + interval, axis=0).transpose(1, 2, 0)
         u = times - KNOT_STEP * interval
         return ((a * u + b) * u + c) * u + d

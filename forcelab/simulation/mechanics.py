@@ -31,14 +31,10 @@ from forcelab.simulation.hand import Command
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.profile import width_at
 from forcelab.simulation.readings import SIDES, dome_forces
+from forcelab.simulation.rubbing import Surfaces
 from forcelab.simulation.scene import Scene
 from forcelab.simulation.stacking import stacked
-from forcelab.simulation.surroundings import (
-    STRAIGHTEN,
-    sliding_friction,
-    socket_push,
-    table_under,
-)
+from forcelab.simulation.surroundings import sliding_friction, socket_push, table_under
 from forcelab.simulation.system import Array
 from forcelab.simulation.tolerances import hand_numbers, state_scales
 
@@ -97,10 +93,8 @@ class Mechanics:
         )
         hertzian = any(scene.body.exponent != 1.0 for scene in self.scenes)
         self._exponent = numbers.body.exponent if hertzian else None
-        self._pads: SimpleNamespace | None = None
-        if layout.rubbing:
-            self._pads = (numbers.arm or numbers.thread).pads
-            self._grip_share = np.stack([np.ones(self.lanes), self._pads.asymmetry])
+        self._pads = (numbers.arm or numbers.thread).pads if layout.rubbing else None
+        self._surfaces = Surfaces(layout, numbers) if layout.rubbing else None
         self.scales = state_scales(layout, numbers)
         self.events = self._event_names()
 
@@ -129,25 +123,29 @@ class Mechanics:
 
     def watched(self, times: Array, states: Array) -> Array:
         """The event functions, shape (e, b); see `System`."""
-        seen = self.look(times, states)
+        seen = self._meet(states)
         rows = [*seen.depth, seen.touch]
         if self._p.profile is not None:
             # Closed jaws overlap with the tip, which ends there, by as much as with each other.
             rows[:2] = np.minimum(seen.depth, seen.width.tip)
-        if self._pads is not None:
-            bent = np.sqrt((states[self._rub].reshape(-1, 2, len(times)) ** 2).sum(axis=0))
+        pads = self._pads
+        if pads is not None:
+            bristles = states[self._rub].reshape(-1, 2, len(times))
+            speed = contact.length(self._sliding(states))
+            limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
             # Fades with the contact, so that losing it ends the slip without a jump.
             felt = np.minimum(seen.normal / FELT, 1.0)
-            rows += list(bent * self._pads.stiffness / seen.limit * felt - SLIP)
+            rows += list(contact.length(bristles) * (pads.stiffness / limit) * felt - SLIP)
         if self.layout.thread:
-            rows.append(np.abs(states[-1]) * self._p.thread.stiffness / seen.bears - SLIP)
+            bears = self._bears(states)
+            rows.append(np.abs(states[-1]) * self._p.thread.stiffness / bears - SLIP)
         if self.layout.ground:
-            rows.append(seen.ground)
+            rows.append(seen.table.depth)
         if self.layout.socket:
             socket, inside = self._p.socket, states[-1] > 0.5
             y, z = states[self._along]
-            off, clear = np.abs(y - socket.place), -seen.ground
-            near = np.minimum(socket.tolerance - off, seen.ground)
+            off, clear = np.abs(y - socket.place), -seen.table.depth
+            near = np.minimum(socket.tolerance - off, seen.table.depth)
             # A body above the rim need not be lifted clear of it to leave sideways.
             aside = np.minimum(clear, off - 2.0 * socket.tolerance)
             rows += [
@@ -193,37 +191,26 @@ class Mechanics:
         rates = np.empty_like(states)
         rates[:count] = v
         force = np.zeros_like(q)
-        seen = SimpleNamespace(rates=rates)
+        seen = self._meet(states)
+        seen.rates = rates
         drive = self._drive.at(times)
         force[:d] = drive[:-1] - self._stiffness * q[:d] - self._damping * v[:d]
-
-        half, stiffness = p.body.half_width, p.body.stiffness
-        depth_rate = -v[:2] - SIDES * v[d]
-        if p.profile is not None:
-            seen.width = width_at(q[d - 1] - q[-1], half, p.profile)
-            half, stiffness = seen.width.half, stiffness * seen.width.left
-            depth_rate += seen.width.slope * (v[d - 1] - v[-1])
-        seen.depth = half - q[:2] - SIDES * q[d]
-        seen.normal = contact.hunt_crossley(
-            seen.depth, depth_rate, stiffness, p.body.damping, self._exponent
-        )
-        seen.touch = -(q[0] + q[1])
         pressed = seen.normal
-        if (seen.touch > 0.0).any():
+        if np.count_nonzero(seen.touch > 0.0):
             pressed = pressed + contact.hunt_crossley(
                 seen.touch, -(v[0] + v[1]), p.jaws.touch, p.body.damping
             )
         force[0] += drive[-1]
         force[:2] += pressed
-        force[d] = seen.normal[0] - seen.normal[1]
-        if self._pads is not None:
-            self._rub_along(seen, states, force, self._pads)
+        np.subtract(seen.normal[0], seen.normal[1], out=force[d])
+        if self.layout.ground:
+            self._stand(seen, states, force)
+        if self._surfaces is not None:
+            self._rub_along(seen, states, force, self._surfaces)
         if p.profile is not None:
             self._widen(seen, force)
         if self.layout.thread:
             self._turn(seen, states, force)
-        if self.layout.ground:
-            self._stand(seen, states, force)
         if p.holder is not None:
             held = self._held
             force[held] -= p.holder.stiffness * q[held] + p.holder.damping * v[held]
@@ -255,25 +242,66 @@ class Mechanics:
         acceleration = seen.rates[len(self.positions) :]
         return dome_forces(seen, acceleration, self.layout, self._p, self.scenes[0].jaws)
 
-    def _rub_along(
-        self, seen: SimpleNamespace, states: Array, force: Array, pads: SimpleNamespace
-    ) -> None:
-        """Friction of the jaws: drives the body, holds back tongs and wrist."""
+    def _meet(self, states: Array) -> SimpleNamespace:
+        """How jaws, body and table meet: depth, normal, touch, width and table of :meth:`look`."""
+        p, count, d = self._p, len(self.positions), self._x
+        seen = SimpleNamespace()
+        # Places and velocities in one: how near each jaw is to the body's middle.
+        both = states[: 2 * count].reshape(2, count, -1)
+        near, nearing = both[:, :2] + SIDES * both[:, d, None]
+        half, stiffness, depth_rate = p.body.half_width, p.body.stiffness, -nearing
+        if p.profile is not None:
+            along, passing = both[:, d - 1] - both[:, -1]
+            seen.width = width_at(along, half, p.profile)
+            half, stiffness = seen.width.half, stiffness * seen.width.left
+            depth_rate += seen.width.slope * passing
+        seen.depth = half - near
+        seen.normal = contact.hunt_crossley(
+            seen.depth, depth_rate, stiffness, p.body.damping, self._exponent
+        )
+        seen.touch = -(states[0] + states[1])
+        if self.layout.ground:
+            place, speed = both[:, self._held]
+            seen.table = table_under(place[1:], speed[1:], p.socket)
+        return seen
+
+    def _sliding(self, states: Array) -> Array:
+        """How fast jaws and body slide past each other, shape (directions, n)."""
         v, d = states[len(self.positions) :], self._x
         if self.layout.thread:
-            sliding = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
-        else:
-            sliding = v[2:d] - v[self._along]
-        bristles = states[self._rub].reshape(len(sliding), 2, -1)
-        seen.friction, rate, limit = sliding_friction(
-            seen.normal * self._grip_share, sliding[:, None], bristles, pads
+            turning: Array = (self._p.thread.radius * (v[d - 1] - v[d + 1]))[None]
+            return turning
+        return v[2:d] - v[self._along]
+
+    def _rub_along(
+        self, seen: SimpleNamespace, states: Array, force: Array, surfaces: Surfaces
+    ) -> None:
+        """Friction of jaws, table and socket: the jaws' holds back tongs and wrist."""
+        count, d = len(self.positions), self._x
+        sliding, slides, table, walls = self._sliding(states), states[self._slide], None, None
+        bristles, rubbing = states[self._rub].reshape(len(sliding), 2, -1), slides
+        if self.layout.ground:
+            table, rubbing = seen.load, states[count + d : count + d + len(slides)]
+        if self.layout.socket:
+            walls = states[-1] * states[2 * count - 1], states[-2]
+        friction, rate, limit = sliding_friction(
+            surfaces.normal(seen.normal, table, seen.hold if walls else None),
+            surfaces.beside(sliding[:, None], rubbing, walls[0] if walls else None),
+            surfaces.beside(bristles, slides, walls[1] if walls else None),
+            surfaces.pads,
         )
-        seen.limit = limit[0]
-        seen.rates[self._rub] = rate.reshape(2 * len(sliding), -1)
+        seen.limit, seen.friction = limit[0], surfaces.jaws(friction)
+        seen.rates[self._rub] = surfaces.jaws(rate).reshape(2 * len(sliding), -1)
         if not self.layout.thread:
-            both = seen.friction.sum(axis=1)
+            both = seen.friction[:, 0] + seen.friction[:, 1]
             force[2:d] -= both
-            force[self._along] = both
+            force[self._along] += both
+        if self.layout.ground:
+            seen.rates[self._slide] = surfaces.table(rate)
+            force[d : d + len(slides)] -= surfaces.table(friction)
+        if walls:
+            seen.rates[-2] = rate[0, 3]
+            force[d + 2] -= friction[0, 3]
 
     def _widen(self, seen: SimpleNamespace, force: Array) -> None:
         """Push tongs and body apart along z where the body's width varies."""
@@ -288,11 +316,7 @@ class Mechanics:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
         thread, cap_rate = self._p.thread, states[2 * len(self.positions) - 1]
         torque = thread.radius * seen.friction[0].sum(axis=0)
-        # The thread's bristles are told per newton metre: its limit at rest is static / kinetic.
-        speed = np.abs(cap_rate)
-        seen.bears = bears = contact.bristle_limit(
-            speed, thread.static / thread.kinetic, np.ones_like(speed), thread.stribeck
-        )
+        bears = self._bears(states)
         bristle = states[-1]
         bent = contact.bristle_rate(cap_rate[None], bristle[None], thread.stiffness, bears)
         seen.rates[-1] = bristle_rate = bent[0]
@@ -308,29 +332,28 @@ class Mechanics:
         force[self._x - 1] -= torque
         force[-1] = torque - held
 
+    def _bears(self, states: Array) -> Array:
+        """What the thread's bristles can bear, per newton metre: at rest static / kinetic."""
+        thread, speed = self._p.thread, np.abs(states[2 * len(self.positions) - 1])
+        return contact.bristle_limit(
+            speed, thread.static / thread.kinetic, np.ones(1), thread.stribeck
+        )
+
     def _stand(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
-        """Table and socket under the body."""
-        p, count = self._p, len(self.positions)
-        place, speed = states[:count][self._held], states[count : 2 * count][self._held]
-        table = table_under(place[1:], speed[1:], p.socket)
+        """Table and socket press on the body."""
+        p, table = self._p, seen.table
         seen.ground = table.depth
         normal = contact.kelvin_voigt(table.depth, table.rate, p.ground.stiffness, p.ground.damping)
-        if p.socket is not None:
-            normal = normal * (1.0 - states[-1])
-        friction, seen.rates[self._slide], _ = sliding_friction(
-            normal, speed[:-1], states[self._slide], p.ground.friction
-        )
         push = force[self._held]
-        push[-1] += normal
-        push[:-1] -= friction
-        if table.slope is not None:
-            push[1] -= normal * table.slope
         if p.socket is not None:
             inside = states[-1]
-            if inside.any():
-                socket, seen.rates[-2] = socket_push(
-                    place, speed, states[-2], inside, p.socket, p.body.damping
-                )
+            normal = normal * (1.0 - inside)
+            seen.hold = None
+            if np.count_nonzero(inside > 0.0):
+                place, speed = states[: 2 * len(force)].reshape(2, len(force), -1)[:, self._held]
+                socket, seen.hold = socket_push(place, speed, inside, p.socket, p.body.damping)
                 push += socket
-            else:
-                seen.rates[-2] = -states[-2] / STRAIGHTEN
+        seen.load = normal
+        push[-1] += normal
+        if table.slope is not None:
+            push[1] -= normal * table.slope

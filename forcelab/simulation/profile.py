@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from forcelab.simulation.contact import Array
-from forcelab.simulation.hand import minimum_jerk
+from forcelab.simulation.hand import reach
 
 __all__ = ["Width", "width_at"]
 
@@ -49,20 +49,26 @@ def width_at(up: Array, half_width: Array, profile: SimpleNamespace) -> Width:
     profile : namespace of ndarray, shape (b,)
         The numbers of `Profile`.
     """
-    gone, gone_slope = _step(up - profile.end, profile.taper)
-    rim, rim_slope = _step(up - profile.end + profile.rim_length, profile.rim_length)
+    over = up - profile.end
+    rim_length = profile.rim_length
+    # Both steps at once: numpy takes as long for one of them.
+    (gone, rim), (gone_slope, rim_slope) = _step(
+        np.stack([over, over + rim_length]), np.stack([profile.taper, rim_length])
+    )
     k = 2.0 * np.pi / profile.wavelength
-    wave = profile.waviness * half_width
-    uneven = wave * np.sin(k * up) + profile.rim * rim
-    uneven_slope = wave * k * np.cos(k * up) + profile.rim * rim_slope
+    wave, turns = profile.waviness * half_width, k * up
+    uneven = wave * np.sin(turns) + profile.rim * rim
+    uneven_slope = wave * k * np.cos(turns) + profile.rim * rim_slope
     share = np.stack([1.0 - profile.lopsided, 1.0 + profile.lopsided])
     full = half_width + share * uneven
     left = 1.0 - gone
     slope = share * uneven_slope * left - full * gone_slope
-    return Width(full * left, slope, left, -gone_slope, profile.end + profile.taper - up)
+    return Width(full * left, slope, left, -gone_slope, profile.taper - over)
 
 
 def _step(along: Array, length: Array) -> tuple[Array, Array]:
     """A smooth step from 0 to 1 over a length, and its slope."""
-    u = np.clip(along / length, 0.0, 1.0)
-    return minimum_jerk(along, 0.0, length), 30.0 * (u * (1.0 - u)) ** 2 / length
+    u = np.maximum(along / length, 0.0)
+    np.minimum(u, 1.0, out=u)
+    rest = u * (1.0 - u)
+    return reach(u), 30.0 * rest * rest / length

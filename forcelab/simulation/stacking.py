@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["stacked"]
+__all__ = ["beside", "stacked"]
 
 
 def stacked(parts: Sequence[Any]) -> SimpleNamespace:
@@ -35,3 +35,15 @@ def stacked(parts: Sequence[Any]) -> SimpleNamespace:
         elif isinstance(values[0], (int, float)):
             setattr(result, field.name, np.array(values, dtype=np.float64))
     return result
+
+
+def beside(parts: Sequence[SimpleNamespace]) -> SimpleNamespace:
+    """The numbers of equal parts of one scene, such as its surfaces, from `stacked`.
+
+    Returns
+    -------
+    SimpleNamespace
+        Each number as an array of shape (parts, b).
+    """
+    names = vars(parts[0])
+    return SimpleNamespace(**{name: np.stack([vars(one)[name] for one in parts]) for name in names})

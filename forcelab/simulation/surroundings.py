@@ -45,11 +45,13 @@ def table_under(place: Array, speed: Array, socket: SimpleNamespace | None) -> T
         return Table(-place[-1], -speed[-1], None)
     e = place[0] - socket.place
     k = 2.0 * np.pi / socket.pitch
-    far = e / (BUMPY * socket.pitch)
+    reach = BUMPY * socket.pitch
+    far = e / reach
     cube = far * far * far  # numpy's own powers cost more than all the rest
     fade = 0.5 * socket.studs * np.exp(-far * cube)
-    bump = 1.0 - np.cos(k * e)
-    slope = fade * (k * np.sin(k * e) - bump * 4.0 * cube / (BUMPY * socket.pitch))
+    turns = k * e
+    bump = 1.0 - np.cos(turns)
+    slope = fade * (k * np.sin(turns) - bump * (4.0 / reach) * cube)
     return Table(fade * bump - place[-1], slope * speed[0] - speed[-1], slope)
 
 
@@ -74,35 +76,26 @@ def sliding_friction(
     limit : ndarray, shape (..., n)
         The coefficient of friction that the bristles can bear at this speed.
     """
-    if len(velocity) == 1:
-        speed = np.abs(velocity[0])
-    else:
-        speed = np.sqrt(np.einsum("i...,i...->...", velocity, velocity))
-    limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
+    limit = contact.bristle_limit(
+        contact.length(velocity), pads.static, pads.kinetic, pads.stribeck
+    )
     rate = contact.bristle_rate(velocity, bristles, pads.stiffness, limit)
     force = contact.lugre(
         normal, velocity, bristles, rate, pads.stiffness, pads.damping, pads.viscous
     )
-    rate -= bristles * np.where(normal > 0.0, 0.0, 1.0 / STRAIGHTEN)
+    rate -= bristles * ((normal <= 0.0) * (1.0 / STRAIGHTEN))
     return force, rate, limit
 
 
 def socket_push(
-    place: Array,
-    speed: Array,
-    bristle: Array,
-    inside: Array,
-    socket: SimpleNamespace,
-    damping: Array,
+    place: Array, speed: Array, inside: Array, socket: SimpleNamespace, damping: Array
 ) -> tuple[Array, Array]:
-    """Forces of the socket on a body that is in it.
+    """Forces of the socket on a body that is in it, but for the friction of its walls.
 
     Parameters
     ----------
     place, speed : ndarray, shape (3, n)
         x, y and z of the body, m, and their rates, m/s.
-    bristle : ndarray, shape (n,)
-        Of the walls' friction, m.
     inside : ndarray, shape (n,)
         1 where the body is in the socket, else 0: there it feels nothing of it.
     socket : namespace of ndarray, shape (b,)
@@ -114,8 +107,8 @@ def socket_push(
     -------
     force : ndarray, shape (3, n)
         Along x, y and z, N.
-    bristle_rate : ndarray, shape (n,)
-        m/s.
+    hold : ndarray, shape (n,)
+        How hard the walls press on the body, which rubs along z, N.
 
     Notes
     -----
@@ -126,21 +119,17 @@ def socket_push(
     """
     depth, x, askew = -place[2], place[0], place[1] - socket.place
     rim = RIM * socket.depth
-    u = np.clip(depth / rim, 0.0, 1.0)
-    entered = u * u * (3.0 - 2.0 * u)
-    friction, rate, _ = sliding_friction(
-        socket.friction * entered * inside, speed[2:], bristle[None], socket.rubbing
-    )
+    u = np.maximum(depth / rim, 0.0)
+    np.minimum(u, 1.0, out=u)
+    entered = u * u * (3.0 - 2.0 * u) * inside
     click = socket.snap, socket.snap_depth, socket.snap_width
-    stored = 0.5 * (socket.walls * askew * askew + socket.ends * x * x)
-    stored += contact.snap_energy(depth, *click)
+    wall, end = socket.walls * askew, socket.ends * x
+    stored = 0.5 * (wall * askew + end * x) + contact.snap_energy(depth, *click)
     chamfer = 6.0 * u * (1.0 - u) / rim * stored
     bottom = contact.hunt_crossley(depth - socket.depth, -speed[2], socket.bottom, damping)
-    force = np.stack(
-        [
-            -entered * (socket.ends * x + socket.wall_damping * speed[0]),
-            -entered * (socket.walls * askew + socket.wall_damping * speed[1]),
-            chamfer - entered * contact.snap(depth, *click) + bottom - friction[0],
-        ]
-    )
-    return inside * force, np.where(inside > 0.0, rate[0], -bristle / STRAIGHTEN)
+    force = np.empty(place.shape)
+    np.multiply(-entered, end + socket.wall_damping * speed[0], out=force[0])
+    np.multiply(-entered, wall + socket.wall_damping * speed[1], out=force[1])
+    np.multiply(inside, chamfer + bottom, out=force[2])
+    force[2] -= entered * contact.snap(depth, *click)
+    return force, socket.friction * entered

@@ -39,11 +39,11 @@ def made(seconds, rate, ppm, seed=0, start=1e6):
     return true, ticks, delivered(true, rng)
 
 
-@pytest.mark.parametrize("ppm", [200, -200])
-def test_live_stamps_are_within_two_milliseconds_after_ten_minutes(ppm):
+@pytest.mark.parametrize(("ppm", "block"), [(200, 80), (-200, 160)])
+def test_live_stamps_are_within_two_milliseconds_after_ten_minutes(ppm, block):
     true, ticks, arrived = made(600, 1000, ppm)
     clock = ArrivalClock(1000)
-    off = run_live(clock, arrived, ticks, 40) - true
+    off = run_live(clock, arrived, ticks, block) - true
     assert np.percentile(np.abs(off[2000:]), 99) < 2 * MS
     assert np.abs(off[-20_000:]).max() < 1 * MS
     assert clock.rate * 1000 - 1 == pytest.approx(ppm * 1e-6, abs=5e-6)
@@ -64,20 +64,20 @@ def test_afterwards_the_first_stamps_are_as_good_as_the_last(ppm):
 
 
 def test_nothing_accumulates_in_hours_of_a_crystal_that_warms_up():
-    rate, n = 20, 3 * 3600 * 20
+    rate, n = 20, 5400 * 20
     ticks = np.arange(n, dtype=np.int64)
     seconds = ticks / rate
-    wander = 200e-6 * seconds + 20e-6 * 3600 * np.sin(seconds / 3600)  # 180 to 220 ppm
+    wander = 200e-6 * seconds + 20e-6 * 1800 * np.sin(seconds / 1800)  # 180 to 220 ppm
     true = 5e5 + seconds + wander
     arrived = delivered(true, np.random.default_rng(1))
     live = run_live(ArrivalClock(rate), arrived, ticks, 200) - true
     # 10 s blocks are stamped when they end; the line lags the crystal by its half-life.
     assert np.abs(live[200:]).max() < 4 * MS
     assert np.percentile(np.abs(live), 99) < 2 * MS
-    assert np.abs(live[-72_000:]).mean() < np.abs(live[:72_000]).mean() + 1 * MS
+    assert np.abs(live[-36_000:]).mean() < np.abs(live[:36_000]).mean() + 1 * MS
     off = np.abs(stamped(arrived, ticks).host - true)
     assert off.max() < 2 * MS
-    assert off[-72_000:].max() < off[:72_000].max() + 1 * MS
+    assert off[-36_000:].max() < off[:36_000].max() + 1 * MS
 
 
 @pytest.mark.parametrize("jump", [1000, 64_536, -500])

@@ -5,8 +5,10 @@ import re
 from dataclasses import replace
 
 import pytest
+from trained_project import FAST, make
 
 from forcelab.cli import main
+from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure import contact, live, stream
 from forcelab.measure.rows import Row, Table, with_front
@@ -137,3 +139,99 @@ def test_something_else_to_measure_is_refused_with_what_there_is(capsys):
     assert "weather" in said
     assert "contact" in said
     assert "Traceback" not in said
+
+
+@pytest.fixture
+def project(tmp_path, monkeypatch):
+    from forcelab.measure import recognition_runs
+    from forcelab.measure.recognition_settings import Variant
+
+    few = (Variant("preset", "cheap", FAST), Variant("filters", "none", FAST.replace(median=None)))
+    monkeypatch.setattr(recognition_runs, "QUICK", few)
+    return make(tmp_path / "study.forcelab", labelled=2, bare=0)
+
+
+def test_recognition_is_measured_on_a_project_that_stays_as_it_is(forcelab, project, tmp_path):
+    file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
+    said = forcelab(
+        "measure", "recognition", project, "--quick", "--json", file, "--figure", figure
+    )
+    assert (said.status, said.err) == (0, "")
+    assert "foam, 2 demonstrations" in said.out
+    assert "F1@50" in said.out
+    content = json.loads(file.read_text())
+    assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none"]
+    assert "cheap" in figure.read_text()
+    assert "No runs" in forcelab("runs", project).out
+
+
+def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
+    said = forcelab("measure", "recognition", project, "--quick", "--task", "pen")
+    assert "'pen'" in said.sentence
+    said = forcelab("measure", "recognition", project, "--quick", "--author", "Bo")
+    assert "'Bo' has labelled nothing here" in said.sentence
+
+
+def test_without_a_project_it_is_the_sample_project(forcelab, project, monkeypatch):
+    from forcelab.gui import opening
+
+    monkeypatch.setattr(opening, "sample_place", lambda: project)
+    said = forcelab("measure", "recognition", "--quick", "--thorough")
+    assert "foam, 2 demonstrations" in said.out
+
+
+def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
+    forcelab, project, monkeypatch, tmp_path
+):
+    from forcelab import sample
+    from forcelab.gui import opening
+
+    places = []
+
+    def making(path):
+        places.append(path)
+        yield Progress(0, 1, "making")
+        make(path, labelled=2, bare=0)
+
+    monkeypatch.setattr(sample, "making", making)
+    monkeypatch.setattr(opening, "sample_place", lambda: tmp_path / "sample.forcelab")
+    assert "foam, 2 demonstrations" in forcelab("measure", "recognition", "--quick").out
+    assert not places[0].exists()
+    assert not (tmp_path / "sample.forcelab").exists()
+
+
+@pytest.mark.parametrize("option", [["study.forcelab"], ["--task", "x"], ["--thorough"]])
+def test_what_is_for_recognition_alone_is_refused_elsewhere(forcelab, asked, option):
+    said = forcelab("measure", "contact", *option)
+    assert "goes with 'recognition'" in said.sentence
+    assert asked == []
+
+
+def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, asked, tmp_path):
+    from forcelab.cli import measuring
+
+    def refusing(*, quick):
+        yield Progress(0, 1, "streaming")
+        raise InputError("There is no stream.")
+
+    monkeypatch.setattr(stream, "tabulate", refusing)
+    monkeypatch.setattr(
+        measuring,
+        "MODULES",
+        {name: measuring.MODULES[name] for name in ("contact", "stream", "view")},
+    )
+    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    file = tmp_path / "all.json"
+    said = forcelab("measure", "all", "--quick", "--json", file)
+    assert said.status == 0
+    assert asked == [True]
+    assert "foam, 6 lanes x 1 s" in said.out
+    assert "Skipped: stream: There is no stream." in said.out
+    assert "Skipped: view: " in said.out
+    assert "no display" in said.out
+    content = json.loads(file.read_text())
+    assert list(content["tables"]) == ["contact"]
+    assert set(content["skipped"]) == {"stream", "view"}
+    said = forcelab("measure", "all", "--figure", tmp_path / "all.svg")
+    assert "no figure of 'all'" in said.sentence

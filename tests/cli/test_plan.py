@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +12,15 @@ from hypothesis import strategies as st
 from quick import FAST
 from synthetic import synthetic_demonstration
 
+from forcelab.cli import planning
 from forcelab.demonstration import VideoReference
+from forcelab.jobs import Progress, finish
+from forcelab.measure import loading, needs
+from forcelab.measure.loading import Loaded
 from forcelab.project import Incoming, Project
 from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.planning import planned
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.settings import Settings, preset
 from forcelab.signals.channels import channel_map
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.origin import Origin
@@ -28,8 +33,9 @@ CHANNELS = channel_map(FOAM.channels).names
 
 def parts_of(plan):
     """The parts of a plan by name."""
-    parts = {part["name"]: part for part in plan["recognition"]}
-    assert len(parts) == len(plan["recognition"])
+    every = plan["viewing"] + plan["recognition"]
+    parts = {part["name"]: part for part in every}
+    assert len(parts) == len(every)
     return parts
 
 
@@ -51,7 +57,7 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
         spacing=spacing,
         rate=rate,
     )
-    parts = {part.name: part for part in planned(FOAM, (), wanted)}
+    parts = {part.name: part for part in planned(FOAM, wanted)}
     counted = sum(
         int(parts[name].why.split()[0])
         for name in ("log magnitudes", "phases")
@@ -71,7 +77,7 @@ def test_the_plan_counts_what_the_features_hold(channels, phase, low, high, spac
 )
 def test_columns_that_are_left_out_change_nothing(channels, columns):
     wanted = Settings(channels=channels, max_scale=64.0)
-    parts = planned(FOAM, (), wanted)
+    parts = planned(FOAM, wanted)
     left_out = {part.name for part in parts if not part.computed}
     assert {name for name in left_out if name.startswith("column")} == {
         f"column {column}" for column in columns
@@ -170,3 +176,111 @@ def test_planning_loads_neither_opencv_nor_qt(project):
     )
     words = ["plan", str(project), "foam-01"]
     subprocess.run([sys.executable, "-c", script, *words], check=True, capture_output=True)
+
+
+def test_what_the_window_needs_and_does_without_is_told(forcelab, project, tmp_path):
+    film = tmp_path / "film.mp4"
+    film.write_bytes(b"no video, but nothing looks into it")
+    with Project.open(project) as opened:
+        opened.add(replace(FOAM, name="filmed", video=VideoReference(film)))
+    bare = parts_of(forcelab("plan", project, "foam-01", "--json").json)
+    filmed = parts_of(forcelab("plan", project, "filmed", "--json").json)
+    of_video = {"OpenCV", "video decoder", "video panel"}
+    assert {name for name in bare if bare[name]["computed"] != filmed[name]["computed"]} == {
+        *of_video,
+        "timelines",
+    }
+    assert all(filmed[name]["computed"] for name in of_video)
+    assert bare["scalogram of 1 channel"]["computed"]
+    assert not bare[f"scalograms of {len(CHANNELS) - 1} more"]["computed"]
+    never = ("scikit-learn", "pyserial", "Review workspace", "Capture workspace")
+    assert not any(bare[name]["computed"] for name in never)
+
+
+@pytest.mark.parametrize("name", ["paper", "released", "fast", "best"])
+def test_every_preset_is_planned_as_it_computes(forcelab, project, name):
+    parts = parts_of(forcelab("plan", project, "foam-01", "--preset", name, "--json").json)
+    chosen = preset(name)
+    windows = chosen.features == "windows"
+    assert parts["semi-Markov decoder"]["computed"] == chosen.decodes
+    assert parts["probabilities"]["computed"] == chosen.needs_probabilities
+    assert ("phases" in parts) == (not windows)
+    assert ("wavelets" in parts and not parts["wavelets"]["computed"]) == windows
+    if windows:
+        assert "decided at 50 Hz" in parts["every time step"]["why"]
+
+
+def test_measured_costs_are_those_of_what_is_needed_and_of_what_is_left_out(monkeypatch):
+    def without_processes(stages, repetitions):
+        loaded.extend(stages)
+        yield Progress(0, 1, "modules")
+        return tuple(Loaded(0.1, 1_000_000) for _ in stages)
+
+    loaded = []
+    monkeypatch.setattr(needs, "loading", without_processes)
+    for video in (None, VideoReference(Path("film.mp4"))):
+        loaded.clear()
+        filmed = replace(FOAM, video=video)
+        few = Settings(channels=(CHANNELS[0],), max_scale=16.0, phase=False)
+        costs = {cost.name: cost for cost in finish(needs.measuring_needs(filmed, few, 1))}
+        parts = {part.name: part for part in needs.viewed(filmed, ())}
+        for name in parts.keys() & costs.keys():
+            assert parts[name].computed == costs[name].computed
+        assert costs["OpenCV"].computed == (video is not None)
+        assert ("video:film.mp4" in loaded) == (video is not None)
+        # More channels and scales than are computed cost more than those that are.
+        assert costs["channels, scales, phases, steps left out"].seconds > costs["features"].seconds
+        hidden = costs["scalograms of the other channels"].seconds
+        assert hidden > costs["scalogram of 1 channel"].seconds
+
+
+def test_modules_are_loaded_in_a_process_of_its_own_and_trouble_is_a_sentence(tmp_path):
+    stages = ("json", "forcelab.no_such_room", f"video:{tmp_path / 'none.mp4'}")
+    found = finish(loading.loading(stages, 1))
+    assert found[0].seconds < 0.5
+    assert found[0].resident >= 0
+    assert "no_such_room" in found[1].refusal
+    assert "none.mp4" in found[2].refusal
+    assert found[1].seconds is None
+
+
+def test_the_command_prints_costs_with_their_sums(forcelab, project, monkeypatch):
+    costs = (
+        needs.Cost("Qt and the window", True, 0.5, 48_000_000),
+        needs.Cost("video decoder, first picture", True, None, None, "There is no film."),
+        needs.Cost("OpenCV", False, 0.25, 20_000_000),
+        needs.Cost("pyserial", False, 0.25, 1_500_000),
+    )
+
+    def measured(*_):
+        yield Progress(0, 1, "modules")
+        return costs
+
+    monkeypatch.setattr(planning, "measuring_needs", measured)
+    words = ["plan", project, "foam-01", "--measure"]
+    lines = [line.split() for line in forcelab(*words).out.splitlines()]
+    assert ["left", "out", "all", "of", "this", "0.500", "21.5"] in lines
+    assert ["computed", "all", "of", "this", "0.500", "48.0"] in lines
+    assert lines[-1][-4:] == ["There", "is", "no", "film."]
+    assert forcelab(*words, "--json").json["measured"][0]["bytes"] == 48_000_000
+    assert forcelab(*words[:-1], "--json").json["measured"] is None
+
+
+def test_listing_starts_at_once_and_loads_what_it_needs_alone(project):
+    """Below 0.3 s: as CPU time beside numpy's, without which nothing is read."""
+    script = (
+        "import sys, time; import numpy; began = time.process_time();"
+        "from forcelab.cli import main; status = main(['list', sys.argv[1]]);"
+        "spent = time.process_time();"
+        "print(spent - began, began, *sys.modules); sys.exit(status)"
+    )
+    ratios = []
+    for _ in range(3):
+        done = subprocess.run(
+            [sys.executable, "-c", script, str(project)], check=True, capture_output=True, text=True
+        )
+        own, numpys, *modules = done.stdout.splitlines()[-1].split()
+        ratios.append(float(own) / float(numpys))
+        heavy = {"PySide6", "cv2", "serial", "sklearn", "scipy", "joblib", "pyqtgraph"}
+        assert not heavy & set(modules)
+    assert min(ratios) < 2.0

@@ -15,7 +15,6 @@ from forcelab.labels import Segment
 from forcelab.recognition import learning
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.settings import Settings, preset
 from forcelab.recognition.storage import load, save
 from forcelab.recognition.training import train
@@ -91,11 +90,6 @@ def test_a_decoder_without_choreography_is_refused(trained, tmp_path):
     save(dataclasses.replace(trained, choreography=None), path)
     with pytest.raises(InputError, match="not a whole recogniser"):
         load(path)
-
-
-def test_a_stream_refuses_what_needs_a_whole_demonstration(trained, four):
-    with pytest.raises(InputError, match=r"cannot follow a stream; train one with preset paper"):
-        OnlineRecogniser(trained, 0.1, four[0].demonstration.channels)
 
 
 def test_nothing_of_the_held_out_demonstration_is_seen(four):

@@ -18,7 +18,7 @@ from forcelab.recognition.metrics import Counts, Scores, count, pool, score
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]
-KEYS += ["boundary_ms", "confusion", "events"]
+KEYS += ["f1_labelled", "boundaries_found", "boundary_ms", "confusion", "events"]
 
 
 def spell(text: str, actions: list[str] = ACTIONS) -> np.ndarray:

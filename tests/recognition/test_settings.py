@@ -21,7 +21,9 @@ ANY_SETTINGS = st.builds(
     preset=st.text(max_size=8),
     channels=st.none() | st.lists(NAMES, max_size=4, unique=True).map(tuple),
     rate=st.none() | POSITIVE,
-    wavelet=st.sampled_from(["morlet", "real-morlet", "dog"]),
+    wavelet=st.sampled_from(
+        ["morlet", "real-morlet", "uncorrected-morlet", "torrence-compo", "dog"]
+    ),
     parameter=st.none() | st.integers(1, 9).map(float),
     min_scale=st.floats(0.5, 4.0),
     max_scale=st.floats(4.0, 1e5),

@@ -8,10 +8,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
-from scipy.special import eval_hermitenorm, gammaln
+from scipy.special import erfc, eval_hermitenorm, gammaln
 
 from forcelab.errors import InputError
-from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, wavelet_named
+from forcelab.signals.cwt import cwt
+from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.wavelets import (
+    DOG,
+    WAVELETS,
+    Haar,
+    Morlet,
+    RealMorlet,
+    TorrenceCompoMorlet,
+    UncorrectedMorlet,
+    wavelet_named,
+)
 
 SMOOTH = [
     *(Morlet(p) for p in (0.3, 1.0, 2.0, 5.0, 6.0, 12.0)),
@@ -52,6 +63,69 @@ def test_the_morlet_is_the_published_one_with_its_correction(p):
     t = np.linspace(-7, 7, 1401)
     np.testing.assert_allclose(Morlet(p).time(t), morlet(t, p), rtol=0, atol=1e-15)
     np.testing.assert_allclose(RealMorlet(p).time(t), morlet(t, p).real, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("p", [0.3, 2.0, 5.0, 12.0])
+def test_the_uncorrected_morlet_and_that_of_torrence_and_compo_are_their_closed_forms(p):
+    t = np.linspace(-4, 4, 401)
+    plain = np.pi**-0.25 * np.exp(1j * p * t - t**2 / 2)
+    np.testing.assert_allclose(UncorrectedMorlet(p).time(t), plain, rtol=0, atol=1e-15)
+    # The inverse transform from frequency 0 on; without the correction both have the same peak.
+    positive = plain * (1 - 0.5 * erfc((p + 1j * t) / math.sqrt(2)))
+    np.testing.assert_allclose(TorrenceCompoMorlet(p).time(t), positive, rtol=0, atol=2e-14)
+    omega = np.array([-3.0, -1e-9, 0.0, 1e-9, 1.0, p, 20.0])
+    bell = math.sqrt(2 * math.pi) * math.pi**-0.25 * np.exp(-((omega - p) ** 2) / 2)
+    np.testing.assert_allclose(UncorrectedMorlet(p).spectrum(omega), bell, rtol=1e-14)
+    np.testing.assert_allclose(
+        TorrenceCompoMorlet(p).spectrum(omega), bell * (omega > 0), rtol=1e-14
+    )
+
+
+@pytest.mark.parametrize("at", [0.0, 0.7, 3.0, 25.0])
+def test_torrence_and_compos_morlet_is_the_integral_over_positive_frequencies(at):
+    nodes, weights = np.polynomial.legendre.leggauss(400)
+    w = 7.0 * (nodes + 1)  # 0 .. 14
+    bells = np.pi**-0.25 / math.sqrt(2 * np.pi) * np.exp(-((w - 5) ** 2) / 2)
+    expected = complex(7.0 * weights @ (bells * np.exp(1j * w * at)))
+    assert complex(TorrenceCompoMorlet(5.0).time(at)) == pytest.approx(expected, abs=1e-13)
+
+
+def test_the_other_morlets_cost_what_the_documents_say():
+    far = np.array([50.0, 100.0])
+    tail = np.abs(TorrenceCompoMorlet(5.0).time(far))
+    level = math.pi**-0.25 * math.exp(-12.5) / math.sqrt(2 * math.pi)
+    np.testing.assert_allclose(tail * far, level, rtol=0.02)
+    assert not Morlet(5.0).time(far).any()
+    share = abs(complex(UncorrectedMorlet(5.0).spectrum(0.0) / UncorrectedMorlet(5.0).spectrum(5)))
+    assert share == pytest.approx(3.7e-6, rel=0.02)
+    # Two levels: the second, where the first is usual, is answered for ever.
+    x = np.where(np.arange(4000) < 3000, 0.0, 1.0)
+    scales = np.array([4.0, 16.0])
+    found = np.abs(cwt(x, scales, UncorrectedMorlet())[:, 3700])
+    np.testing.assert_allclose(
+        found,
+        math.sqrt(2 * math.pi) * math.pi**-0.25 * math.exp(-12.5) * np.sqrt(scales),
+        rtol=1e-6,
+    )
+    assert np.abs(cwt(x, scales, Morlet())[:, 3700]).max() < 1e-14
+
+
+@pytest.mark.parametrize("kind", [UncorrectedMorlet, TorrenceCompoMorlet])
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-14])
+def test_the_engine_transforms_with_the_other_morlets_as_the_plain_way(kind, tolerance):
+    x = np.random.default_rng(1).standard_normal((2, 500))
+    x -= np.median(x, axis=1, keepdims=True)
+    x /= np.abs(x).max(axis=1, keepdims=True)
+    scales = np.array([2.0, 5.0, 40.0, 700.0])
+    found = plan_for(500, scales, kind(), tolerance).coefficients(x)
+    for c in range(2):
+        expected = cwt(x[c], scales, kind())
+        error = np.abs(found[c] - expected).max(axis=1) / np.abs(expected).max(axis=1)
+        assert error.max() < (1e-6 if tolerance == 1e-7 else 1e-12)
+
+
+def test_every_name_is_a_wavelet():
+    assert len({wavelet_named(each).name for each in WAVELETS}) == len(WAVELETS)
 
 
 @pytest.mark.parametrize("m", [1, 2, 3, 4, 6, 10, 25])
@@ -149,6 +223,8 @@ def strongest(wavelet):
     ("wavelet", "within"),
     [
         *((Morlet(p), 1e-7) for p in (0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 6.0, 12.0, 50.0)),
+        *((UncorrectedMorlet(p), 1e-7) for p in (0.5, 2.0, 5.0)),
+        *((TorrenceCompoMorlet(p), 1e-7) for p in (0.5, 2.0, 5.0)),
         *((RealMorlet(p), 1e-7) for p in (0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 12.0, 50.0)),
         *((DOG(m), 1e-6) for m in (1, 2, 3, 6, 25)),
         (Haar(), 1e-6),
@@ -206,6 +282,8 @@ def test_morlets_stay_finite_far_out(p, x):
         ("morlet", None, Morlet(5.0)),
         ("morlet", 6.5, Morlet(6.5)),
         ("real-morlet", None, RealMorlet(5.0)),
+        ("uncorrected-morlet", None, UncorrectedMorlet(5.0)),
+        ("torrence-compo", 6.0, TorrenceCompoMorlet(6.0)),
         ("dog", None, DOG(2)),
         ("dog", 3.0, DOG(3)),
         ("haar", None, Haar()),
@@ -229,7 +307,7 @@ def test_the_names_tell_kinds_and_parameters_apart():
 @pytest.mark.parametrize(
     ("asked", "parameter", "complaint"),
     [
-        ("mexican", None, "no wavelet 'mexican'; choose from morlet, real-morlet, dog, haar"),
+        ("mexican", None, "no wavelet 'mexican'; choose from morlet, real-morlet, uncorr"),
         ("morlet", 0.0, "p must lie between 0.1 and 1000, not at 0"),
         ("morlet", 1e9, r"p must lie between 0.1 and 1000, not at 1e\+09"),
         ("morlet", math.nan, "p must lie between 0.1 and 1000, not at nan"),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SLIPPERY
+from scenes import SCENES, SLIPPERY, mechanics, state
 
 from forcelab.simulation.parts import Pads, Profile, Socket
 from forcelab.simulation.profile import width_at
@@ -25,12 +25,19 @@ def namespace(part):
     return stacked([part])
 
 
-def pushed(depths, socket=SOCKET, y=0.02, x=0.0, speed=0.0, bristle=0.0, inside=1.0):
-    """Force (3, n) of the socket on a body at some depths."""
+def pushed(depths, socket=SOCKET, y=0.02, x=0.0, speed=0.0, inside=1.0):
+    """Force (3, n) of the socket on a body at some depths, and how hard its walls hold it."""
     ones = np.ones(len(depths))
     place = np.stack([x * ones, y * ones, -depths])
     moving = np.stack([0.0 * ones, 0.0 * ones, speed * ones])
-    return socket_push(place, moving, bristle * ones, inside * ones, namespace(socket), np.zeros(1))
+    return socket_push(place, moving, inside * ones, namespace(socket), np.zeros(1))
+
+
+def rubbed(depths, socket, speed, bristle):
+    """Force (n,) of the socket along z, with its walls' friction."""
+    force, hold = pushed(depths, socket, speed=speed)
+    moving, bent = np.full((2, 1, len(depths)), [[[speed]], [[bristle]]])
+    return force[2] - sliding_friction(hold, moving, bent, namespace(socket).rubbing)[0][0]
 
 
 def test_a_plain_table_is_flat():
@@ -54,9 +61,12 @@ def test_the_bumps_around_a_socket_have_the_slope_and_speed_that_they_seem_to():
 
 
 def test_the_socket_takes_hold_of_a_body_without_a_jump_at_its_rim():
-    rim, below = pushed(np.array([0.0, 1e-9]), y=0.0203, x=1e-3, speed=-0.1, bristle=3e-4)[0].T
+    force, hold = pushed(np.array([0.0, 1e-9]), y=0.0203, x=1e-3, speed=-0.1)
+    rim, below = force.T
     assert rim.tolist() == [0.0, 0.0, 0.0]
     assert np.abs(below).max() < 1e-4
+    assert hold[0] == 0.0
+    assert 0.0 < hold[1] < 1e-4
 
 
 @pytest.mark.parametrize(("y", "x"), [(0.02, 0.0), (0.0203, 1e-3)])
@@ -88,16 +98,20 @@ def test_rubbing_walls_add_their_force_to_that_of_the_click_both_ways():
     walls = replace(SOCKET, rubbing=Pads(1.0, 1.0, viscous=0.0, damping=0.0, stiffness=3000.0))
     bent = 1.0 / 3000.0
     deep = np.array([0.0035, 0.0045])
-    into = pushed(deep, walls, speed=-1e-6, bristle=-bent)[0][2]
-    out = pushed(deep, walls, speed=1e-6, bristle=bent)[0][2]
+    into = rubbed(deep, walls, -1e-6, -bent)
+    out = rubbed(deep, walls, 1e-6, bent)
     assert into == pytest.approx([9.0, -1.0], rel=1e-5)
     assert out == pytest.approx([1.0, -9.0], rel=1e-5)
 
 
 def test_a_body_outside_the_socket_feels_nothing_of_it_and_its_bristle_straightens():
-    force, rate = pushed(np.array([-1e-3, 1e-3, 5e-3]), speed=-0.3, bristle=2e-4, inside=0.0)
+    force, hold = pushed(np.array([-1e-3, 1e-3, 5e-3]), speed=-0.3, inside=0.0)
     assert not force.any()
-    assert rate == pytest.approx(-2e-4 / STRAIGHTEN)
+    assert not hold.any()
+    system = mechanics(SCENES["socket"])
+    column = state(system, {"body z": -0.003, "body z rate": -0.3, "socket bristle": 2e-4})
+    rates = system.rates(np.zeros(1), column[:, None])[:, 0]
+    assert rates[system.names.index("socket bristle")] == pytest.approx(-2e-4 / STRAIGHTEN)
 
 
 def test_friction_along_two_axes_is_that_along_their_sum():

@@ -22,7 +22,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
-    from forcelab.capture.recorder import Recorder, RecorderState
+    from forcelab.capture.recorder import Recorder
+    from forcelab.capture.recorder_state import RecorderState
     from forcelab.demonstration import Channel
     from forcelab.live.strip import Strip
 

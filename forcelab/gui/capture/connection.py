@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -99,17 +100,14 @@ class Connection:
     def stopping(self) -> Generator[None, None, Kept]:
         """Make a demonstration of what was recorded."""
         yield
-        with self._lock:
-            kept = _stopped(self._open(), self.track)
-            self._ended()
-            return kept
+        with self._lock, self._ending():
+            return _stopped(self._open(), self.track)
 
     def discarding(self) -> Generator[None, None, None]:
         """Keep nothing of what was recorded."""
         yield
-        with self._lock:
+        with self._lock, self._ending():
             self._open().discard()
-            self._ended()
 
     def leaving(self) -> Generator[None, None, Left]:
         """Let go of the devices; what is being recorded is kept."""
@@ -187,10 +185,20 @@ class Connection:
         self._recording = False
         return (None, "") if recorder is None else _keep_and_close(recorder, self.track)
 
-    def _ended(self) -> None:
-        """A recording has ended; what is recognised now is for the eye alone."""
-        self._recording = False
-        self.track.begin(self.track.renewed(), keeping=False)
+    @property
+    def holding(self) -> bool:
+        """Whether a recording runs, or has ended and is not kept yet."""
+        return self.recorder is not None and self.recorder.holding
+
+    @contextmanager
+    def _ending(self) -> Iterator[None]:
+        """A recording ends, unless it cannot be kept; then all is for the eye alone."""
+        try:
+            yield
+        finally:
+            if not self.holding:
+                self._recording = False
+                self.track.begin(self.track.renewed(), keeping=False)
 
     def _open(self) -> Recorder:
         """The recorder, in a job."""
@@ -218,7 +226,11 @@ def discarding_kept(path: Path, kept: Kept) -> Generator[None, None, str]:
 
 def _stopped(recorder: Recorder, track: LiveTrack) -> Kept:
     """End a recording and keep it, with what was recognised of it."""
-    track.finish()
+    try:
+        track.finish()
+    except BaseException:  # whatever that is: the next try keeps the recording without its track
+        track.begin(None, keeping=False)
+        raise
     return track.keep(recorder.path, recorder.stop())
 
 
@@ -226,7 +238,7 @@ def _keep_and_close(recorder: Recorder, track: LiveTrack) -> Left:
     """Keep what is being recorded and let go of the devices."""
     kept, trouble = None, ""
     try:
-        if recorder.state().recording:
+        if recorder.holding:
             kept = _stopped(recorder, track)
     except InputError as error:  # its journal stays, and is offered the next time
         trouble = str(error)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication, QSize
-from PySide6.QtWidgets import QMessageBox, QToolButton, QWidget
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtWidgets import QMessageBox, QWidget
 
+from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["DOT", "RecordingLine", "asks_to_leave", "length"]
@@ -13,7 +14,7 @@ __all__ = ["DOT", "RecordingLine", "asks_to_leave", "length"]
 DOT = "\N{BLACK CIRCLE}"
 
 
-class RecordingLine(QToolButton):
+class RecordingLine(ElsewhereLine):
     """A line in the status bar; a click on it leads to what is being recorded.
 
     Seen while another workspace is in front.
@@ -25,42 +26,23 @@ class RecordingLine(QToolButton):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._elsewhere, self._name, self._seconds = True, "", 0.0
-        self.setAutoRaise(True)
+        self._name, self._seconds = "", 0.0
         self.setToolTip(self.tr("Show what is being recorded"))
         themes().changed.connect(self._colour)
         self._colour()
-        self.hide()
-
-    def sizeHint(self) -> QSize:
-        """No higher than a line, so that nothing moves when it comes."""
-        return QSize(super().sizeHint().width(), self.fontMetrics().height())
-
-    def minimumSizeHint(self) -> QSize:
-        """The same."""
-        return self.sizeHint()
-
-    def set_elsewhere(self, elsewhere: bool) -> None:
-        """Say whether another workspace than the one for capturing is in front."""
-        self._elsewhere = elsewhere
-        self._refresh()
 
     def tell(self, name: str, seconds: float) -> None:
         """Say what is recorded, and for how long it has been; empty for nothing."""
         self._name, self._seconds = name, seconds
-        self._refresh()
+        self.refresh()
 
-    def _refresh(self) -> None:
-        words = ""
-        if self._name and self._elsewhere:
-            words = self.tr("{dot} Recording '{name}'  {time}").format(
-                dot=DOT, name=self._name, time=length(self._seconds)
-            )
-        if words != self.text():
-            self.setText(words)
-            self.setAccessibleName(words)
-        if self.isHidden() == bool(words):
-            self.setVisible(bool(words))
+    def words(self) -> str:
+        """What is recorded, and for how long it has been; empty while nothing is."""
+        if not self._name:
+            return ""
+        return self.tr("{dot} Recording '{name}'  {time}").format(
+            dot=DOT, name=self._name, time=length(self._seconds)
+        )
 
     def _colour(self) -> None:
         self.setStyleSheet(f"padding: 0 0.5em; color: {colours().trouble};")

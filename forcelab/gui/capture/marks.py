@@ -1,7 +1,9 @@
-"""Marks made live: which keys are down, and the track that grows from that."""
+"""Marks made live: the keys of actions, heard going down and up."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
@@ -9,57 +11,36 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.typing_guard import typing
-from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["HeldKeys", "LiveMarks"]
+__all__ = ["EventTimes", "HeldKeys"]
+
+#: Seconds by which an event is heard late at most; beyond that another clock stamps them.
+LATE = 1.0
 
 
-class LiveMarks:
-    """The track that held keys make: of several, the last one pressed counts.
-
-    The same rule as :mod:`forcelab.capture.gathering`'s, which makes the track that is stored.
-
-    Attributes
-    ----------
-    segments : list of Segment
-        Those that have ended, in seconds of the host's monotonic clock.
-    """
+class EventTimes:
+    """When keys went down and up, by the window system's stamps: a busy window hears of it late."""
 
     def __init__(self) -> None:
-        self.segments: list[Segment] = []
-        self._held: list[str] = []
-        self._since = 0.0
+        self._offset = math.inf  # of the event that was heard soonest
 
-    def press(self, action: str, down: bool, now: float) -> None:
-        """The key of an action went down or up."""
-        self._until(now)
-        if action in self._held:
-            self._held.remove(action)
-        if down:
-            self._held.append(action)
+    def at(self, stamp: int, now: float) -> float:
+        """When something happened, in seconds of the host's monotonic clock.
 
-    def end(self, now: float) -> None:
-        """No key is heard any more."""
-        self._until(now)
-        self._held.clear()
-
-    def track(self, now: float, since: float = 0.0) -> list[Segment]:
-        """All segments that end after a time, with the one that grows."""
-        seen = []
-        for segment in reversed(self.segments):
-            if segment.end <= since:
-                break
-            seen.append(segment)
-        seen.reverse()
-        if self._held and now > self._since:
-            seen.append(Segment(self._since, now, self._held[-1]))
-        return seen
-
-    def _until(self, now: float) -> None:
-        if self._held and now > self._since:
-            self.segments.append(Segment(self._since, now, self._held[-1]))
-        self._since = max(now, self._since)
+        Parameters
+        ----------
+        stamp : int
+            Milliseconds of the window system's clock; 0 where it tells none.
+        now : float
+            When it was heard, in seconds of the host's monotonic clock.
+        """
+        if not stamp:
+            return now
+        offset = now - stamp / 1000
+        if not self._offset <= offset <= self._offset + LATE:
+            self._offset = offset
+        return stamp / 1000 + self._offset
 
 
 class HeldKeys(QObject):
@@ -72,18 +53,20 @@ class HeldKeys(QObject):
     vocabulary : callable
         The actions that there are now.
     mark : callable
-        Told an action and whether its key went down; gives whether that counts.
+        Told an action, whether its key went down, and when, in seconds of the host's monotonic
+        clock; gives whether that counts.
     """
 
     def __init__(
         self,
         page: QWidget,
         vocabulary: Callable[[], Vocabulary],
-        mark: Callable[[str, bool], bool],
+        mark: Callable[[str, bool, float], bool],
     ) -> None:
         super().__init__(page)
         self._page, self._vocabulary, self._mark = page, vocabulary, mark
         self._down: dict[str, str] = {}
+        self._times = EventTimes()
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         # A filter on the widget in focus only: one on the application sees every event.
@@ -93,7 +76,7 @@ class HeldKeys(QObject):
     def release_all(self) -> None:
         """Their going up will not be heard."""
         for action in tuple(self._down.values()):
-            self._mark(action, False)
+            self._mark(action, False, time.monotonic())
         self._down.clear()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -102,16 +85,16 @@ class HeldKeys(QObject):
         if kind == QEvent.Type.KeyPress and isinstance(event, QKeyEvent):
             return self._pressed(event)
         if kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
-            key = _name(event)
+            key, at = _name(event), self._times.at(event.timestamp(), time.monotonic())
             if event.isAutoRepeat() or key not in self._down:
                 return key in self._down
-            self._mark(self._down.pop(key), False)
+            self._mark(self._down.pop(key), False, at)
             return True
         return False
 
     def _pressed(self, event: QKeyEvent) -> bool:
         """A key went down; gives whether it marks."""
-        key = _name(event)
+        key, at = _name(event), self._times.at(event.timestamp(), time.monotonic())
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if plain != Qt.KeyboardModifier.NoModifier or not self._page.isVisible():
             return False
@@ -120,7 +103,7 @@ class HeldKeys(QObject):
         if event.isAutoRepeat() or key in self._down:
             return key in self._down
         action = next((a.name for a in self._vocabulary() if key and a.key == key), None)
-        if action is None or not self._mark(action, True):
+        if action is None or not self._mark(action, True, at):
             return False
         self._down[key] = action
         return True

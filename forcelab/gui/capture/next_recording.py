@@ -42,6 +42,7 @@ class NextRecording(QWidget):
         session.kept.connect(self.list_tasks)
         self._document.project_changed.connect(self._project_changed)
         self._document.listing_changed.connect(self.show_name)
+        self._document.demonstration_changed.connect(self._offer_task)
         self.list_tasks()
         self.refresh()
 
@@ -111,6 +112,11 @@ class NextRecording(QWidget):
         """Another project has other tasks."""
         self.task.setCurrentText("")
         self.list_tasks()
+
+    def _offer_task(self) -> None:
+        """As long as no task was chosen, that of the demonstration that is open."""
+        if not self.task.currentText() and self._session.phase is Phase.APART:
+            self.list_tasks()
 
     def _name_edited(self, text: str) -> None:
         self._session.name = text.strip()

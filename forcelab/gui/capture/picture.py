@@ -43,7 +43,7 @@ class CameraPicture(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the frame as large as there is room."""
         painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(colours().background))
+        painter.fillRect(self.rect(), QColor(colours().panel))
         if self._image is not None:
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QCoreApplication, QRectF, QSize, Qt
@@ -14,6 +15,9 @@ from forcelab.gui.capture.session import Session
 from forcelab.gui.figures import text
 from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.theme import colours, themes
+
+if TYPE_CHECKING:
+    from forcelab.live.promise import Promise
 
 __all__ = ["PresentAction", "RecognitionPanel", "measured", "promise_text"]
 
@@ -207,6 +211,8 @@ def promise_text(loaded: Loaded) -> str:
     """
     translate = QCoreApplication.translate
     promise = loaded.promise
+    if not promise.scales:
+        return _of_windows(promise)
     # The smallest scales ring for long, but so softly that nothing is left to be said of it.
     early = [one for one in promise.early if one.error >= LEAST]
     if not early:
@@ -231,6 +237,21 @@ def promise_text(loaded: Loaded) -> str:
         scales=promise.scales,
         named=mark.join(named),
     )
+
+
+def _of_windows(promise: Promise) -> str:
+    """The same of a recogniser that looks at a stream in windows."""
+    translate = QCoreApplication.translate
+    sentence = translate(
+        "forcelab",
+        "Windows see {ahead:.0f} ms ahead, the decoder waits for {lag:.0f} ms more.",
+    ).format(ahead=1000 * promise.ahead, lag=1000 * promise.filters)
+    if promise.loss < 1.0:
+        return sentence
+    cost = translate(
+        "forcelab", "So short a latency took {loss:.0f} points of accuracy on real recordings."
+    )
+    return f"{sentence} {cost.format(loss=promise.loss)}"
 
 
 def measured(recognising: Recognising, now: float) -> str:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from forcelab.capture.marking import LiveMarks
 from forcelab.gui.capture.attached import Attached
 from forcelab.gui.capture.connection import Left, discarding_kept, recovering
 from forcelab.gui.capture.last import LastKept
-from forcelab.gui.capture.marks import LiveMarks
 from forcelab.gui.capture.phase import WORKING, Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
@@ -119,7 +119,7 @@ class Session(Attached):
             self._to(Phase.READY)
         elif self.phase in (Phase.RECORDING, Phase.STUCK):
             self.marks.end(time.monotonic())
-            self._work(Phase.STOPPING, self._connection.stopping(), self._kept, lambda: Phase.STUCK)
+            self._work(Phase.STOPPING, self._connection.stopping(), self._kept, self._not_ended)
         elif self.phase is Phase.APART:
             self.say(self.tr("Connect the devices before recording."), True)
 
@@ -128,9 +128,8 @@ class Session(Attached):
         if self.phase is Phase.COUNTING:
             self.record_or_stop()
         elif self.phase in (Phase.RECORDING, Phase.STUCK):
-            self._work(
-                Phase.STOPPING, self._connection.discarding(), self._discarded, lambda: Phase.STUCK
-            )
+            work = self._connection.discarding()
+            self._work(Phase.STOPPING, work, self._discarded, self._not_ended)
         elif self.phase not in WORKING:
             self._discard_last()
 
@@ -151,17 +150,17 @@ class Session(Attached):
                 after,
             )
 
-    def mark(self, action: str, down: bool) -> bool:
+    def mark(self, action: str, down: bool, at: float) -> bool:
         """An action's key went down or up; gives whether that counts."""
         if not self.recording or self._recorder is None:
             return False
-        self._recorder.mark(action, down)
-        self.marks.press(action, down, time.monotonic())
+        self._recorder.mark(action, down, at)
+        self.marks.press(action, down, at)
         return True
 
     def look_for_unfinished(self) -> None:
         """Look for recordings that a crash ended."""
-        from forcelab.capture.keeping import unfinished
+        from forcelab.capture.unfinished import unfinished
 
         project = self.document.project
         self.left_behind = 0 if project is None else len(unfinished(project.path))
@@ -245,6 +244,10 @@ class Session(Attached):
         """Record from now on."""
         work = self._connection.starting(self.task, self.name, self.document.author)
         self._work(Phase.STARTING, work, self._started, lambda: Phase.READY)
+
+    def _not_ended(self) -> Phase:
+        """What follows where ending a recording has failed."""
+        return Phase.STUCK if self._connection.holding else Phase.READY
 
     def _count(self) -> None:
         """A second of the countdown has passed."""

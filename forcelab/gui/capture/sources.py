@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
+    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
@@ -33,6 +34,8 @@ __all__ = ["Sources"]
 LOOKING = "capture: what is plugged in"
 #: Where the devices that were ticked last are remembered.
 TICKED, BY_HAND = "capture/ticked", "capture/by hand"
+#: Pixels: Qt's greatest height of a widget, and what devices that are connected need not exceed.
+UNBOUNDED, HIGHEST = 16_777_215, 120
 #: What is kept with a row: ``"device"`` or ``"camera"``, and its name.
 _KIND, _NAME = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 
@@ -53,6 +56,7 @@ class Sources(QWidget):
         self._first = True  # nobody has looked yet
         self.rows = QListWidget()
         self.rows.setAccessibleName(self.tr("Devices and cameras"))
+        self.rows.setSpacing(2)
         self.rows.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         self.rows.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.refresh_button = QPushButton(self.tr("Look again"))
@@ -77,11 +81,12 @@ class Sources(QWidget):
         top = QHBoxLayout()
         top.addWidget(heading, 1)
         top.addWidget(self.refresh_button)
+        self.nothing.setAlignment(Qt.AlignmentFlag.AlignTop)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addLayout(top)
         column.addWidget(self.rows, 1)
-        column.addWidget(self.nothing)
+        column.addWidget(self.nothing, 1)
         column.addWidget(self.entry)
         for name in settings.strings(BY_HAND):
             self._put(name)
@@ -98,6 +103,22 @@ class Sources(QWidget):
     def cameras(self) -> tuple[str, ...]:
         """Numbers or paths of the cameras that are ticked."""
         return self._ticked("camera")
+
+    def set_open(self, choosing: bool) -> None:
+        """Let devices be chosen; else show those that are ticked, and take no more room."""
+        self.setEnabled(choosing)
+        upright = QSizePolicy.Policy.Expanding if choosing else QSizePolicy.Policy.Maximum
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, upright)
+        self.refresh_button.setVisible(choosing)
+        self.entry.setVisible(choosing)
+        height = 2 * (self.rows.frameWidth() + self.rows.spacing())
+        for i in range(self.rows.count()):
+            ticked = self.rows.item(i).checkState() == Qt.CheckState.Checked
+            self.rows.setRowHidden(i, not (choosing or ticked))
+            if ticked:
+                height += self.rows.sizeHintForRow(i) + 2 * self.rows.spacing()
+        self.rows.setMinimumHeight(0 if choosing else min(height, HIGHEST))
+        self.rows.setMaximumHeight(UNBOUNDED if choosing else height)
 
     def look(self) -> None:
         """Look what is plugged in."""
@@ -164,11 +185,10 @@ class Sources(QWidget):
             if self._said(i) == name:
                 return self.rows.item(i)
         kind, _, rest = name.partition(":")
-        text = f"{name}\n{what}" if what else name
-        if not usable:
-            text += "\n" + self.tr("not yours to open")
-        item = QListWidgetItem(text)
-        item.setToolTip(text)
+        short, _, options = name.partition("?")
+        lines = [short, what, options, "" if usable else self.tr("not yours to open")]
+        item = QListWidgetItem("\n".join(line for line in lines if line))
+        item.setToolTip("\n".join([name, *filter(None, lines[1::2])]))
         item.setData(_KIND, "camera" if kind == "camera" else "device")
         item.setData(_NAME, rest if kind == "camera" else name)
         item.setFlags(
@@ -206,6 +226,7 @@ class Sources(QWidget):
     def _tell(self) -> None:
         """Say where there is nothing."""
         self.nothing.setVisible(not self.rows.count())
+        self.rows.setVisible(self.rows.count() > 0)
 
 
 class _Entry(QLineEdit):

@@ -10,11 +10,15 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from forcelab.capture.camera import CameraState
 from forcelab.capture.reader import DeviceState
-from forcelab.capture.recorder import RecorderState
+from forcelab.capture.recorder_state import RecorderState
 from forcelab.gui.capture.session import Session
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["Standing", "alarms_of"]
+
+
+#: Letters of a device's name that are shown: those of two devices stand beside each other.
+LONGEST = 29
 
 
 class Standing(QWidget):
@@ -93,20 +97,23 @@ def alarms_of(state: RecorderState) -> list[str]:
         for alarm in alarms
         if alarm != "zero"
     ]
-    found += [_wandered(device) for device in state.devices if device.wandered]
+    found += [_wandered(device, state.recording) for device in state.devices if device.wandered]
     if state.in_memory:
         text = translate("forcelab", "The disk refuses {0:.1f} MB; they are kept in memory.")
         found.append("\N{WARNING SIGN} " + text.format(state.in_memory / 1e6))
     return found
 
 
-def _wandered(device: DeviceState) -> str:
-    """What is said of a zero that wanders."""
-    text = QCoreApplication.translate(
-        "forcelab", "{0}: its zero has wandered ({1}); let go of everything and press Zero."
-    )
+def _wandered(device: DeviceState, recording: bool) -> str:
+    """What is said of a zero that wanders; in a recording zeroing would make a step."""
+    translate = QCoreApplication.translate
+    cure = translate("forcelab", "let go of everything and press Zero")
+    if recording:
+        cure = translate("forcelab", "press Zero before the next recording")
     parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.wandered]
-    return "\N{WARNING SIGN} " + text.format(_short(device.name), ", ".join(parts))
+    text = translate("forcelab", "{0}: its zero has wandered ({1}); {2}.")
+    wandered = ", ".join(parts).replace("-", "\N{MINUS SIGN}")
+    return "\N{WARNING SIGN} " + text.format(_short(device.name), wandered, cure)
 
 
 def _facts(state: RecorderState) -> list[str]:
@@ -124,9 +131,9 @@ def _device(device: DeviceState) -> str:
     parts.append(counts.format(samples=_thousands(device.samples), lost=_thousands(device.lost)))
     if math.isfinite(device.residual):
         # An offset is only worth a look as a change: the rate says how fast it changes.
-        text = translate("forcelab", "clock {ppm:+.0f} ppm, ±{ms:.2f} ms, zero at {zero:.3f} s")
+        text = translate("forcelab", "clock {ppm:+.0f} ppm ±{ms:.2f} ms, offset {offset:.3f} s")
         ppm = 1e6 * (device.clock_rate - 1) if math.isfinite(device.clock_rate) else 0.0
-        parts.append(text.format(ppm=ppm, ms=1000 * device.residual, zero=device.offset))
+        parts.append(text.format(ppm=ppm, ms=1000 * device.residual, offset=device.offset))
     return " · ".join(parts)
 
 
@@ -138,8 +145,12 @@ def _camera(camera: CameraState) -> str:
 
 
 def _short(name: str) -> str:
-    """A device's name without its options."""
-    return name.partition("?")[0]
+    """A device's name without its options, the middle left out where it is long."""
+    short = name.partition("?")[0]
+    if len(short) <= LONGEST:
+        return short
+    half = (LONGEST - 1) // 2
+    return f"{short[:half]}…{short[-half:]}"
 
 
 def _thousands(number: int) -> str:

@@ -34,6 +34,8 @@ class CaptureTab(QWidget):
     -------
     recording_changed()
         A recording began or ended; see :attr:`recording`.
+    label_wanted()
+        A recording was opened, to be looked at in the Label workspace.
 
     Attributes
     ----------
@@ -44,6 +46,7 @@ class CaptureTab(QWidget):
     """
 
     recording_changed = Signal()
+    label_wanted = Signal()
 
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -54,6 +57,7 @@ class CaptureTab(QWidget):
         self.recording = ""
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
+        document.project_changed.connect(self._tell_unfinished)
 
     @property
     def workspace(self) -> CaptureWorkspace:
@@ -91,7 +95,11 @@ class CaptureTab(QWidget):
 
     def handlers(self) -> dict[str, Callable[[], object]]:
         """What the commands of capturing do, by their id in the table."""
-        return {"record": self._record, "discard_recording": self._discard}
+        return {
+            "record": self._record,
+            "discard_recording": self._discard,
+            "show_recording": self._show_kept,
+        }
 
     def _tell(self) -> None:
         """Say elsewhere what is recorded."""
@@ -103,6 +111,17 @@ class CaptureTab(QWidget):
         if name != self.recording:
             self.recording = name
             self.recording_changed.emit()
+
+    def _tell_unfinished(self) -> None:
+        """Say in whatever workspace what a crash has left behind."""
+        project = self.document.project
+        if project is None:
+            return
+        from forcelab.capture.unfinished import unfinished
+
+        if count := len(unfinished(project.path)):
+            text = self.tr("Recordings that a crash ended: {0}; the Capture workspace keeps them.")
+            self.document.say(text.format(count), True)
 
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""
@@ -117,3 +136,12 @@ class CaptureTab(QWidget):
             self.document.say(self.tr("Nothing is being recorded."))
         else:
             self._built.session.discard()
+
+    def _show_kept(self) -> None:
+        """Open the recording that was kept last, to be looked at."""
+        kept = None if self._built is None else self._built.session.last.kept
+        if kept is None:
+            self.document.say(self.tr("Nothing was recorded just now."))
+        else:
+            self.document.open_demonstration(kept.added.id)
+            self.label_wanted.emit()

@@ -22,6 +22,7 @@ from forcelab.gui.capture.phase import WORKING, Phase
 from forcelab.gui.capture.picture import CameraPicture
 from forcelab.gui.capture.recogniser_choice import RecogniserChoice
 from forcelab.gui.capture.recognition import RecognitionPanel
+from forcelab.gui.capture.recorded_time import RecordedTime
 from forcelab.gui.capture.scalogram import LiveScalogramView
 from forcelab.gui.capture.scalogram_choice import ScalogramChoice
 from forcelab.gui.capture.session import Session
@@ -30,11 +31,10 @@ from forcelab.gui.capture.standing import Standing
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.theme import colours, themes
 
 __all__ = ["CaptureWorkspace"]
 
-#: Width of the left side, in pixels.
+#: Width of the left side at least, in pixels.
 SIDE = 250
 
 
@@ -82,10 +82,8 @@ class CaptureWorkspace(QWidget):
         self._make_buttons()
         self._lay_out()
         self.session.changed.connect(self._changed)
-        self.session.ticked.connect(self._tell_time)
         document.project_changed.connect(self._project_changed)
         keys().changed.connect(self._changed)
-        themes().changed.connect(self._changed)
         self._changed()
 
     def let_go(self) -> None:
@@ -131,18 +129,24 @@ class CaptureWorkspace(QWidget):
         self.discard_button.clicked.connect(self.session.discard)
         self.recover_button = QPushButton()
         self.recover_button.clicked.connect(self.session.recover)
-        self.clock = QLabel()
-        face = self.clock.font()
-        face.setPointSizeF(face.pointSizeF() * 1.5)
-        face.setBold(True)
-        self.clock.setFont(face)
-        self.clock.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.clock = RecordedTime(self.session)
         self.legend = QLabel()
         self.legend.setTextFormat(Qt.TextFormat.PlainText)
         self.legend.setWordWrap(True)
 
     def _lay_out(self) -> None:
         """The left side and the right one."""
+        sides = QSplitter(Qt.Orientation.Horizontal)
+        sides.addWidget(self._left_side())
+        sides.addWidget(self._right_side())
+        sides.setStretchFactor(1, 1)
+        sides.setChildrenCollapsible(False)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(sides)
+
+    def _left_side(self) -> QWidget:
+        """Devices, their picture, and what to record."""
         form = self.fields.form
         form.addRow(self.tr("Recogniser"), self.recogniser.which)
         form.addRow(self.recogniser.nothing)
@@ -152,18 +156,24 @@ class CaptureWorkspace(QWidget):
         devices.addWidget(self.connect_button, 1)
         devices.addWidget(self.zero_button)
         side = QWidget()
-        side.setFixedWidth(SIDE)
+        side.setMinimumWidth(SIDE)
         column = QVBoxLayout(side)
         column.setContentsMargins(8, 8, 8, 8)
         column.addWidget(self.recover_button)
         column.addWidget(self.sources, 1)
         column.addLayout(devices)
+        column.addWidget(self.picture, 3)
+        column.addStretch()
         column.addWidget(_rule())
         column.addWidget(self.fields)
         column.addWidget(self.legend)
         column.addWidget(self.clock)
         column.addWidget(self.record_button)
         column.addWidget(self.discard_button)
+        return side
+
+    def _right_side(self) -> QWidget:
+        """What comes, and how it does."""
         lanes = QScrollArea()
         lanes.setWidgetResizable(True)
         lanes.setFrameShape(QFrame.Shape.NoFrame)
@@ -172,21 +182,17 @@ class CaptureWorkspace(QWidget):
         views = QSplitter(Qt.Orientation.Vertical)
         views.addWidget(lanes)
         views.addWidget(self.scalogram)
-        views.addWidget(self.picture)
-        for place, share in enumerate((3, 2, 2)):
-            views.setStretchFactor(place, share)
+        views.setStretchFactor(0, 3)
+        views.setStretchFactor(1, 2)
         views.setChildrenCollapsible(False)
-        right = QVBoxLayout()
+        main = QWidget()
+        right = QVBoxLayout(main)
         right.setContentsMargins(0, 0, 0, 0)
         right.setSpacing(0)
         right.addWidget(views, 1)
         right.addWidget(self.recognition)
         right.addWidget(self.standing)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(side)
-        row.addLayout(right, 1)
+        return main
 
     # What is pressed
 
@@ -228,7 +234,7 @@ class CaptureWorkspace(QWidget):
         self.connect_button.setEnabled(
             not busy and phase is not Phase.STUCK and self.document.project is not None
         )
-        self.sources.setEnabled(apart)
+        self.sources.set_open(apart)
         self.zero_button.setEnabled(phase in (Phase.READY, Phase.COUNTING))
         words = {
             Phase.COUNTING: self.tr("Do not record"),
@@ -241,16 +247,13 @@ class CaptureWorkspace(QWidget):
         self.record_button.setEnabled(not busy and not apart)
         self._show_discard()
         left = session.left_behind
-        _say_on(self.recover_button, self.tr("Recover {0} unfinished").format(left))
+        _say_on(self.recover_button, self.tr("Recover unfinished recordings: {0}").format(left))
         self.recover_button.setToolTip(
             self.tr("Make demonstrations of recordings that a crash or a power cut ended")
         )
         self.recover_button.setVisible(left > 0)
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
-        colour = colours().trouble if session.recording else colours().text
-        self.clock.setStyleSheet(f"QLabel {{ color: {colour}; }}")
         self._show_actions()
-        self._tell_time()
 
     def _show_discard(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
@@ -273,20 +276,6 @@ class CaptureWorkspace(QWidget):
         told = self.tr("Hold to mark: {0}").format(" · ".join(marking)) if marking else ""
         self.legend.setText(told)
         self.legend.setVisible(bool(told))
-
-    def _tell_time(self) -> None:
-        """How long it has been recorded."""
-        state, phase = self.session.state, self.session.phase
-        text = ""
-        if phase is Phase.RECORDING and state is not None:
-            minutes, seconds = divmod(state.seconds, 60)
-            text = f"\N{BLACK CIRCLE} {int(minutes)}:{seconds:04.1f}"
-        elif phase is Phase.READY:
-            text = self.tr("Ready")
-        if self.clock.text() != text:
-            self.clock.setText(text)
-        if self.clock.isHidden() == bool(text):
-            self.clock.setVisible(bool(text))
 
 
 def _say_on(button: QPushButton, text: str, key: str = "") -> None:

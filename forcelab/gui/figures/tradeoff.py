@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 from PySide6.QtCore import QLineF, QPointF, QRectF, QSizeF
 from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
@@ -16,6 +15,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import LogAxis, draw_bottom, draw_left
 from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen
+from forcelab.gui.figures.label_places import along, covered, places
 from forcelab.measure.rows import Row, Table
 
 __all__ = ["Tradeoff"]
@@ -29,10 +29,8 @@ HEADING = 44.0
 #: Above a plot: its size and its reference. Below: the axis and what could not be drawn.
 NAME_ROOM, AXIS_ROOM, NOTE_ROOM = 40.0, 38.0, 22.0
 PANEL = NAME_ROOM + PLOT_HEIGHT + AXIS_ROOM + NOTE_ROOM + 14.0
-#: Half a mark's width, and what is left free between a mark and its text, in pixels.
-MARK, GAP = 4.5, 3.0
-#: Of the boxes that keep labels off the front's line, in pixels.
-STEP = 4.0
+#: Half a mark's width, in pixels.
+MARK = 4.5
 COLOURS = (*CURVES, "#1c1f24")
 #: Corners of the marks, in units of their half width; none is a circle.
 SHAPES: tuple[tuple[tuple[float, float], ...], ...] = (
@@ -129,7 +127,7 @@ class Tradeoff(Figure):
             painter.drawPolyline(QPolygonF(line))
             for mark in marks:
                 self._paint_mark(painter, mark)
-            self._paint_labels(painter, self.box(panel), marks, list(_along(line)))
+            self._paint_labels(painter, self.box(panel), marks, list(along(line)))
 
     def marks(self, panel: int) -> tuple[Mark, ...]:
         """The marks of a panel, in the order of the rows; an error of 0 is at the lower edge."""
@@ -195,16 +193,16 @@ class Tradeoff(Figure):
         for name, its in named.items():
             bold = text.font(10, bold=True)
             label = text.elided(name, bold, box.width() / 3)
-            places = [place for mark in its for place in _places(mark.spot, label, bold, box)]
+            near = [place for mark in its for place in places(mark.spot, label, bold, box, MARK)]
             # A name is written in any case: where it covers least.
-            best = min(places, key=lambda place: _covered(place, taken))
+            best = min(near, key=lambda place: covered(place, taken))
             taken.append(best)
             _write(painter, best, label, bold, its[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
             label = text.elided(mark.row.setting, small, box.width() / 3)
-            places = list(_places(mark.spot, label, small, box))
-            free = [place for place in places if not _covered(place, taken)]
+            near = list(places(mark.spot, label, small, box, MARK))
+            free = [place for place in near if not covered(place, taken)]
             if free:
                 taken.append(free[0])
                 _write(painter, free[0], label, small, muted)
@@ -223,40 +221,6 @@ def _note(rows: Sequence[Row]) -> str:
     if any(row.error == 0 for row in rows):
         sentences.append(ZERO)
     return " ".join(sentences)
-
-
-def _places(spot: QPointF, label: str, face: QFont, box: QRectF) -> Iterator[QRectF]:
-    """Boxes around a mark where its label may stand, moved into the plot: the best ones first."""
-    wide, high = text.width(label, face), face.pixelSize() + 2.0
-    out, near = MARK + GAP, MARK
-    for left, top in (
-        (out, -high / 2),
-        (-out - wide, -high / 2),
-        (-wide / 2, -out - high),
-        (-wide / 2, out),
-        (near, -near - high),
-        (near, near),
-        (-near - wide, -near - high),
-        (-near - wide, near),
-    ):
-        x = min(max(spot.x() + left, box.left() + 2), box.right() - 2 - wide)
-        y = min(max(spot.y() + top, box.top() + 2), box.bottom() - 2 - high)
-        yield QRectF(x, y, wide, high)
-
-
-def _along(line: Sequence[QPointF]) -> Iterator[QRectF]:
-    """Small boxes that cover a polyline, so that no label is written across it."""
-    for start, end in pairwise(line):
-        length = QLineF(start, end).length()
-        for i in range(math.ceil(length / STEP)):
-            spot = QLineF(start, end).pointAt(i * STEP / length)
-            yield QRectF(spot.x() - STEP / 2, spot.y() - STEP / 2, STEP, STEP)
-
-
-def _covered(place: QRectF, taken: Sequence[QRectF]) -> float:
-    """Area of what a label would cover."""
-    common = [place.intersected(other) for other in taken]
-    return sum(box.width() * box.height() for box in common)
 
 
 def _write(painter: QPainter, place: QRectF, label: str, face: QFont, ink: QColor) -> None:

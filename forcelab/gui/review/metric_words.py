@@ -71,6 +71,11 @@ def rates() -> tuple[Metric, ...]:
         "Share of segments that are found: F1 of segments that overlap one of the same action by "
         "{0} % of their union.",
     )
+    labelled = translate("forcelab", "F1@{0} labelled")
+    closed = translate(
+        "forcelab",
+        "F1@{0} with all unlabelled time cut out: a segment that goes on behind it is one.",
+    )
     return (
         Metric(
             "accuracy",
@@ -115,6 +120,19 @@ def rates() -> tuple[Metric, ...]:
         *(
             Metric(f"f1.{percent}", f"F1@{percent}", overlap.format(percent), "%")
             for percent in (10, 25, 50)
+        ),
+        *(
+            Metric(f"f1_labelled.{percent}", labelled.format(percent), closed.format(percent), "%")
+            for percent in (10, 25, 50)
+        ),
+        Metric(
+            "boundaries_found",
+            translate("forcelab", "Boundaries found"),
+            translate(
+                "forcelab",
+                "Human boundaries with a predicted one within 100 ms; unlabelled time is cut out.",
+            ),
+            "%",
         ),
         Metric(
             "boundary_ms.median",

@@ -170,6 +170,8 @@ FIELDS = (
         options=(
             ("morlet", QT_TRANSLATE_NOOP("forcelab", "Morlet (complex)")),
             ("real-morlet", QT_TRANSLATE_NOOP("forcelab", "Morlet (real part)")),
+            ("uncorrected-morlet", QT_TRANSLATE_NOOP("forcelab", "Morlet (uncorrected)")),
+            ("torrence-compo", QT_TRANSLATE_NOOP("forcelab", "Morlet (Torrence and Compo)")),
             ("dog", QT_TRANSLATE_NOOP("forcelab", "Derivative of a Gaussian")),
             ("haar", QT_TRANSLATE_NOOP("forcelab", "Haar")),
         ),
@@ -264,6 +266,7 @@ FIELDS = (
         options=(
             ("absolute", QT_TRANSLATE_NOOP("forcelab", "As recorded")),
             ("own", QT_TRANSLATE_NOOP("forcelab", "Each demonstration's own amplitude")),
+            ("both", QT_TRANSLATE_NOOP("forcelab", "Both side by side")),
             ("chosen", QT_TRANSLATE_NOOP("forcelab", "Whichever does better")),
         ),
         applies=_has_windows,

@@ -20,7 +20,13 @@ if TYPE_CHECKING:
 __all__ = ["SettingsForm"]
 
 #: The parameter that a wavelet begins with when it is chosen.
-PARAMETERS = {"morlet": 5.0, "real-morlet": 5.0, "dog": 2.0}
+PARAMETERS = {
+    "morlet": 5.0,
+    "real-morlet": 5.0,
+    "uncorrected-morlet": 5.0,
+    "torrence-compo": 5.0,
+    "dog": 2.0,
+}
 
 
 class SettingsForm(QWidget):

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QToolButton, QWidget
+from PySide6.QtWidgets import QWidget
 
+from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.review.bar_texts import progress_text, standing_text
 from forcelab.gui.review.learning import Learning
 
 __all__ = ["Standing"]
 
 
-class Standing(QToolButton):
+class Standing(ElsewhereLine):
     """A line in the status bar; a click on it leads to the review.
 
     Seen while another workspace is in front: the review says it in its own bar.
@@ -25,35 +25,12 @@ class Standing(QToolButton):
     def __init__(self, learning: Learning, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._learning = learning
-        self._elsewhere = True
-        self.setAutoRaise(True)
         self.setStyleSheet("padding: 0 0.5em")
         self.setToolTip(self.tr("Show the review"))
         learning.changed.connect(self.refresh)
         self.refresh()
 
-    def sizeHint(self) -> QSize:
-        """No higher than a line, so that nothing moves when it comes."""
-        return QSize(super().sizeHint().width(), self.fontMetrics().height())
-
-    def minimumSizeHint(self) -> QSize:
-        """The same."""
-        return self.sizeHint()
-
-    def set_elsewhere(self, elsewhere: bool) -> None:
-        """Say whether another workspace than the review is in front."""
-        self._elsewhere = elsewhere
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Say how it stands; nothing where nothing was trained."""
-        words = self._words() if self._elsewhere else ""
-        if words != self.text():
-            self.setText(words)
-            self.setAccessibleName(words)
-        self.setVisible(bool(words))
-
-    def _words(self) -> str:
+    def words(self) -> str:
         """How far a training is, or how many edits there were since the last one."""
         learning = self._learning
         if learning.training:

@@ -27,6 +27,9 @@ SHARE = 0.2
 #: The finest grid, in points to those that the band needs; before it a kernel takes more taps.
 FINEST = 2.4
 MOST_TAPS = 24
+#: Rates and Gaussians of copies: what folds is below 4e-9 of what is kept, or below 1e-16.
+COPIES = (4.0, 1.4)
+FINE_COPIES = (8.0, 1.6)
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,9 @@ class Design:
     kernel : Kernel
     points : float
         Fewest points of the grid a scale: the step may be up to ``scale / points`` samples.
+    rate, gaussian : float
+        For transforming on a copy of the signal: its samples to the shortest period wanted, and
+        the width of the Gaussian that makes it, in its steps.
     """
 
     reach: float
@@ -49,6 +55,12 @@ class Design:
     high: float
     kernel: Kernel
     points: float
+    rate: float
+    gaussian: float
+
+    def copy_step(self, scale: float) -> int:
+        """The largest power of two that a copy's step may be at a scale."""
+        return 2 ** math.floor(math.log2(max(1.0, 2 * math.pi * scale / (self.rate * self.high))))
 
     def step(self, scale: float) -> int:
         """The largest power of two that the grid's step may be at a scale."""
@@ -85,7 +97,9 @@ def design(p: float, tolerance: float) -> Design:
     heavy = size * np.maximum(1.0, (p / np.maximum(np.abs(u), 1e-3)) ** 2) > SHARE * tolerance
     low = min(0.0, float(u[max(0, int(np.argmax(heavy)) - 1)]))
     kernel, points = _grid(u[u >= low], size[u >= low], high, tolerance)
-    return Design(math.sqrt(2 * math.log(1e3 / tolerance)), low, high, kernel, points)
+    reach = math.sqrt(2 * math.log(1e3 / tolerance))
+    copies = COPIES if tolerance >= SINGLE else FINE_COPIES
+    return Design(reach, low, high, kernel, points, *copies)
 
 
 def _grid(u: Real, size: Real, high: float, tolerance: float) -> tuple[Kernel, float]:

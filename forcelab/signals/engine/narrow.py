@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.signals.engine.copies import Copies
 from forcelab.signals.engine.design import Design, response
 from forcelab.signals.engine.segments import held
 from forcelab.signals.engine.sinks import Sink
@@ -23,7 +24,7 @@ Real = NDArray[np.float64]
 #: Samples of the frames that are worked on at once: with their spectra they fill half of L2.
 CACHED = 1 << 15
 #: Longest frame; whole recordings up to four times as long may still be one.
-LONGEST = 1 << 13
+LONGEST = 1 << 11
 
 
 class Narrow:
@@ -75,8 +76,9 @@ class Narrow:
         slope = math.sqrt(2 * math.pi) * math.pi**-0.25 * wavelet.p * math.exp(-(wavelet.p**2) / 2)
         self._slopes = (slope * scales**1.5).tolist()
 
-    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]:
+    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
         """What there is to do; the pieces of a batch may be done at the same time."""
+        values = copies.original
         together = max(1, CACHED // self._length)
         channels = max(1, together // self._frames)
         frames = max(1, together // channels)

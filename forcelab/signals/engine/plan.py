@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -12,12 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.signals.engine.copies import Copies, Smoothing
 from forcelab.signals.engine.design import SINGLE, Design, design
 from forcelab.signals.engine.narrow import Narrow
 from forcelab.signals.engine.ring import Ring
 from forcelab.signals.engine.sinks import Coefficients, LogPolar, Sink
 from forcelab.signals.engine.threads import one_blas_thread
-from forcelab.signals.engine.wide import RATE, WIDEST_STEP, Wide
+from forcelab.signals.engine.wide import WIDEST_STEP, Wide
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = ["ROUNDING", "Plan", "plan_for"]
@@ -31,9 +33,10 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 ROUNDING = 1e-13
 #: Recordings above the first length are cut into blocks of the second.
 WHOLE, BLOCK = 1 << 21, 1 << 20
-#: Wavelets take part with grids of this step and wider; for short recordings, where a call costs
-#: more than a sample, and for long ones.
-COARSE_SHORT, COARSE_LONG, SHORT = 4, 8, 1 << 15
+#: Wavelets take part with grids of this step and wider.
+COARSE = 4
+#: Up to this length, where a call costs more than a sample, copies are for the widest only.
+SHORT = 1 << 15
 #: A wavelet that reaches further than this share of a block is transformed on a slower copy.
 SHARE = 0.15
 #: Scales of one copy are up to so many times the narrowest of them.
@@ -43,7 +46,7 @@ SPAN = 16.0
 class _Path(Protocol):
     """A way to transform some of the scales."""
 
-    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]: ...
+    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]: ...
 
 
 class Plan:
@@ -72,6 +75,7 @@ class Plan:
         rising = self.scales[self._order]
         block = WIDEST_STEP * -(-(n if n <= WHOLE else BLOCK) // WIDEST_STEP)
         self._padded = n
+        self._smoothing = Smoothing((1,), 1.0, 1)
         if type(wavelet) is Morlet:
             self._paths = self._morlet(rising, wavelet, design(wavelet.p, tolerance), block)
         else:
@@ -81,10 +85,9 @@ class Plan:
     def _morlet(self, scales: Real, wavelet: Morlet, made: Design, block: int) -> list[_Path]:
         """Ways for cut, narrow, wide and the widest wavelets."""
         n, single = self.n, self.single
-        coarse = COARSE_SHORT if n <= SHORT else COARSE_LONG
         cut = [j for j, a in enumerate(scales.tolist()) if made.is_cut(a)]
         narrow = [
-            j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < coarse
+            j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < COARSE
         ]
         paths: list[_Path] = []
         if cut:
@@ -94,39 +97,45 @@ class Plan:
         first = len(cut) + len(narrow)
         if first < len(scales):
             self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
+        half = math.ceil(made.reach * made.gaussian)
+        self._smoothing = Smoothing((1,), made.gaussian, half)
         while first < len(scales):
-            step = self._rate_step(float(scales[first]), made, block)
-            whole = step > 1 or block >= n
-            last = int(np.searchsorted(scales, self._reached(scales[first], step, made, block)))
+            scale = float(scales[first])
+            near = made.half_width(scale) <= max(SHARE * block, 512)
+            step = self._copy_step(scale, made, near)
+            last = int(np.searchsorted(scales, self._reached(scale, step, made, block)))
             last = max(last, first + 1)
             paths.append(
                 Wide(
                     n,
-                    self._padded if whole else block,
+                    block if near else self._padded,
                     scales[first:last],
                     first,
                     wavelet,
                     made,
                     single,
                     step,
+                    self._smoothing.variance(step),
                 )
             )
             first = last
         return paths
 
-    def _rate_step(self, scale: float, made: Design, block: int) -> int:
+    def _copy_step(self, scale: float, made: Design, near: bool) -> int:
         """Samples a step of the copy that a scale is transformed on; 1 for the signal itself."""
-        if made.half_width(scale) <= max(SHARE * block, 512):
-            return 1
-        slowest = 2 * math.pi * scale / (RATE * made.high)
-        return int(2 ** max(0, math.floor(math.log2(max(1.0, min(slowest, self.n / 32))))))
+        known = self._smoothing.steps
+        step = min(made.copy_step(scale), 1 << max(0, (self.n // 32).bit_length() - 1))
+        if step <= known[-1] or (near and self.n <= SHORT):
+            return known[-1]
+        self._smoothing = replace(self._smoothing, steps=(*known, step))
+        return step
 
     def _reached(self, scale: float, step: int, made: Design, block: int) -> float:
         """The scale up to which others join that one on its copy."""
-        if step > 1:
+        farthest = (max(SHARE * block, 512) - 2) / made.reach
+        if scale > farthest:
             return SPAN * scale
-        widest = max(SHARE * block, 512)
-        return max((widest - 2) / made.reach, scale) * (1 + 1e-12)
+        return min(farthest * (1 + 1e-12), SPAN * scale if step > 1 else math.inf)
 
     def coefficients(self, values: Real, *, workers: int = 1) -> Complex:
         """Transform channels.
@@ -193,7 +202,8 @@ class Plan:
             )
         values = np.ascontiguousarray(values, dtype=np.float64)
         with one_blas_thread():
-            batches = (batch for path in self._paths for batch in path.batches(values, sink))
+            copies = Copies(values, self._smoothing)
+            batches = (batch for path in self._paths for batch in path.batches(copies, sink))
             if workers == 1:
                 for batch in batches:
                     for piece in batch:

@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.signals.engine.copies import Copies
+from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
 from forcelab.signals.engine.sinks import Sink
 from forcelab.signals.wavelets import Wavelet
 
@@ -27,7 +29,7 @@ Complex = NDArray[np.complex128]
 RAMP = 64
 #: Samples that are handed on at once.
 SAMPLES = 1 << 14
-#: Rings up to this length have their responses kept.
+#: Rings up to this length are transformed as a whole and have their responses kept.
 KEPT = 1 << 18
 #: Samples of rings that are transformed at once: FFTs of several rows are faster for each.
 TOGETHER = 1 << 19
@@ -38,19 +40,33 @@ _Weights = tuple[NDArray[Any], NDArray[Any]]
 def ring_length(n: int, scale: float, radius: float) -> int:
     """Samples of the ring: the signal, one half-width beyond both ends, and what joins them."""
     need = n + 2 * int(np.ceil(radius * scale)) + RAMP
-    return int(fft.next_fast_len(need, real=False))
+    if need > KEPT:
+        return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=True))
+    # Without factors of 7 and 11, which cost up to half as much again.
+    return int(fft.next_fast_len(need, real=True))
 
 
 def laid_into_ring(values: Real, length: int) -> Real:
     """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
     n = values.shape[-1]
-    gap = length - n
-    ramp = np.clip(0.5 + (np.arange(gap) - 0.5 * (gap - 1)) / RAMP, 0.0, 1.0)
-    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
     ring = np.empty((*values.shape[:-1], length))
     ring[..., :n] = values
-    ring[..., n:] = share * values[..., -1:] + (1 - share) * values[..., :1]
+    ring[..., n:] = _across(values, length, np.arange(n, length))
     return ring
+
+
+def _across(values: Real, length: int, places: NDArray[np.int64]) -> Real:
+    """The ring's samples at places beyond the last."""
+    n = values.shape[-1]
+    ramp = np.clip(0.5 + (places - 0.5 * (n + length - 1)) / RAMP, 0.0, 1.0)
+    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
+    return np.asarray(share * values[..., -1:] + (1 - share) * values[..., :1])
+
+
+def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
+    """The ring's samples of one channel at rising places."""
+    beyond = int(np.searchsorted(places, len(values)))
+    return np.concatenate([values[places[:beyond]], _across(values, length, places[beyond:])])
 
 
 def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex:
@@ -101,33 +117,34 @@ class Ring:
         response: NDArray[Any] = ring_response(self._wavelet, scale, length)
         if not np.any(response.imag):
             # Twice each: real and imaginary parts alike, faster than a complex product.
-            response = np.repeat(response.real, 2)
+            response = np.repeat(response.real, 2).astype(np.float32 if self._single else float)
             return response[: length // 2 * 2 + 2], response[length // 2 * 2 + 2 :]
         return response[: length // 2 + 1], response[length // 2 + 1 :]
 
-    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]:
+    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
         """What there is to do; the pieces of a batch may be done at the same time."""
+        values = copies.original
         for length, members in self._lengths.items():
+            if length > KEPT:
+                yield from self._long(values, length, members, sink)
+                continue
             together = max(1, TOGETHER // length)
             for c in range(0, len(values), together):
                 channels = slice(c, c + together)
                 spectra = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
+                if self._single:
+                    spectra = spectra.astype(np.complex64)
                 yield [
-                    partial(self._transform, spectra, length, scale, sink, channels, j)
-                    for j, scale in members
+                    partial(self._transform, spectra, length, sink, channels, j) for j, _ in members
                 ]
 
     def _transform(
-        self, spectra: Complex, length: int, scale: float, sink: Sink, channels: slice, j: int
+        self, spectra: Complex, length: int, sink: Sink, channels: slice, j: int
     ) -> None:
         """One scale of some channels."""
         kind = np.complex64 if self._single else np.complex128
         product = np.empty((len(spectra), length), dtype=kind)
-        kept = self._kept.get(j)
-        if kept is None:
-            self._multiply_long(spectra, scale, product)
-        else:
-            _multiply(spectra, *kept, product)
+        _multiply(spectra, *self._kept[j], product)
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
         if self._wavelet.real:
             # What rounding leaves there would flip the phase of negatives between pi and -pi.
@@ -137,20 +154,38 @@ class Ring:
             part = rows[:, None, start : start + step]
             sink.write(channels, slice(j, j + 1), start, part.real.copy(), part.imag.copy())
 
-    def _multiply_long(
-        self, spectra: Complex, scale: float, product: NDArray[np.complexfloating[Any, Any]]
+    def _long(
+        self, values: Real, length: int, members: list[tuple[int, float]], sink: Sink
+    ) -> Iterator[list[Callable[[], None]]]:
+        """One scale of one channel after the other: each takes much memory."""
+        kind = np.complex64 if self._single else np.complex128
+        for c in range(len(values)):
+            table = spectrum(partial(_in_ring, values[c], length), length, kind)
+            for j, scale in members:
+                yield [partial(self._transform_long, table, length, scale, sink, c, j)]
+
+    def _transform_long(
+        self,
+        table: NDArray[np.complexfloating[Any, Any]],
+        length: int,
+        scale: float,
+        sink: Sink,
+        c: int,
+        j: int,
     ) -> None:
-        """Spectra times responses that are never there as a whole: that takes much memory."""
-        length = product.shape[1]
-        for start in range(0, length, KEPT):
-            stop = min(start + KEPT, length)
-            bins = np.arange(start, stop, dtype=np.float64)
-            bins[2 * bins > length] -= length
-            response = _response(self._wavelet, scale, length, bins)
-            middle = min(max(length // 2 + 1, start), stop)
-            product[:, start:middle] = spectra[:, start:middle] * response[: middle - start]
-            mirrored = np.conj(spectra[:, length - stop + 1 : length - middle + 1])[:, ::-1]
-            product[:, middle:stop] = mirrored * response[middle - start :]
+        """One scale of one channel; responses are never there as a whole."""
+
+        def response(bins: slice) -> Complex:
+            numbers = np.arange(bins.start, bins.stop, dtype=np.float64)
+            numbers[2 * numbers > length] -= length
+            return _response(self._wavelet, scale, length, numbers)
+
+        for start, piece in from_spectrum(table, length, response):
+            rows = piece[: max(0, self._n - start)]
+            if rows.size:
+                real = rows.real.copy()[None, None]
+                imag = np.zeros_like(real) if self._wavelet.real else rows.imag.copy()[None, None]
+                sink.write(slice(c, c + 1), slice(j, j + 1), start, real, imag)
 
 
 def _multiply(
@@ -164,7 +199,7 @@ def _multiply(
     mirrored = np.conj(spectra[:, length - length // 2 - 1 : 0 : -1])
     into, source = product, spectra
     if not np.iscomplexobj(above):
-        into, source = product.view(product.real.dtype), spectra.view(np.float64)
-        mirrored = mirrored.view(np.float64)
+        real = product.real.dtype
+        into, source, mirrored = product.view(real), spectra.view(real), mirrored.view(real)
     np.multiply(source, above, out=into[:, : len(above)], casting="same_kind")
     np.multiply(mirrored, below, out=into[:, len(above) :], casting="same_kind")

@@ -100,6 +100,7 @@ class LogPolar:
             raise InputError(f"Give two tables of shape {shape} and type {np.dtype(kind)}.")
         self.magnitudes, self.phases = out
         self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, :, None]
+        self._highest = self._floor.max(initial=0.0)
         self._shift = shift.astype(kind)[:, None, None]
         self._shifts = bool(np.any(shift))
         self._half = kind(0.5)
@@ -113,10 +114,9 @@ class LogPolar:
         np.multiply(real, real, out=real)
         np.multiply(imag, imag, out=imag)
         power = np.add(real, imag, out=real)
-        floor = self._floor[channels, scales]
-        quiet = power <= floor
-        if quiet.any():
-            phases[quiet] = 0.0
+        if power.min(initial=np.inf) <= self._highest:
+            floor = self._floor[channels, scales]
+            phases[power <= floor] = 0.0
             np.maximum(power, floor, out=power)
         np.log(power, out=power)
         np.multiply(power, self._half, out=magnitudes)

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.signals.engine.copies import Copies
 from forcelab.signals.engine.design import Design, response
 from forcelab.signals.engine.kernels import Interpolation, interpolation
-from forcelab.signals.engine.segments import held, smoothed
 from forcelab.signals.engine.sinks import Sink
 from forcelab.signals.wavelets import Morlet
 
@@ -35,11 +35,6 @@ WIDEST_STEP = 256
 #: Points of all grids of one batch, and samples that are interpolated and handed on at once.
 POINTS = 1 << 18
 SAMPLES = 1 << 14
-#: Width of the Gaussian of a copy at a lower rate, in its steps: its aliases stay below 1e-11 of
-#: what is kept, or 1e-16 for the finest tolerances.
-GAUSSIAN, FINER_GAUSSIAN = 1.28, 1.6
-#: The same for its rate, in samples of the copy to the period of the highest frequency wanted.
-RATE = 8.0
 
 
 @dataclass(frozen=True)
@@ -85,6 +80,8 @@ class Wide:
         Whether to interpolate in single precision.
     rate_step : int
         The spectrum is taken of a copy of the signal at every so many samples.
+    variance : float
+        Of the Gaussians that the copy went through, in samples squared.
     """
 
     def __init__(
@@ -97,9 +94,10 @@ class Wide:
         design: Design,
         single: bool,
         rate_step: int = 1,
+        variance: float = 0.0,
     ) -> None:
         self._n, self._block, self._design, self._single = n, block, design, single
-        self._rate_step = rate_step
+        self._rate_step, self._variance = rate_step, variance
         steps = [min(WIDEST_STEP, design.step(a)) for a in scales.tolist()]
         widest = max(*steps, rate_step)
         half = design.half_width(float(scales[-1])) + design.kernel.taps * steps[-1]
@@ -107,7 +105,6 @@ class Wide:
         self._lead = widest * -(-half // widest)
         needed = self._lead + block + half + widest
         self._length = widest // rate_step * fft.next_fast_len(-(-needed // widest), real=True)
-        self._sigma = (FINER_GAUSSIAN if design.reach > 7.5 else GAUSSIAN) * rate_step
         self._batches: list[_Batch] = []
         for step, group in groupby(range(len(scales)), key=lambda i: steps[i]):
             members = list(group)
@@ -127,9 +124,8 @@ class Wide:
         above = min(math.ceil(self._design.high / scales[0] / bin_width), most)
         omega = bin_width * np.arange(-below, above + 1)
         passed = self._design.kernel.transforms(step * omega) * step
-        if self._rate_step > 1:
-            # The Gaussian's transform, and a sum over one in R samples.
-            passed *= np.exp(-0.5 * (self._sigma * omega) ** 2) / self._rate_step
+        # The Gaussians' transform, and a sum over one in R samples.
+        passed *= np.exp(-0.5 * self._variance * omega**2) / self._rate_step
         rows = np.stack([response(wavelet, a, omega) / passed for a in scales.tolist()])
         negative = rows[:, :below][:, ::-1]
         return _Batch(
@@ -140,23 +136,12 @@ class Wide:
             np.repeat(negative, 2, axis=1),
         )
 
-    def batches(self, values: Real, sink: Sink) -> Iterator[list[Callable[[], None]]]:
+    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
         """What there is to do, block by block; the pieces of a batch may be done together."""
         for start in range(0, self._n, self._block):
-            spectra = self._spectra(values, start)
+            part = copies.held(self._rate_step, start - self._lead, self._length)
+            spectra = np.asarray(fft.rfft(part, axis=-1))
             yield [partial(self._transform, spectra, sink, start, one) for one in self._batches]
-
-    def _spectra(self, values: Real, start: int) -> Complex:
-        """Spectra of a block with what lies beside it."""
-        if self._rate_step == 1:
-            part = held(values, start - self._lead, start - self._lead + self._length)
-        else:
-            # Where the Gaussian has fallen as far as the wavelet has at its reach.
-            half = math.ceil(self._design.reach * self._sigma / self._rate_step)
-            part = smoothed(
-                values, self._rate_step, self._sigma, half, start - self._lead, self._length
-            )
-        return np.asarray(fft.rfft(part, axis=-1))
 
     def _transform(self, spectra: Complex, sink: Sink, start: int, batch: _Batch) -> None:
         """All scales of one batch."""

@@ -12,6 +12,7 @@ from forcelab.gui.capture.scalogram import DRAWING
 from forcelab.live.promise import promised
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import preset
 from forcelab.recognition.storage import dump, save
 from forcelab.recognition.training import train
 
@@ -202,3 +203,13 @@ def test_what_a_latency_leaves_to_be_estimated_is_said(recogniser):
     assert "25 Hz ±" in promise_text(hasty)
     patient = Loaded(choice, recogniser, promised(recogniser, 0.6))
     assert promise_text(patient) == "600 ms are enough for all 5 scales of the wavelets."
+
+
+def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
+    choice = Choice("tiny", None)
+    items = [Labelled(*item) for item in synthetic_set(2, rate=250.0)]
+    fast = train(items, preset("fast"))
+    slow, hasty = (Loaded(choice, fast, promised(fast, seconds)) for seconds in (0.3, 0.0))
+    sentence = "Windows see 148 ms ahead, the decoder waits for 140 ms more."
+    assert promise_text(slow) == sentence
+    assert "points of accuracy" in promise_text(hasty)

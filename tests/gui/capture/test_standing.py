@@ -6,20 +6,21 @@ import pytest
 
 from forcelab.capture.camera import CameraState
 from forcelab.capture.reader import DeviceState
-from forcelab.capture.recorder import RecorderState
+from forcelab.capture.recorder_state import RecorderState
 from forcelab.demonstration import Channel
 from forcelab.gui.capture.standing import alarms_of
 
 FZ = Channel("fz1", "N")
+NAME = "optoforce:/dev/ttyACM0?rate=1000"
 
 
-def told(alarms=(), wandered=(), camera=(), in_memory=0):
+def told(alarms=(), wandered=(), camera=(), in_memory=0, name=NAME, recording=True):
     device = DeviceState(
-        "optoforce:/dev/ttyACM0?rate=1000", (FZ,), True, 1, 0, 0, 0.0, math.nan, math.nan,
+        name, (FZ,), True, 1, 0, 0, 0.0, math.nan, math.nan,
         math.nan, alarms, wandered,
     )  # fmt: skip
     frames = CameraState("camera 0", 1, 0, 30.0, camera)
-    return alarms_of(RecorderState(True, "LEGO 01", 1.0, in_memory, (device,), (frames,)))
+    return alarms_of(RecorderState(recording, "LEGO 01", 1.0, in_memory, (device,), (frames,)))
 
 
 def test_nothing_wrong_is_nothing_said():
@@ -43,10 +44,19 @@ def test_each_alarm_names_its_device(alarm, said):
     assert said in sentence
 
 
-def test_a_zero_that_wanders_is_told_with_how_far_and_what_to_do():
-    [sentence] = told(("zero",), ((FZ, -0.3125),))
-    assert "fz1 -0.31 N" in sentence
-    assert "press Zero" in sentence
+def test_a_zero_that_wanders_is_told_with_how_far_and_what_to_do_and_when():
+    [now] = told(("zero",), ((FZ, -0.3125),), recording=False)
+    assert "fz1 \N{MINUS SIGN}0.31 N" in now
+    assert "let go of everything and press Zero." in now
+    [later] = told(("zero",), ((FZ, -0.3125),))
+    assert "press Zero before the next recording." in later
+
+
+def test_long_names_are_told_apart_in_a_line():
+    path = "optoforce:/tmp/forcelab-replay-abcdefgh/ttyACM{}?calibration=x"
+    [one], [other] = (told(("stalled",), name=path.format(i)) for i in (0, 1))
+    assert one != other
+    assert len(one) < 70
 
 
 def test_cameras_and_the_disk_have_theirs():

@@ -13,7 +13,7 @@ from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
 from forcelab.gui.app import Start
 from forcelab.gui.capture.columns import Scale, columns_of
-from forcelab.gui.capture.marks import LiveMarks
+from forcelab.gui.capture.marks import EventTimes
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
@@ -48,6 +48,10 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     assert [info.name for info in window.document.infos] == ["LEGO 01"]
     assert "'LEGO 01' is kept" in page.standing.sentences.text()
     assert page.name.placeholderText() == "LEGO 02"
+    window.commands["show_recording"].trigger()
+    assert window.label.isVisible()
+    assert window.document.demonstration.name == "LEGO 01"
+    window.show_workspace("capture")
     recorded(window, page, until)
     window.commands["discard_recording"].trigger()
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
@@ -220,10 +224,12 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
         eventually(lambda: recorder.state().devices[0].samples > 100)
     window = Window("Ann", remembering=False)
     window.show()
-    window.begin(Start(project=study, workspace="capture"))
+    window.begin(Start(project=study, workspace="label"))
+    assert "Recordings that a crash ended: 1" in window.statusBar().currentMessage()
+    window.show_workspace("capture")
     page = window.capture.workspace
     try:
-        assert page.recover_button.isVisible()
+        until(page.recover_button.isVisible)
         page.recover_button.click()
         until(lambda: page.session.phase is Phase.APART, PATIENCE)
         assert not page.recover_button.isVisible()
@@ -272,13 +278,12 @@ def test_a_lane_grows_at_once_and_shrinks_late():
     assert scale.high < 2.0
 
 
-def test_of_several_keys_the_last_one_counts_and_the_one_below_it_goes_on():
-    marks = LiveMarks()
-    marks.press("grab", True, 1.0)
-    marks.press("pull", True, 2.0)
-    marks.press("pull", False, 3.0)
-    told = [(s.action, s.start, s.end) for s in marks.track(4.0)]
-    assert told == [("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("grab", 3.0, 4.0)]
-    marks.end(4.0)
-    assert len(marks.track(9.0)) == 3
-    assert len(marks.track(9.0, since=2.5)) == 2
+def test_keys_are_stamped_by_the_window_system_however_late_the_window_hears_of_them():
+    times = EventTimes()
+    assert times.at(0, 12.5) == 12.5  # no stamp
+    assert times.at(5000, 100.02) == pytest.approx(100.02)
+    assert times.at(5500, 100.5) == pytest.approx(100.5)  # sooner: better known now
+    assert times.at(6000, 101.2) == pytest.approx(101.0)
+    assert times.at(6500, 101.502) == pytest.approx(101.5)
+    assert times.at(100, 150.0) == pytest.approx(150.0)  # the clock began anew
+    assert times.at(200, 150.3) == pytest.approx(150.1)

@@ -74,11 +74,11 @@ def test_what_does_not_apply_is_hidden(dialog):
     dialog.change.click()
     editors = dialog.form.editors
     assert shown(dialog, "parameter")
-    editors["wavelet"].box.setCurrentIndex(3)
+    editors["wavelet"].box.setCurrentIndex(5)
     assert editors["wavelet"].value() == "haar"
     assert not shown(dialog, "parameter")
     assert dialog.chosen.parameter is None
-    editors["wavelet"].box.setCurrentIndex(2)
+    editors["wavelet"].box.setCurrentIndex(4)
     assert dialog.chosen.parameter == 2.0  # the second derivative, not p = 5
     assert shown(dialog, "seed")
     editors["classifier"].box.setCurrentIndex(1)

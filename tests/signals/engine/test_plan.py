@@ -16,6 +16,7 @@ from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
 from forcelab.signals.engine.design import TOLERANCES, design
+from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
 from forcelab.signals.engine.plan import Plan, plan_for
 from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
@@ -104,6 +105,28 @@ def test_every_tolerance_is_held_at_every_scale_edges_included(tolerance, n):
     found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
     assert found.shape == (len(x), len(scales), n)
     assert worst(x, found, scales, expected=known(n)).max() < allowed(tolerance)
+
+
+def unlike(seed, n):
+    """A random signal: rough or smooth, perhaps with impacts, steps and a trend."""
+    random = np.random.default_rng(seed)
+    x = random.standard_normal(n)
+    for _ in range(seed % 3):
+        x = np.cumsum(x - x.mean())
+    x /= np.abs(x).max()
+    x[random.integers(0, n, seed % 4)] += random.standard_normal(seed % 4) * 10
+    x[random.integers(0, n) :] += random.standard_normal()
+    return x + random.standard_normal() * np.linspace(-1, 1, n) * (seed % 2)
+
+
+def test_every_tolerance_is_held_on_twenty_random_signals_at_every_scale_edges_included():
+    n, scales = 600, np.r_[geometric_scales(4.4, 600, 0.4), 1300.0]
+    x = condition(np.stack([unlike(seed, n) for seed in range(20)])).values
+    expected = [direct(x, scale, 5.0, shown(n)) for scale in scales]
+    for tolerance in TOLERANCES:
+        found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
+        errors = worst(x, found, scales, expected=expected)
+        assert errors.max() < allowed(tolerance), tolerance
 
 
 def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
@@ -253,6 +276,32 @@ def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wa
     plan = Plan(n, scales, wavelet, 1e-14, False)
     expected = transform_channels(x, np.array(scales), wavelet)
     assert share_of_largest(plan.coefficients(x), expected) < 1e-14
+
+
+def test_a_long_ring_is_the_fourier_transform_of_the_whole():
+    n = 3 * PARTS**2
+    x = white(n)
+    response = np.exp(2j * np.random.default_rng(1).uniform(0, 7, n))
+    table = spectrum(lambda places: x[places], n, np.complex128)
+    whole = np.fft.fft(x)
+    expected = whole.reshape(PARTS, -1)[:, : table.shape[1]]
+    np.testing.assert_allclose(table, expected, rtol=0, atol=1e-12)
+    found = np.empty(n, dtype=complex)
+    for start, piece in from_spectrum(table, n, lambda bins: response[bins]):
+        found[start : start + len(piece)] = piece
+    np.testing.assert_allclose(found, np.fft.ifft(whole * response), rtol=0, atol=1e-13)
+
+
+def test_a_cut_scale_of_a_long_recording_takes_little_memory_beside_the_result(monkeypatch):
+    monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 1 << 12)
+    n = 1 << 20
+    x = condition(walk(n)[None]).values
+    plan = Plan(n, [2.0], Morlet(), 1e-7, True)
+    tracemalloc.start()
+    found = plan.coefficients(x)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < found.nbytes + 22 * n
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():

@@ -1,0 +1,1 @@
+"""The Trade-off workspace: how well settings recognise, against what they cost."""

@@ -1,0 +1,71 @@
+"""The tab of the Trade-off workspace, which is built when it is first shown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.learning import Learning
+
+if TYPE_CHECKING:
+    from forcelab.gui.tradeoff.workspace import TradeoffWorkspace
+
+__all__ = ["MEASURING", "TradeoffTab"]
+
+#: The key of the job that measures: nobody waits for it in front of the screen.
+MEASURING = "measuring recognition"
+
+
+class TradeoffTab(QWidget):
+    """Room for the Trade-off workspace.
+
+    Parameters
+    ----------
+    document : Document
+    jobs : Jobs
+    learning : Learning
+        Whose settings are chosen there.
+    parent : QWidget, optional
+    """
+
+    def __init__(
+        self, document: Document, jobs: Jobs, learning: Learning, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._given = (document, jobs, learning)
+        self._built: TradeoffWorkspace | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+
+    @property
+    def workspace(self) -> TradeoffWorkspace:
+        """The workspace; the first one who asks has it built."""
+        if self._built is None:
+            # What it needs is not loaded by those who only label.
+            from forcelab.gui.tradeoff.measuring import Measuring
+            from forcelab.gui.tradeoff.workspace import TradeoffWorkspace
+
+            measuring = Measuring(*self._given, self)
+            self._built = TradeoffWorkspace(measuring)
+            layout = self.layout()
+            assert layout is not None
+            layout.addWidget(self._built)
+        return self._built
+
+    @property
+    def settled(self) -> bool:
+        """Whether what was measured the last time has been read."""
+        return self._built is None or not self._built.measuring.reading
+
+    def come_to_front(self, front: bool) -> None:
+        """Show the latest measurement, or look at nothing any more."""
+        if front or self._built is not None:
+            self.workspace.measuring.set_front(front)
+
+    def reset_layout(self) -> None:
+        """Share out the room as at first."""
+        if self._built is not None:
+            self._built.reset_layout()

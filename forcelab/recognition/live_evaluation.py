@@ -1,0 +1,106 @@
+"""Evaluation as if demonstrations came live: each label rests on what its latency lets it see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from time import perf_counter
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.recognition.decided import Decided
+from forcelab.recognition.evaluation import Job, tested_by
+from forcelab.recognition.examples import Examples, Labelled, common_rate
+from forcelab.recognition.latency import with_latency
+from forcelab.recognition.recogniser import Prediction, Recogniser
+from forcelab.recognition.results import Evaluation
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import training
+
+__all__ = ["leave_one_out_live"]
+
+
+def leave_one_out_live(
+    labelled: Sequence[Labelled], settings: Settings, latency: float, title: str = ""
+) -> Job:
+    """Recognise each demonstration as a stream, by a recogniser trained on all the others.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+        Demonstrations without a segment take no part.
+    settings : Settings
+    latency : float
+        Seconds from a force to its label.
+    title : str
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Evaluation
+        Its raw predictions are the filtered ones.
+
+    Raises
+    ------
+    InputError
+        If fewer than two demonstrations are labelled, they do not fit together, or a recogniser
+        with these settings cannot follow a stream.
+    """
+    if not 0 <= latency < np.inf:
+        raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
+    used = [item for item in labelled if item.segments]
+    if len(used) < 2:
+        raise InputError(
+            "Leaving one demonstration out needs two labelled ones; label one more first."
+        )
+    rate = common_rate([item.demonstration for item in used], settings)
+    fixed = settings.replace(rate=rate)
+    merged = [item.merged(settings.merge) for item in used]
+    actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
+    seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
+    tested = []
+    for i, item in enumerate(used):
+        started = perf_counter()
+        recogniser = yield from training(used[:i] + used[i + 1 :], fixed)
+        fitted = perf_counter()
+        decided = with_latency(recogniser, item.demonstration, latency)
+        seconds["fit"] += fitted - started
+        seconds["predict"] += perf_counter() - fitted
+        examples = _examples(merged[i], recogniser, decided)
+        tested.append(tested_by(item, examples, _prediction(recogniser, decided), actions))
+    return Evaluation(
+        title=title,
+        settings=settings,
+        actions=actions,
+        tested=tuple(tested),
+        rate=recogniser.rate,
+        channels=recogniser.channels,
+        trained_on=tuple(item.demonstration.id for item in used),
+        seconds=seconds,
+        remarks=(f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",),
+    )
+
+
+def _examples(item: Labelled, recogniser: Recogniser, decided: Decided) -> Examples:
+    """The steps of a stream, of which nothing but the human's labels is wanted."""
+    n = len(decided)
+    known = decided.probabilities
+    seen = np.ones(n, dtype=bool) if known is None else np.asarray(known.any(axis=1))
+    return Examples(
+        name=item.demonstration.name,
+        times=decided.times,
+        features=np.empty((n, 0)),
+        valid=seen,
+        segments=item.segments,
+        channels=recogniser.channels,
+        rate=recogniser.rate,
+    )
+
+
+def _prediction(recogniser: Recogniser, decided: Decided) -> Prediction:
+    """What was decided, as an evaluation takes it."""
+    codes = decided.codes
+    return Prediction(decided.times, recogniser.actions, codes, codes, None, {})

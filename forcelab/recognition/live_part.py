@@ -1,0 +1,187 @@
+"""What a recogniser that needs whole demonstrations has learnt beside, to follow a stream.
+
+The same demonstrations learnt once more, from what a stream knows of them: for each of a few times
+ahead a classifier of :class:`~forcelab.recognition.causal.CausalWindows`. Trees and a weighted sum
+are averaged, which does as well as either on each of the paper's recordings, and takes no choosing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.labels import UNLABELLED, Segment, to_codes
+from forcelab.merging import MergeMap
+from forcelab.recognition.averaged import Averaged
+from forcelab.recognition.causal import CausalWindows, usual_size
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.learning import Care, fitting_averaged
+from forcelab.recognition.settings import Settings
+from forcelab.signals.channels import channel_map
+from forcelab.signals.grid import on_grid
+
+__all__ = ["LOOKS", "STEP", "LivePart", "fitting_live", "hop_of", "live_for", "needs_whole"]
+
+Real = NDArray[np.float64]
+
+#: Seconds ahead that there is a classifier for.
+LOOKS = (0.0, 0.05, 0.15)
+#: Share of a latency that may go into looking ahead; the decoder has the rest.
+SHARE = 0.6
+#: Seconds from one time step to the next where the settings say nothing.
+STEP = 0.02
+#: What learns; see the module.
+CLASSIFIER = "ensemble"
+
+
+@dataclass(frozen=True, eq=False)
+class LivePart:
+    """A classifier of what a stream knows.
+
+    Parameters
+    ----------
+    windows : CausalWindows
+    classifier : Averaged
+        Its codes are the recogniser's.
+    """
+
+    windows: CausalWindows
+    classifier: Averaged
+
+    def plain(self) -> dict[str, Any]:
+        """Numbers, lists and arrays, from which :meth:`from_plain` makes an equal one."""
+        windows = self.windows
+        return {
+            "windows": list(windows.windows),
+            "look": windows.look,
+            "usual": windows.usual,
+            "own": windows.own,
+            "classifier": self.classifier.plain(),
+        }
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any], channels: int, actions: int) -> LivePart:
+        """Check what was read from a file, of so many channels and actions.
+
+        Raises
+        ------
+        ValueError
+            If anything does not fit together; a missing or wrong part may raise other errors.
+        """
+        usual = plain["usual"]
+        if not (usual.dtype == np.float64 and usual.shape == (channels,)):
+            raise ValueError("every channel must have a usual size")
+        if not ((usual > 0).all() and np.isfinite(usual).all()):
+            raise ValueError("usual sizes must be finite and above 0")
+        look, own = float(plain["look"]), plain["own"]
+        if not 0 <= look <= max(LOOKS) or not isinstance(own, bool):
+            raise ValueError("windows that a stream is looked at in")
+        try:  # the settings know what windows may be
+            spreads = Settings(windows=tuple(plain["windows"])).windows
+        except InputError as error:
+            raise ValueError("windows that there can be") from error
+        windows = CausalWindows(spreads, look, usual, own)
+        known = Averaged.from_plain(plain["classifier"], windows.width, actions)
+        return cls(windows, known)
+
+
+def needs_whole(settings: Settings) -> bool:
+    """Whether features or decoder need all of a demonstration, so that a stream needs a part."""
+    own = settings.features != "wavelets" or settings.circular or settings.step is not None
+    return own or settings.decodes
+
+
+def hop_of(settings: Settings, rate: float) -> int:
+    """Samples between two time steps of a stream at this rate."""
+    return max(1, round((settings.step or STEP) * rate))
+
+
+def live_for(parts: Sequence[LivePart], seconds: float) -> LivePart:
+    """The part that suits so many seconds to look ahead and to decode in.
+
+    Parameters
+    ----------
+    parts : sequence of LivePart
+        By their time ahead, at least one.
+    seconds : float
+    """
+    fits = [part for part in parts if part.windows.look <= SHARE * seconds]
+    return fits[-1] if fits else parts[0]
+
+
+def fitting_live(
+    labelled: Sequence[Labelled],
+    settings: Settings,
+    rate: float,
+    actions: tuple[str, ...],
+    own: bool,
+) -> Generator[Progress, None, tuple[LivePart, ...]]:
+    """Learn from demonstrations as a stream would know them; yields progress, returns the parts.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+        Training demonstrations with the same channels.
+    settings : Settings
+    rate : float
+        Samples a second of the grid.
+    actions : tuple of str
+        What is told apart; other labels count as none.
+    own : bool
+        Whether forces count in units of each demonstration's own size.
+    """
+    recordings, codes = [], []
+    for item in labelled:
+        demonstration = item.demonstration
+        channels = channel_map(demonstration.channels, settings.channels)
+        grid = on_grid(demonstration, rate, channels.recorded)
+        recordings.append(channels.apply(grid.signals))
+        hop = hop_of(settings, grid.rate)
+        steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
+        codes.append(_codes(item, settings.merge, grid.times[steps], grid.valid[steps], actions))
+    usual = usual_size(recordings, rate)
+    used = [found != UNLABELLED for found in codes]
+    y = np.concatenate([found[some] for found, some in zip(codes, used, strict=True)])
+    if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
+        return ()
+    care = Care(balanced=settings.balanced)
+    parts = []
+    for i, look in enumerate(LOOKS):
+        windows = CausalWindows(settings.windows, look, usual, own)
+        found = [windows.of(channels, rate, hop) for channels in recordings]
+        X = np.concatenate([rows[some] for rows, some in zip(found, used, strict=True)])
+        parts.append(LivePart(windows, _fitted(X, y, settings.seed, care)))
+        yield Progress(i + 1, len(LOOKS), "fit")
+    return tuple(parts)
+
+
+def _codes(
+    item: Labelled,
+    merge: MergeMap,
+    times: Real,
+    valid: NDArray[np.bool_],
+    actions: tuple[str, ...],
+) -> NDArray[np.int64]:
+    """Human codes of time steps."""
+    known: list[Segment] = [s for s in item.merged(merge).segments if s.action in actions]
+    codes = to_codes(known, times, actions)
+    codes[~valid] = UNLABELLED
+    return codes
+
+
+def _fitted(X: Real, y: NDArray[np.int64], seed: int, care: Care) -> Averaged:
+    """Fit without watching: it takes a fraction of a second."""
+    made: list[Averaged] = []
+
+    def fitted() -> Generator[tuple[int, int], None, None]:
+        made.append((yield from fitting_averaged(CLASSIFIER, X, y, seed, care)))
+
+    for _ in fitted():
+        pass
+    return made[0]

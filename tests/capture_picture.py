@@ -1,0 +1,109 @@
+"""Draws the Capture workspace while virtual tongs are recorded, for the README.
+
+Start it as ``python tests/capture_picture.py PROJECT FILE.png`` with the sample project. Forces and
+film of a demonstration are played in real time, and its simulated truth presses the keys.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import cv2
+
+from forcelab.assets import asset
+from forcelab.capture import camera_device
+from forcelab.capture.calibration import read_calibrations
+from forcelab.capture.replaying import Replay, sensors_of
+from forcelab.capture.virtual_camera import VirtualCamera
+from forcelab.project import Project
+
+DEMONSTRATION, TASK = "LEGO-1-06", "LEGO"
+#: Seconds: before the demonstration begins, between an action and its key, of it when it is drawn.
+LEAD, REACTION, DRAWN = 5.0, 0.2, 8.3
+
+
+class Film(VirtualCamera):
+    """Sees what the video of a demonstration shows, from the second `begun` on."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(tells_time=False)
+        film = cv2.VideoCapture(str(path))
+        self.frames = []
+        while (read := film.read())[0]:
+            self.frames.append(read[1])
+        self.begun = float("inf")
+
+    def retrieve(self):
+        number = int(max(time.monotonic() - self.begun, 0.0) * self.rate)
+        return True, self.frames[min(number, len(self.frames) - 1)]
+
+
+def draw(path: Path, picture: Path) -> None:
+    """Record the demonstration again and draw the window shortly before it ends."""
+    from PySide6.QtWidgets import QApplication
+
+    from forcelab.gui import theme
+    from forcelab.gui.app import Start
+    from forcelab.gui.capture.phase import Phase
+    from forcelab.gui.window import Window
+
+    calibration = asset("calibrations", "3-axis-40N.toml")
+    with Project.open(path) as project:
+        info = next(one for one in project.demonstrations() if one.name == DEMONSTRATION)
+        demonstration, truth = project.load(info.id), project.truth(info.id)
+    sensors = sensors_of(demonstration, read_calibrations(calibration))
+    film = Film(demonstration.video.path)
+    camera_device.open_camera = lambda _: film
+    application = QApplication([])
+    theme.apply(application, "light")
+    window = Window("Ines", remembering=False)
+    window.resize(1280, 800)
+    window.show()
+    window.begin(Start(project=path, demonstration=DEMONSTRATION, workspace="capture"))
+    page = window.capture.workspace
+
+    def until(condition) -> None:
+        while not condition():
+            application.processEvents()
+            time.sleep(0.005)
+
+    def at(second: float) -> None:
+        until(lambda: time.monotonic() - film.begun >= second)
+
+    with Replay(demonstration, sensors, lead=LEAD) as replay:
+        for port in replay.ports:
+            page.sources.add(f"optoforce:{port}?calibration={calibration}")
+        page.sources.add("camera:0")
+        page.task.setCurrentText(TASK)
+        page.recogniser.which.activated.emit(1)
+        page.scalogram.choose("tangential 1")
+        until(lambda: page.session.recognising.loaded is not None)
+        page.connect_button.click()
+        until(lambda: replay.ended(0.0) or replay.begun)
+        film.begun = time.monotonic() + LEAD
+        until(lambda: page.session.phase is Phase.READY)
+        at(0.2)
+        page.record()
+        for start, end, action in truth["actions"]:
+            at(min(start + REACTION, DRAWN))
+            page.session.mark(action, True, time.monotonic())
+            at(min(end + REACTION, DRAWN))
+            if end + REACTION < DRAWN:
+                page.session.mark(action, False, time.monotonic())
+        at(DRAWN)
+        until(lambda: page.session.recognising.glimpse.action)
+        window.grab().save(str(picture))
+        page.session.discard()
+        until(lambda: page.session.phase is Phase.READY)
+        window.close()
+
+
+if __name__ == "__main__":
+    os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["FORCELAB_SETTINGS"] = str(Path(folder) / "settings.ini")
+        draw(Path(sys.argv[1]), Path(sys.argv[2]))

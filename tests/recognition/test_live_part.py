@@ -1,0 +1,326 @@
+"""Recognisers with windows and a decoder on a stream: what is stated, whatever the blocks."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from synthetic import synthetic_set
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import UNLABELLED
+from forcelab.live.promise import promised
+from forcelab.recognition import learning
+from forcelab.recognition.causal import CausalWindows, StreamingWindows
+from forcelab.recognition.decoding import decode
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.latency import with_latency
+from forcelab.recognition.latency_windows import plain_features
+from forcelab.recognition.live_evaluation import leave_one_out_live
+from forcelab.recognition.live_part import LOOKS, LivePart
+from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.settings import preset
+from forcelab.recognition.storage import load, save
+from forcelab.recognition.training import train
+
+RATE = 250.0
+WINDOWS = preset("fast").windows
+
+
+@pytest.fixture(scope="module")
+def three():
+    return [Labelled(*item) for item in synthetic_set(3, rate=RATE)]
+
+
+@pytest.fixture(scope="module")
+def trained(three):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(learning, "TREES", 8)
+        return train(three[:2], preset("fast"))
+
+
+def changed(demonstration, times=None, signals=None):
+    return Demonstration(
+        demonstration.name,
+        demonstration.task,
+        demonstration.times if times is None else times,
+        demonstration.signals if signals is None else signals,
+        demonstration.channels,
+    )
+
+
+def streamed(recogniser, demonstration, latency, blocks, rate=None):
+    online = OnlineRecogniser(recogniser, latency, demonstration.channels, rate)
+    parts, start, turn = [], 0, 0
+    while start < len(demonstration.times):
+        block = slice(start, start + blocks[turn % len(blocks)])
+        parts.append(online.push(demonstration.times[block], demonstration.signals[block]))
+        start, turn = block.stop, turn + 1
+    parts.append(online.finish())
+    return tuple(
+        np.concatenate([getattr(part, what) for part in parts])
+        for what in ("times", "codes", "probabilities")
+    )
+
+
+# Features
+
+
+@pytest.mark.parametrize("hop", [1, 5, 20])
+@pytest.mark.parametrize("look", [0.0, 0.05, 0.7])
+@pytest.mark.parametrize("own", [False, True])
+def test_features_are_those_of_each_window_by_itself(hop, look, own):
+    n = 60 * hop + 13 % hop
+    signals = np.cumsum(np.random.default_rng(hop).standard_normal((2, n)), axis=1)
+    what = CausalWindows((0.0005, *WINDOWS), look, np.array([1.0, 30.0]), own)
+    wanted = plain_features(what, signals, RATE, hop)
+    found = what.of(signals, RATE, hop)
+    assert found.shape == wanted.shape
+    assert np.allclose(found, wanted, atol=1e-9, rtol=1e-9)
+
+
+def test_a_window_seen_whole_is_the_gaussian_one():
+    rate, slope = 1000.0, 3.0
+    times = np.arange(4000) / rate
+    what = CausalWindows((0.04,), 0.2, np.ones(1), False)
+    level, found, rms = what.of((slope * times)[None], rate, 20)[100]
+    assert level == pytest.approx(slope * times[2010], rel=1e-6)
+    assert found == pytest.approx(slope, rel=1e-6)
+    assert rms == pytest.approx(slope * 0.04, rel=2e-3)  # of four standard deviations
+
+
+def test_own_units_forget_how_strong_somebody_is_and_keep_what_rest_is():
+    rate = 250.0
+    times = np.arange(60 * int(rate)) / rate
+    press = 5.0 + np.where(times > 1, 1 + np.sin(2 * np.pi * times), 0.0)
+    what = CausalWindows((0.04,), 0.05, np.ones(1), True)
+    weak = what.of(press[None], rate, 5)
+    strong = what.of((5.0 + 4 * (press - 5.0))[None], rate, 5)
+    assert np.abs(weak[:40, 0]).max() < 1e-9
+    late = slice(2000, None)
+    assert np.allclose(weak[late], strong[late], rtol=0.1, atol=0.1)
+    first = slice(52, 60)  # nothing is known of this person yet
+    assert strong[first, 0].max() > 1.3 * weak[first, 0].max()
+
+
+# Labels
+
+
+@pytest.mark.parametrize("latency", [0.0, 0.03, 0.1, 1.0])
+def test_labels_are_those_stated_for_the_latency(trained, three, latency):
+    demonstration = three[2].demonstration
+    wanted = with_latency(trained, demonstration, latency)
+    assert np.array_equal(wanted.times, demonstration.times)
+    for blocks in ([5], [1, 40, 3, 700]):
+        times, codes, probabilities = streamed(trained, demonstration, latency, blocks)
+        assert np.array_equal(times, wanted.times)
+        assert np.array_equal(codes, wanted.codes)
+        assert np.allclose(probabilities, wanted.probabilities, atol=1e-6)
+
+
+def test_labels_do_not_depend_on_the_blocks(trained, three):
+    whole = three[2].demonstration
+
+    @settings(max_examples=15, deadline=None)
+    @given(
+        sizes=st.lists(st.integers(1, 90), min_size=1, max_size=6),
+        latency=st.sampled_from([0.0, 0.04, 0.1, 0.4]),
+        length=st.integers(1, 250),
+    )
+    def check(sizes, latency, length):
+        piece = slice(500, 500 + length)
+        short = [
+            streamed_pieces(trained, whole.times[piece], whole.signals[piece], latency, cuts, whole)
+            for cuts in (sizes, [length])
+        ]
+        for one, other in zip(*short, strict=True):
+            assert np.array_equal(one, other)
+
+    check()
+
+
+def streamed_pieces(recogniser, times, signals, latency, sizes, like):
+    online = OnlineRecogniser(recogniser, latency, like.channels, RATE)
+    parts, start, turn = [], 0, 0
+    while start < len(times):
+        size = sizes[turn % len(sizes)]
+        parts.append(online.push(times[start : start + size], signals[start : start + size]))
+        start, turn = start + size, turn + 1
+    parts.append(online.finish())
+    codes = np.concatenate([part.codes for part in parts])
+    assert len(codes) == len(times)
+    return codes, np.concatenate([part.probabilities for part in parts])
+
+
+def test_a_label_is_what_the_decoder_says_of_all_that_the_latency_lets_it_see(trained, three):
+    demonstration, latency = three[2].demonstration, 0.1
+    online = OnlineRecogniser(trained, latency, demonstration.channels, RATE)
+    budget, hop = online.budget, 5
+    lag = budget.decoder // hop
+    assert budget.total <= latency * RATE
+    _, codes, known = streamed(trained, demonstration, latency, [50], RATE)
+    steps = known[hop // 2 :: hop]
+    with np.errstate(divide="ignore"):
+        logs = np.log(steps)
+    for step in range(0, len(steps) - lag, 7):
+        seen = logs[: step + lag + 1]
+        wanted = decode(seen, np.ones(len(seen), dtype=bool), 0.02, trained.choreography)
+        assert codes[step * hop + hop // 2] == wanted[step]
+
+
+def test_a_label_comes_no_later_than_the_latency_and_needs_no_later_sample(trained, three):
+    demonstration, latency = three[2].demonstration, 0.2
+    online = OnlineRecogniser(trained, latency, demonstration.channels, RATE)
+    known = []
+    for i in range(len(demonstration.times)):
+        block = slice(i, i + 1)
+        known += online.push(
+            demonstration.times[block], demonstration.signals[block]
+        ).codes.tolist()
+        assert i - len(known) < latency * RATE
+    half = len(demonstration.times) // 2
+    other = demonstration.signals.copy()
+    other[half:] = 9.0
+    _, codes, _ = streamed(trained, changed(demonstration, signals=other), latency, [5], RATE)
+    before = half - round(latency * RATE)
+    assert codes[:before].tolist() == known[:before]
+
+
+def test_with_time_enough_labels_are_nearly_those_of_offline_recognition(trained, three):
+    item = three[2]
+    offline = trained.predict(item.demonstration).filtered
+    _, codes, _ = streamed(trained, item.demonstration, 0.1, [20])
+    assert np.mean(codes == offline) > 0.9
+
+
+def test_a_gap_is_never_labelled(trained, three):
+    demonstration = three[2].demonstration
+    keep = np.ones(len(demonstration.times), dtype=bool)
+    keep[400:460] = False
+    keep[700:702] = False  # lost samples are no gap
+    signals = demonstration.signals.copy()
+    signals[600:640, 0] = np.nan
+    holed = changed(demonstration, demonstration.times[keep], signals[keep])
+    for latency in (0.0, 0.1):
+        wanted = with_latency(trained, holed, latency)
+        for blocks in ([7], [5000]):
+            times, codes, known = streamed(trained, holed, latency, blocks)
+            assert np.array_equal(codes, wanted.codes)
+            bare = ((times > 1.6) & (times < 1.839)) | ((times >= 2.4) & (times < 2.559))
+            assert np.all(codes[bare] == UNLABELLED)
+            assert np.all(known[bare] == 0)
+            assert np.all(codes[times > 2.6] != UNLABELLED)
+
+
+def test_after_days_unplugged_it_goes_on(trained, three):
+    demonstration = three[2].demonstration
+    online = OnlineRecogniser(trained, 0.1, demonstration.channels, RATE)
+    online.push(demonstration.times, demonstration.signals)
+    decided = online.push(demonstration.times + 3e5, demonstration.signals)
+    late = decided.times > 3e5
+    assert late.sum() > 0.9 * len(demonstration.times)
+    assert np.all(decided.codes[late] != UNLABELLED)
+
+
+@pytest.mark.parametrize("kind", ["zeros", "huge", "tiny", "offset", "constant", "jump"])
+def test_forces_that_break_careless_code_are_labelled_as_stated(trained, three, kind):
+    like = three[2].demonstration
+    noise = np.random.default_rng(0).standard_normal((500, len(like.channels)))
+    signals = {
+        "zeros": np.zeros_like(noise),
+        "huge": 1e300 * noise,
+        "tiny": 1e-300 * noise,
+        "offset": 1e9 + 1e-6 * noise,
+        "constant": np.full_like(noise, 1e300),
+        "jump": np.where(np.arange(500)[:, None] > 250, 1e200, -1e-200) * np.ones(noise.shape[1]),
+    }[kind]
+    odd = changed(like, np.arange(500) / RATE, signals)
+    _, codes, known = streamed(trained, odd, 0.1, [33])
+    assert np.all(codes != UNLABELLED)
+    assert np.allclose(known.sum(axis=1), 1.0)
+    assert np.mean(codes == with_latency(trained, odd, 0.1).codes) > 0.99
+
+
+def test_memory_stays_the_same(trained, three):
+    demonstration = three[2].demonstration
+    windows = StreamingWindows(trained.live[0].windows, RATE, 5)
+    sizes = []
+    rows = np.zeros((50, len(trained.channels)))
+    for _ in range(60):
+        windows.push(rows)
+        sizes.append(sum(v.nbytes for v in vars(windows).values() if isinstance(v, np.ndarray)))
+    assert max(sizes[-20:]) <= max(sizes[20:40])
+    online = OnlineRecogniser(trained, 0.1, demonstration.channels, RATE)
+    n, waits = len(demonstration.times), []
+    for turn in range(4):
+        online.push(demonstration.times + turn * n / RATE, demonstration.signals)
+        held = vars(online._stages)
+        waits.append(sum(v.nbytes for v in held.values() if isinstance(v, np.ndarray)))
+    assert waits[-1] <= waits[1]
+
+
+# The recogniser
+
+
+def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
+    save(trained, tmp_path / "r.skops")
+    again = load(tmp_path / "r.skops")
+    assert [part.windows.look for part in again.live] == list(LOOKS)
+    demonstration = three[2].demonstration
+    for one, other in zip(
+        streamed(trained, demonstration, 0.1, [50]),
+        streamed(again, demonstration, 0.1, [50]),
+        strict=True,
+    ):
+        assert np.array_equal(one, other)
+
+
+def test_what_does_not_fit_is_refused(trained):
+    with pytest.raises(InputError, match="latency"):
+        finish(leave_one_out_live([], trained.settings, -1.0))
+    with pytest.raises(InputError, match="label one more"):
+        finish(leave_one_out_live([], trained.settings, 0.1))
+    part = trained.live[1]
+    plain = part.plain() | {"usual": np.array([1.0, -1.0, 1.0, 1.0])}
+    for wrong in (
+        plain,
+        part.plain() | {"windows": [2.0, 1.0]},
+        part.plain() | {"look": np.nan},
+        part.plain() | {"own": 1},
+    ):
+        with pytest.raises(ValueError, match="must|windows"):
+            LivePart.from_plain(wrong, 4, len(trained.actions))
+
+
+def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 4)
+    evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
+    pooled, each = evaluation.scores("filtered")
+    assert len(each) == 3
+    assert pooled.accuracy > 0.8
+    assert pooled.coverage == 1.0
+    assert "100 ms" in evaluation.remarks[0]
+
+
+def test_a_recogniser_from_before_says_what_to_do(trained, three):
+    old = dataclasses.replace(trained, live=())
+    with pytest.raises(InputError, match="train it again"):
+        OnlineRecogniser(old, 0.1, three[2].demonstration.channels)
+    plain = dataclasses.replace(old, settings=trained.settings.replace(decoder="filters"))
+    with pytest.raises(InputError, match="fast, best or paper"):
+        OnlineRecogniser(plain, 0.1, three[2].demonstration.channels)
+
+
+def test_more_latency_looks_farther_ahead_and_what_is_promised_is_what_is_done(trained):
+    looks = []
+    for latency in (0.0, 0.05, 0.1, 0.3, 3.0):
+        promise = promised(trained, latency)
+        looks.append(promise.ahead)
+        assert promise.ahead + promise.filters <= latency
+        assert promise.early == ()
+    assert looks == sorted(looks)
+    assert looks[0] == 0.0
+    assert looks[-1] == pytest.approx(LOOKS[-1], abs=0.5 / RATE)
