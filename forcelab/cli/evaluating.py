@@ -36,9 +36,10 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project, progress_bar() as watch:
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
-        latency = None if arguments.latency is None else arguments.latency / 1000
         choice = choice_from(arguments)
-        job = evaluate_tasks(project, settings, choice, jobs, certainty=certainty, latency=latency)
+        job = evaluate_tasks(
+            project, settings, choice, jobs, certainty=certainty, latency=arguments.latency
+        )
         evaluated = finish(job, watch)
         vocabularies = project.vocabularies()
     pairs, matrices = (

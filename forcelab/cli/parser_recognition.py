@@ -41,7 +41,7 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
     parser.add_argument(
         "--latency",
-        metavar="MS",
+        metavar="SECONDS",
         type=float,
         help="as if it came live, each label so long after its force; keeps no run",
     )

@@ -16,7 +16,7 @@ __all__ = ["LOSSES", "Promise", "promised"]
 
 #: Seconds of latency, and points of accuracy lost against a second: preset ``fast``, leaving one
 #: demonstration out, mean of the stylus and the foam (``forcelab evaluate --latency``).
-LOSSES = ((0.0, 3.0), (0.05, 1.5), (0.1, 0.2), (0.3, 0.1), (1.0, 0.0))
+LOSSES = ((0.0, 4.0), (0.05, 2.0), (0.1, 0.5), (0.3, 0.1), (1.0, 0.0))
 
 
 @dataclass(frozen=True)

@@ -349,7 +349,8 @@ PRESETS: Mapping[str, Settings] = {
         step=0.02,
         amplitude="both",
         classifier="extra-trees",
-        stride=2,
+        # A tenth of the fit time of `best`: neighbouring steps are almost copies.
+        stride=5,
         threshold=None,
         median=None,
         drop=None,

@@ -217,7 +217,7 @@ def _own_amplitude(recogniser: Recogniser) -> bool:
     """Whether a recogniser looks at forces in units of each demonstration's own amplitude."""
     settings, classifier = recogniser.settings, recogniser.classifier
     if settings.amplitude != "chosen" or not isinstance(classifier, Averaged):
-        return settings.amplitude == "own"
+        return settings.amplitude != "absolute"
     # What was chosen on left-out demonstrations is one half of the columns; own is the second.
     return bool(classifier.columns.min() >= settings.width(len(recogniser.channels)) // 2)
 

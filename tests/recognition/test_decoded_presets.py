@@ -140,6 +140,19 @@ def test_shuffled_labels_give_chance(four):
     assert accuracy(finish(leave_one_out(four, FAST))) > 0.8
 
 
+def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_on_it(four):
+    found = finish(leave_one_out(four, FAST))
+    record = found.to_json()
+    assert found.kinds == ("raw", "unaided", "filtered")
+    assert record["unaided"]["pooled"]["accuracy"] > 0.7
+    without = finish(leave_one_out(four, FAST.replace(choreography="none")))
+    for one, other in zip(found.tested, without.tested, strict=True):
+        np.testing.assert_array_equal(one.unaided, other.filtered)
+    reliability = record["reliability"]
+    assert 0 < reliability["brier"] < 0.5
+    assert sum(n for n, _, _ in reliability["bins"]) == int(found.reliability.steps.sum())
+
+
 def test_a_recording_that_is_there_twice_is_said(four):
     old = four[0].demonstration
     twin = Demonstration("twin", old.task, old.times + 5.0, old.signals, old.channels)

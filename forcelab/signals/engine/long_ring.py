@@ -26,6 +26,8 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 PARTS = 64
 ROWS = 4
 COLUMNS = 1 << 11
+#: Bins whose responses are worked out at once.
+STRETCH = 1 << 14
 
 
 def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) -> Complex:
@@ -84,7 +86,9 @@ def from_spectrum(
         bins = np.empty(part, dtype=table.dtype)
         bins[: half + 1] = table[j]
         bins[half + 1 :] = np.conj(table[PARTS - 1 - j, half - 1 : 0 : -1])
-        bins *= response(slice(j * part, (j + 1) * part))
+        for k in range(0, part, STRETCH):
+            here = bins[k : k + STRETCH]
+            here *= response(slice(j * part + k, j * part + k + len(here)))
         # Every M-th bin beside each other.
         combs[:, j * part // PARTS : (j + 1) * part // PARTS] = bins.reshape(-1, PARTS).T
     for r in range(0, PARTS, ROWS):

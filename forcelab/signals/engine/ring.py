@@ -41,7 +41,7 @@ def ring_length(n: int, scale: float, radius: float) -> int:
     """Samples of the ring: the signal, one half-width beyond both ends, and what joins them."""
     need = n + 2 * int(np.ceil(radius * scale)) + RAMP
     if need > KEPT:
-        return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=True))
+        return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=False))
     # Without factors of 7 and 11, which cost up to half as much again.
     return int(fft.next_fast_len(need, real=True))
 
