@@ -163,7 +163,7 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "scalogram: first and exact image of spans of 4,000 to 1e7 samples on the screen.\n"
         "recognition: presets, scales, phase, classifiers, filters and decoders on each task of\n"
         "PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left\n"
-        "out of training in five groups in turn, against the CPU time of features, training and\n"
+        "out of training in four groups in turn, against the CPU time of features, training and\n"
         "recognition. The window's Trade-off workspace draws it.\n"
         "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
         "while panning and zooming 6 channels of 1e6 and 1e7 samples, steps and jumps in videos,\n"

@@ -32,7 +32,7 @@ RATE = 1000.0
 
 
 def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
-    """Measure preset ``paper`` at 1 kHz on 6 channels: a minute of it; with `quick` 10 s.
+    """Measure presets ``paper`` and ``fast`` at 1 kHz on 6 channels: a minute; with `quick` 10 s.
 
     Then one stream of a million samples, 30,000 with `quick`: whether it stays as it is.
     """
@@ -42,12 +42,14 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     demonstration, _ = performed(10.0 if quick else 60.0, RATE, 3)
     repetitions = 2 if quick else 5
     rows = yield from measuring(recogniser, demonstration, BLOCKS, LATENCIES, repetitions)
+    windows = train(trained, preset("fast"))
+    fast = yield from measuring(windows, demonstration, (20,), (100,), repetitions)
     last = yield from endless(recogniser, demonstration, 200, 30_000 if quick else 1_000_000)
     return Table(
         "Live recognition",
         "labels unlike offline",
         "CPU s per s (share of a core)",
-        (*rows, *with_front([last])),
+        (*rows, *fast, *with_front([last])),
     )
 
 
@@ -99,9 +101,16 @@ def measuring(
                 repetition * len(settings) + i, total, f"latency {latency} ms, blocks of {block} ms"
             )
             runs[latency, block].append(_streamed(recogniser, demonstration, latency, block))
+    name = recogniser.settings.preset
     rows = [
         _row(
-            demonstration, setting, runs[setting], peaks[setting], stated[setting[0]].codes, offline
+            name,
+            demonstration,
+            setting,
+            runs[setting],
+            peaks[setting],
+            stated[setting[0]].codes,
+            offline,
         )
         for setting in settings
     ]
@@ -143,6 +152,7 @@ def _streamed(
 
 
 def _row(
+    name: str,
     demonstration: Demonstration,
     setting: tuple[int, int],
     runs: Sequence[_Run],
@@ -157,7 +167,7 @@ def _row(
     half, most = np.median([np.percentile(run.cpu, [50, 99]) for run in runs], axis=0) * 1e3
     waited = float(np.median([np.percentile(run.wall, 99) for run in runs])) * 1e3
     return Row(
-        "paper",
+        name,
         f"latency {latency} ms",
         f"{len(demonstration.channels)} channels at {1 / demonstration.period:.0f} Hz, "
         f"blocks of {block} ms",

@@ -42,8 +42,9 @@ def ring_length(n: int, scale: float, radius: float) -> int:
     need = n + 2 * int(np.ceil(radius * scale)) + RAMP
     if need > KEPT:
         return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=False))
-    # Without factors of 7 and 11, which cost up to half as much again.
-    return int(fft.next_fast_len(need, real=True))
+    # A length without factors of 7 and 11 would be faster, but how a wavelet that is cut at the
+    # Nyquist frequency rings depends on the length, and preset ``paper`` has one of those.
+    return int(fft.next_fast_len(need, real=False))
 
 
 def laid_into_ring(values: Real, length: int) -> Real:
@@ -71,12 +72,17 @@ def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
 
 def ring_response(wavelet: Wavelet, scale: float, length: int) -> Complex:
     """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
-    bins = np.asarray(np.fft.fftfreq(length, 1.0 / length), dtype=np.float64)
-    return _response(wavelet, scale, length, bins)
+    return _response(wavelet, scale, length, np.arange(length))
 
 
-def _response(wavelet: Wavelet, scale: float, length: int, bins: Real) -> Complex:
-    """The same at some bins of the spectrum; negative ones are negative frequencies."""
+def _signed(numbers: NDArray[np.int64], length: int) -> NDArray[np.int64]:
+    """Bins of a spectrum, the upper half as the negative frequencies that it stands for."""
+    return np.where(2 * numbers >= length, numbers - length, numbers)
+
+
+def _response(wavelet: Wavelet, scale: float, length: int, numbers: NDArray[np.int64]) -> Complex:
+    """The same at some bins of the spectrum, which are counted from 0."""
+    bins = _signed(numbers, length)  # whole numbers, so that the Nyquist bin is known for sure
     omega = 2 * np.pi * (bins / length)
     response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
     # The Nyquist bin stands for both signs of its frequency.
@@ -176,9 +182,7 @@ class Ring:
         """One scale of one channel; responses are never there as a whole."""
 
         def response(bins: slice) -> Complex:
-            numbers = np.arange(bins.start, bins.stop, dtype=np.float64)
-            numbers[2 * numbers > length] -= length
-            return _response(self._wavelet, scale, length, numbers)
+            return _response(self._wavelet, scale, length, np.arange(bins.start, bins.stop))
 
         for start, piece in from_spectrum(table, length, response):
             rows = piece[: max(0, self._n - start)]
