@@ -97,8 +97,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--amplitude",
         metavar="UNIT",
-        help="forces in windows: absolute, in units of each demonstration's own amplitude, both side "
-        "by side, or chosen by inner cross-validation (absolute)",
+        help="forces in windows: absolute, in units of each demonstration's own amplitude, both "
+        "side by side, or chosen by inner cross-validation (absolute)",
     )
     how.add_argument(
         "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"

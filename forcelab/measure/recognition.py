@@ -122,11 +122,10 @@ def measuring(
         for group in fitted_alike(alike):
             yield from _folds(seen, group, parts, spent, watch)
         del seen  # before the next features are computed
-    reference = (
-        f"the coder's labels of {len(used)} demonstrations, "
-        f"{'one' if len(parts) == len(used) else f'a group of {len(parts)} groups'} left out at a "
-        f"time"
-    )
+    turns = "one left out at a time"
+    if len(parts) < len(used):
+        turns = f"left out in {len(parts)} groups in turn"
+    reference = f"the coder's labels of {len(used)} demonstrations, {turns}"
     return with_front([_row(variant, spent[id(variant)], size, reference) for variant in variants])
 
 

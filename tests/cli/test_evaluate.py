@@ -9,8 +9,8 @@ from synthetic import ACTIONS
 from forcelab.project import Project
 
 SCORES = {
-    "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1", "f1_labelled", "boundaries_found", "boundary_ms",
-    "confusion", "events",
+    "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1",
+    "f1_labelled", "boundaries_found", "boundary_ms", "confusion", "events",
 }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from forcelab.signals.engine.ring import ring_length, ring_response
 from forcelab.signals.wavelets import Morlet
 
 
-@pytest.mark.parametrize("length", [10, 98, 5832, 5880, 60000, 65856])
+@pytest.mark.parametrize("length", [98, 5832, 5880, 60000, 65856])
 def test_the_nyquist_bin_stands_for_both_signs_whatever_the_length(length):
     """5832 is among the lengths for which length * (1 / length) is not 1 in floating point."""
     morlet = Morlet()
