@@ -142,7 +142,7 @@ class Learning(QObject):
         if self._settings is not None:
             return self._settings.classifier
         values = remembered.recall_values(self._path or Path(), self.task) or {}
-        return str(values.get("classifier", "mlp"))
+        return str(values.get("classifier", remembered.FIRST_CLASSIFIER))
 
     @property
     def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from forcelab.recognition.settings import Settings
 
 __all__ = [
+    "FIRST",
+    "FIRST_CLASSIFIER",
     "recall_automatic",
     "recall_called",
     "recall_choice",
@@ -28,9 +30,15 @@ __all__ = [
 
 log = logging.getLogger(__name__)
 
+#: What a task is trained with until somebody chooses otherwise: who presses Train for the first
+#: time waits for seconds, and sees the best that there is. Scripts begin with preset ``paper``.
+FIRST = "best"
+#: Its classifier, written out: to look presets up loads much.
+FIRST_CLASSIFIER = "extra-trees"
+
 
 def recall_settings(project: Path, task: str) -> Settings:
-    """The settings that a task of a project was trained with last; at first the preset `paper`."""
+    """The settings that a task of a project was trained with last; at first preset `FIRST`."""
     return settings_of(recall_values(project, task), task)
 
 
@@ -40,7 +48,7 @@ def recall_values(project: Path, task: str) -> dict[str, Any] | None:
 
 
 def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
-    """Settings out of plain values; the preset `paper` where there are none or they are broken."""
+    """Settings out of plain values; preset `FIRST` where there are none or they are broken."""
     from forcelab.recognition.settings import Settings, preset
 
     if values is not None:
@@ -48,12 +56,12 @@ def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
             return Settings.from_json(values)
         except InputError as error:  # such as of a newer forcelab
             log.warning("The settings kept for '%s' are not used: %s", task, error)
-    return preset("paper")
+    return preset(FIRST)
 
 
 def recall_called(project: Path, task: str) -> tuple[str, bool]:
     """The name of the preset that a task was trained with last, and whether it was changed."""
-    name = settings.text(_key(project, task, "preset"), "paper")
+    name = settings.text(_key(project, task, "preset"), FIRST)
     return name, settings.flag(_key(project, task, "changed"))
 
 

@@ -173,14 +173,14 @@ def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, learning, wor
 
 
 def test_settings_and_tasks_are_named_as_they_were_changed(bar, learning, until):
-    assert bar.settings.text() == "Settings: paper…"
+    assert bar.settings.text() == "Settings: best…"
     learning.set_settings(Settings(stride=10))
     assert bar.settings.text() == "Settings: paper, changed…"
     learning.set_choice(Choice(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
     bar._task_chosen(1)
     assert learning.task == "stylus"
-    assert bar.settings.text() == "Settings: paper…"
+    assert bar.settings.text() == "Settings: best…"
     assert bar.task.currentText() == "stylus"
 
 

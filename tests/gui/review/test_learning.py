@@ -56,7 +56,7 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
     assert [step.epoch for step in learning.trail] == [1, 2, 3]
     path, settings, choice, name = work.asked[0]
     assert path == document.project.path
-    assert settings == preset("paper")
+    assert settings == preset("best")
     assert choice.tasks == ("foam",)
     assert name == "foam"
 
@@ -179,7 +179,7 @@ def test_each_task_has_its_own_settings_and_choice(learning, document, work, unt
     stylus = next(info.id for info in document.infos if info.task == "stylus")
     document.open_demonstration(stylus)
     assert learning.task == "stylus"
-    assert learning.settings == preset("paper")
+    assert learning.settings == preset("best")
     assert learning.choice == Choice(("stylus",))
     learning.set_task("foam")
     assert learning.settings == Settings(stride=10)
@@ -208,7 +208,7 @@ def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
     settings.put(remembered._key(path, "foam", "settings"), '{"stride": -3}')
     settings.put(remembered._key(path, "foam", "choice"), '{"tasks": 5}')
     again = Learning(document, learning.jobs, work=work)
-    assert again.settings == preset("paper")
+    assert again.settings == preset("best")
     assert again.choice == Choice(("foam",))
 
 
@@ -287,3 +287,10 @@ def test_who_labelled_most_is_trained_on(document):
     document.set_author("Cleo")
     assert whose_labels(document, {"foam"}) == "Cleo"
     assert whose_labels(document, {"no such task"}) is None
+
+
+def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(learning):
+    from forcelab.gui.review import remembered
+
+    assert learning.classifier == preset(remembered.FIRST).classifier
+    assert learning.called == (remembered.FIRST, False)

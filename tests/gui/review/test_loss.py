@@ -83,6 +83,7 @@ def test_time_and_remarks_of_the_outcome_stand_beneath(view, until):
 
 
 def test_a_classifier_without_a_loss_says_so(view):
+    view.learning.set_settings(Settings())
     assert "has none" not in view.curves.empty_text()
     view.learning.set_settings(Settings(classifier="naive-bayes"))
     assert "has none" in view.curves.empty_text()

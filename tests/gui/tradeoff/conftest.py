@@ -118,6 +118,7 @@ def measuring(document, jobs, work, until, monkeypatch):
     from forcelab.gui.review.learning import Learning
     from forcelab.gui.tradeoff import measuring as module
 
+    monkeypatch.setattr("forcelab.gui.review.remembered.FIRST", "paper")
     monkeypatch.setattr(module, "COUNTING", 20)
     learning = Learning(document, jobs, work=FakeWork())
     until(lambda: not jobs.busy)
