@@ -31,6 +31,8 @@ AVERAGED = {
 }
 #: Trees of a forest, and the least samples of a leaf.
 TREES, LEAF = 50, 1
+#: The same where actions are to count alike: weights say nothing in a leaf of a single sample.
+SHARED_LEAF = 3
 #: Strength of the logistic regression's data against its penalty.
 STRENGTH = 0.01
 #: Rounds of boosting, and leaves of each of its trees.
@@ -176,7 +178,7 @@ def _member(kind: str, X: Real, y: Whole, seed: int, even: bool) -> Member:
 
         trees = ExtraTreesClassifier(
             TREES,
-            min_samples_leaf=LEAF,
+            min_samples_leaf=SHARED_LEAF if even else LEAF,
             class_weight=weight,
             random_state=seed,
         )

@@ -162,7 +162,7 @@ class LabelWorkspace(QMainWindow):
         super().showEvent(event)
         if not self._shared_out:
             self._shared_out = True
-            QTimer.singleShot(0, self._share_out)
+            QTimer.singleShot(0, self, self._share_out)  # not once it is gone
 
     # Inside
 
