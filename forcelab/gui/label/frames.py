@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import threading
 import time
 from collections.abc import Generator
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,8 +32,6 @@ NEAR = 12
 REST = 0.3
 #: Seconds that closing waits for decoders to come to the end of a frame.
 PATIENCE = 5.0
-#: How much the decoder's threads stand back behind the window's, in Linux' levels of niceness.
-NICENESS = 5
 
 
 class Frames(QObject):
@@ -175,7 +170,6 @@ class _Decoder:
 
     def _run(self) -> None:
         """Read the video until the end is asked for; whoever holds this later holds no pictures."""
-        _stand_back()
         try:
             reader = self._open()
             if reader is not None:
@@ -312,17 +306,6 @@ class _Decoder:
                 frame: Frame = stop.value
                 return frame
         return None
-
-
-def _stand_back() -> None:
-    """Let the window go before this thread, and before those that the decoder starts from it.
-
-    While neighbours are decoded ahead, more threads are at work than a small machine has
-    processors; a step would wait for its turn. Only Linux knows the niceness of a thread.
-    """
-    if sys.platform == "linux":
-        with suppress(OSError):  # where even that is forbidden, all is as before
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
 
 
 def _image(frame: Frame) -> QImage:
