@@ -128,6 +128,7 @@ def test_the_house_rules_hold(command):
         ("forcelab.cli.demonstrating", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
         ("forcelab.cli.simulating", {"PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.cli.planning", {"PySide6", "sklearn", "scipy.signal", "joblib", "cv2"}),
+        ("forcelab.review.training", {"PySide6", "sklearn", "scipy.signal", "cv2", "serial"}),
         ("forcelab.cli.explaining", {"numpy", "PySide6"}),
         ("forcelab.cli.measuring", {"PySide6", "sklearn", "scipy", "cv2", "serial"}),
         ("forcelab.cli.comparing", {"PySide6", "sklearn", "cv2", "serial"}),

@@ -11,7 +11,6 @@ from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.evaluation import Job, across, leave_one_out
-from forcelab.recognition.live_evaluation import leave_one_out_live
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.run_results import kept, title_of
@@ -175,6 +174,9 @@ def evaluate_tasks(
                     corpora, settings, tasks, choice.test_task, jobs, certainty=certainty
                 )
             else:
+                # It loads scipy.signal, a second and ten megabytes that no other training needs.
+                from forcelab.recognition.live_evaluation import leave_one_out_live
+
                 title = title_of(tasks, None)
                 job = leave_one_out_live(corpora[0].labelled, settings, latency, title)
             evaluation = yield from job
