@@ -56,18 +56,18 @@ def shared(
     from joblib import Parallel, delayed
 
     there = delayed(partial(_worked, work, os.getpid()))
-    with _deaf_to_interrupts():
-        coming = Parallel(n_jobs=jobs, return_as="generator")(there(one) for one in given)
+    coming: Generator[MadeT, None, None] | None = None
     try:
+        with _deaf_to_interrupts():
+            coming = Parallel(n_jobs=jobs, return_as="generator")(there(one) for one in given)
         for made in coming:  # noqa: UP028 - "yield from" would close it before what follows
             yield made
     except BrokenProcessPool as error:
         raise ForcelabError(ENDED.format("A process that shared the work")) from error
     finally:
-        with warnings.catch_warnings():
-            # joblib finds it worth a warning that somebody stops early.
-            warnings.simplefilter("ignore", UserWarning)
-            coming.close()
+        if coming is not None:
+            with _quiet_when_stopped():
+                coming.close()
 
 
 def _worked(work: Callable[[GivenT], MadeT], parent: int, given: GivenT) -> MadeT:
@@ -91,12 +91,60 @@ def _follow(parent: int) -> None:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes started here ignore Ctrl+C, which a terminal sends to all: the parent ends them."""
-    if threading.current_thread() is not threading.main_thread():
+    """Processes started here never hear Ctrl+C, which a terminal sends to all: this one ends them.
+
+    It hears of it when they have started. To ignore it meanwhile, which they would inherit too,
+    would lose it.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    masks = hasattr(signal, "pthread_sigmask")
+    if masks:
+        _start_trackers()
+    heard: list[int] = []
+    handler = signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    # What a thread has blocked, the processes and threads it starts have blocked as well.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, handler)
+    for number in heard[:1]:
+        signal.raise_signal(number)
+
+
+@contextmanager
+def _quiet_when_stopped() -> Iterator[None]:
+    """Keep quiet: joblib finds it worth a warning that somebody stops early.
+
+    And where work was given out a moment before, its thread for that misses what it just dropped,
+    and ends with a `KeyError` instead of nothing.
+    """
+    said = threading.excepthook
+
+    def say(end: threading.ExceptHookArgs) -> None:
+        late = end.exc_type is KeyError and type(end.thread).__name__ == "_ExecutorManagerThread"
+        if not late:
+            said(end)
+
+    threading.excepthook = say
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)
+            yield
+    finally:
+        threading.excepthook = said
+
+
+def _start_trackers() -> None:
+    """Start the processes that look after shared memory: their start unblocks Ctrl+C."""
+    from multiprocessing import resource_tracker
+
+    from joblib.externals.loky.backend import resource_tracker as of_joblib
+
+    resource_tracker.ensure_running()
+    of_joblib.ensure_running()

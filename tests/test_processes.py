@@ -25,8 +25,9 @@ def refused(number):
     return number
 
 
-def hears_interrupts(_):
-    return signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+def interrupting_itself(number):
+    signal.raise_signal(signal.SIGINT)
+    return number
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -54,8 +55,28 @@ def test_stopping_early_leaves_the_rest_undone_and_the_next_call_works():
 
 def test_interrupts_of_the_terminal_reach_this_process_alone():
     before = signal.getsignal(signal.SIGINT)
-    assert not any(shared(hears_interrupts, range(4), 2))
+    assert list(shared(interrupting_itself, range(4), 2)) == [0, 1, 2, 3]
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def lasting(number):
+    time.sleep(30)
+    return number
+
+
+def interrupting_the_start(numbers):
+    """Numbers; Ctrl+C is pressed when the first is asked for, while processes are started."""
+    signal.raise_signal(signal.SIGINT)
+    yield from numbers
+
+
+def test_an_interrupt_while_processes_start_is_not_lost():
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        list(shared(lasting, interrupting_the_start(range(4)), 2))
+    assert time.monotonic() - started < 20
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    assert [number for number, _ in shared(doubled, range(3), 2)] == [0, 2, 4]
 
 
 def killed(number):

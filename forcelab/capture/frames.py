@@ -12,7 +12,7 @@ __all__ = ["SILENT", "FrameCount"]
 SILENT = 2.0
 
 _INTERVALS = 30  # of which the median is the camera's period
-_KNOWN = 5  # intervals that tell it
+_KNOWN = 10  # intervals that tell it: what a driver kept before anybody read comes all at once
 _GAP, _EARLY = 1.6, 0.6  # periods between two frames: one is missing or late; it was late
 _LEAK = 0.8  # of a delay that is left with the next frame, as the period is not known exactly
 _WATCHED = 10  # frames after a gap that tell late frames from missing ones

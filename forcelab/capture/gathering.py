@@ -71,8 +71,7 @@ def gather(contents: Contents, folder: Path) -> Gathered:
     Raises
     ------
     InputError
-        If there are fewer than two samples of a device that samples evenly, or the journal is not
-        what it says.
+        If no device that samples evenly gave two samples, or the journal is not what it says.
     """
     header = contents.header
     try:
@@ -150,6 +149,8 @@ def _stamped(block: Block, breaks: NDArray[np.int64], holds: bool, rate: float) 
 
 def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
     """What is said of samples that are missing."""
+    if not len(stream.host):
+        return f"{name} gave nothing while it was recorded; its channels are empty."
     sentences = []
     if stream.even and ticks is not None and len(ticks) > 1:
         period = float(np.median(np.diff(stream.host)))

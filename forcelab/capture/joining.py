@@ -45,7 +45,7 @@ class Stream:
 def joined(
     streams: Sequence[Stream], names: Sequence[str]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Bring all channels onto the stamps of the first device that samples evenly.
+    """Bring all channels onto the stamps of the first device that samples evenly, and did.
 
     Parameters
     ----------
@@ -64,11 +64,15 @@ def joined(
     Raises
     ------
     InputError
-        If the device that leads has fewer than two samples.
+        If no device that could lead has two samples.
     """
-    lead = next((i for i, stream in enumerate(streams) if not stream.holds), 0)
-    if not streams or len(streams[lead].host) < 2:
-        which = f" of {names[lead]}" if names else ""
+    even = [i for i, stream in enumerate(streams) if not stream.holds]
+    # One that was silent all the time takes nothing away from the others.
+    lead = next((i for i in even if len(streams[i].host) > 1), -1)
+    if lead < 0 and not even and streams and len(streams[0].host) > 1:
+        lead = 0
+    if lead < 0:
+        which = f" of {names[even[0] if even else 0]}" if names else ""
         raise InputError(
             f"Fewer than two samples{which} were recorded; look at its channels live first."
         )

@@ -106,9 +106,7 @@ def keep(path: Path, contents: Contents) -> Kept:
         project.attach_stamps(added.id, gathered.stamps)
         beside = [(name, project.attach_beside(added.id, file)) for name, file in gathered.further]
         heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
-    more = (
-        f"The video of {name} lies beside the first one's as '{file}'." for name, file in beside
-    )
+    more = (f"The video of {name} lies beside the first one's: '{file}'." for name, file in beside)
     remarks = (*gathered.remarks, *added.remarks, *more)
     return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
 

@@ -23,20 +23,18 @@ from forcelab.capture.optoforce import (
 from forcelab.capture.optoforce_said import Said
 from forcelab.capture.optoforce_talk import ANSWER, Talk
 from forcelab.capture.optoforce_zeroed import Zeroed
-from forcelab.capture.serial_port import Port
+from forcelab.capture.port_device import PortDevice
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import Kind
 
 __all__ = ["OptoForce"]
 
-#: Seconds between two reads at least; the newest sample of each is still a millisecond old at most.
-GATHER = 0.004
 #: Seconds over which the readings are averaged that a zeroing takes for zero.
 ZEROING = 0.03
 
 
-class OptoForce:
+class OptoForce(PortDevice):
     """A DAQ with its sensors; see :class:`~forcelab.capture.blocks.Device`.
 
     A zero that was taken survives an unplugged cable: the DAQ forgets it, and what it read at that
@@ -72,7 +70,7 @@ class OptoForce:
         If the DAQ has no such rate or filter, or the calibration file is not right.
     """
 
-    holds = False
+    kind = "optoforce"
 
     def __init__(
         self,
@@ -93,8 +91,7 @@ class OptoForce:
         self.rate = rate
         self.serial = serial
         self.first = first
-        self.connections = 0
-        self._path = path
+        super().__init__(path, BAUD)
         if not rate > 0:
             raise InputError(f"An OptoForce DAQ needs a rate above zero, not {rate:g}.")
         self._speed, self._filter = speed_for(rate), FILTERS.index(cutoff)
@@ -105,15 +102,8 @@ class OptoForce:
         self._stream = Stream(rate)
         self._offset: NDArray[np.float64] | None = None
         self._zeroed = 0  # the connection in which the DAQ was zeroed; after it, it is not any more
-        self._port = Port(path, BAUD, GATHER)
         self._left = b""
-        self._heard = 0.0
         self._said = Said()
-
-    @property
-    def name(self) -> str:
-        """Such as ``"optoforce:/dev/ttyACM0"``; the port is the present one."""
-        return f"optoforce:{self._path}"
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -143,29 +133,8 @@ class OptoForce:
 
     def open(self) -> None:
         """Connect, learn what it is, and configure it; see ``Device.open``."""
-        self._stream, self._offset, self.connections = Stream(self.rate), None, 0
-        try:
-            self._connect(self._path)
-        except UnpluggedError as error:
-            raise InputError(str(error)) from error
-
-    def reopen(self) -> None:
-        """Find the same DAQ again, by its serial number at whatever port, and configure it.
-
-        Raises
-        ------
-        UnpluggedError
-            While it is not back.
-        """
-        self.close()
-        others = [path for path in self._ports() if path != self._path] if self.serial else []
-        for path in (self._path, *others):
-            try:
-                self._connect(path)
-            except (InputError, UnpluggedError):
-                continue
-            return
-        raise UnpluggedError(f"{self._called()} is not plugged in again yet.")
+        self._stream, self._offset = Stream(self.rate), None
+        super().open()
 
     def read(self, timeout: float) -> Block | None:
         """What has arrived; see ``Device.read``."""
@@ -211,59 +180,49 @@ class OptoForce:
         """What went wrong since the last time this was asked; see ``Device.remarks``."""
         return self._said.take()
 
-    def close(self) -> None:
-        """Let go of it; see ``Device.close``."""
-        self._port.close()
-
     def _called(self) -> str:
         """What sentences call it."""
         return f"OptoForce DAQ {self.serial}" if self.serial else f"The DAQ at {self._path}"
 
-    def _connect(self, path: str) -> None:
-        """Open a port, and configure what is behind it if it is the right DAQ."""
-        port = Port(path, BAUD, GATHER)
-        port.open()
-        try:
-            talk = Talk(port)
-            serial = talk.ask(serial_request(), lambda reply: reply.serial is not None)
-            found = serial.serial if serial else None
-            if self.serial is not None and found != self.serial:
-                raise InputError(
-                    f"The device at {path} is {found or 'one without a serial number'}, not "
-                    f"OptoForce DAQ {self.serial}; name the port that this one is at."
-                )
-            code = talk.ask(
-                configure(self._speed, self._filter, 0), lambda reply: reply.code is not None
-            )
-            kind = talk.kind()
-        except BaseException:
-            port.close()
-            raise
-        self._take(path, port, talk.left, kind, found)
-        if found is None:
-            self._said.say(
-                f"{self._called()} does not tell its serial number; after unplugging it is looked "
-                f"for at the same port only."
-            )
-        if code is None or code.code:
-            why = "did not confirm" if code is None else f"refused (code {code.code})"
-            self._said.say(f"{self._called()} {why} its configuration.")
+    def _places(self) -> Sequence[str]:
+        """Where it was, and wherever a DAQ may be if it can be told by its serial number."""
+        others = [path for path in self._ports() if path != self._path] if self.serial else []
+        return (self._path, *others)
 
-    def _take(self, path: str, port: Port, left: bytes, kind: Kind, serial: str | None) -> None:
-        """From now on, read from this port."""
+    def _connect(self, path: str) -> None:
+        """Connect, and let the stream give what this connection's zero makes of it."""
+        super()._connect(path)
+        self._calibrate()
+
+    def _begin(self) -> None:
+        """Learn which DAQ this is, and configure it if it is the right one."""
+        talk, where = Talk(self._port), self._port.path
+        reply = talk.ask(serial_request(), lambda reply: reply.serial is not None)
+        serial = reply.serial if reply else None
+        if self.serial is not None and serial != self.serial:
+            raise InputError(
+                f"The device at {where} is {serial or 'one without a serial number'}, not "
+                f"OptoForce DAQ {self.serial}; name the port that this one is at."
+            )
+        code = talk.ask(
+            configure(self._speed, self._filter, 0), lambda reply: reply.code is not None
+        )
+        kind = talk.kind()
         if self._calibrations is not None:
-            try:
-                self._calibration = self._calibrations.find(serial, kind)
-            except InputError:
-                port.close()
-                raise
-        self._port, self._path, self._kind, self.serial = port, path, kind, serial
-        self._left, self._heard = left, time.monotonic()
+            self._calibration = self._calibrations.find(serial, kind)
+        self._kind, self.serial, self._left = kind, serial, talk.left
         if self.connections:
             self._stream.flush()
             self._stream.restart(self.rate)
-        self.connections += 1
-        self._calibrate()
+        called = self._called() if serial else f"The DAQ at {where}"
+        if serial is None:
+            self._said.say(
+                f"{called} does not tell its serial number; after unplugging it is looked for at "
+                f"the same port only."
+            )
+        if code is None or code.code:
+            why = "did not confirm" if code is None else f"refused (code {code.code})"
+            self._said.say(f"{called} {why} its configuration.")
 
     def _calibrate(self) -> None:
         """Let the stream give what the channels promise."""

@@ -112,6 +112,7 @@ class DeviceReader:
         self._heard = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
         self._samples = self._lost = self._saturated = 0
+        self._zeroed = False  # just now: what it dropped meanwhile was not lost
         self._thread = threading.Thread(target=self._run, name=f"forcelab {device.name}")
         self._thread.start()
 
@@ -210,6 +211,7 @@ class DeviceReader:
                     self.device.zero()
                     with self._lock:
                         self._wander.restart()
+                        self._zeroed = True
                 block = self.device.read(_WAIT)
             except UnpluggedError as error:
                 self._wait_for_it(error)
@@ -253,9 +255,10 @@ class DeviceReader:
         self._clock.update(block.arrived, ticks)
         if before is not None and self._clock.stretches == stretches:
             missing = int(ticks[-1]) - before - len(block)
-            if missing > 0:
+            if missing > 0 and not self._zeroed:
                 self._lost += missing
                 self._lost_at = self._heard
+        self._zeroed = False
         return self._clock.to_host(ticks)
 
     def _wait_for_it(self, error: UnpluggedError) -> None:

@@ -9,6 +9,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from types import TracebackType
 
+from forcelab import __version__
 from forcelab.capture.blocks import Device
 from forcelab.capture.camera import CameraReader
 from forcelab.capture.camera_device import Capture
@@ -21,7 +22,6 @@ from forcelab.capture.recorder_state import RecorderState
 from forcelab.capture.ring import Window
 from forcelab.errors import InputError
 from forcelab.project import Project
-from forcelab.versions import versions
 
 __all__ = ["Recorder"]
 
@@ -149,7 +149,7 @@ class Recorder:
             "author": author,
             "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
             "monotonic": time.monotonic(),
-            "forcelab": versions()["forcelab"],
+            "forcelab": __version__,
             "devices": [
                 {
                     "name": device.name,

@@ -106,7 +106,7 @@ class Port:
         try:
             data = _taken(port, max(timeout - max(pause, 0.0), 0.0))
         except self._errors as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
         arrived = time.monotonic()
         self._next = arrived + self._gather
         return data, arrived
@@ -123,7 +123,7 @@ class Port:
         try:
             port.write(data)
         except self._errors as error:
-            raise self._gone(error) from error
+            raise self._gone() from error
 
     def close(self) -> None:
         """Let go of it; closing twice is fine."""
@@ -138,9 +138,10 @@ class Port:
             raise UnpluggedError(f"The port {self.path} is not open.")
         return self._port
 
-    def _gone(self, error: Exception) -> UnpluggedError:
+    def _gone(self) -> UnpluggedError:
         """What is said when the device does not answer any more."""
-        return UnpluggedError(f"The device at {self.path} is gone ({error}); plug it in again.")
+        # What the system says of it (an input/output error, mostly) helps nobody to plug it in.
+        return UnpluggedError(f"The device at {self.path} is gone; plug it in again.")
 
 
 def _taken(port: serial.Serial, timeout: float) -> bytes:

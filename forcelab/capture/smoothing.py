@@ -21,6 +21,7 @@ _AROUND = 1.0  # s on either side of a jump of the counter that tell whether it 
 _STAYS = 10.0  # s for which samples must come late, none lost, to say that the counter stood still
 _ENOUGH = 0.5  # s of arrivals after a step that tell it from a delay, at least
 _LONG = 30.0  # s, at most, over which the rate is guessed
+_BURSTS = 0.25  # s, at least, where there are as many: nearer pairs tell bursts of some 16 ms
 _SHORT = 5.0  # s over which a guess is no better than what a crystal promises
 _PROMISED = 0.1  # s by which a guess may contradict what the device was told
 _LATE = 0.003  # s behind the lines, at least, of windows that are left out
@@ -126,7 +127,7 @@ def _guess(
     """Seconds a tick: the median over pairs of samples far apart; and how far apart (s).
 
     That is up to 1 / `parts` of the samples between two breaks: few pairs have a jump of the
-    counter between them where these parts are many.
+    counter between them where these parts are many. Of a recording of one or two bursts it is all.
     """
     n = len(ticks)
     edges = np.unique(np.concatenate([[0], np.asarray(breaks, dtype=np.int64), [n]]))
@@ -135,8 +136,10 @@ def _guess(
     if last <= first:
         return 1e-3, 0.0
     rough = (arrived[last] - arrived[first]) / (last - first)
-    most = max((last - first) // parts, 1)
-    apart = int(np.clip(_LONG / rough if rough > 0 else n, 1, most))
+    if rough <= 0:
+        return 1e-3, 0.0
+    most = max((last - first) // parts, int(min(np.ceil(_BURSTS / rough), last - first)))
+    apart = int(np.clip(_LONG / rough, 1, most))
     begin = np.arange(0, n - apart, max(1, (n - apart) // 20_000))
     begin = begin[
         np.searchsorted(edges, begin, "right") == np.searchsorted(edges, begin + apart, "right")

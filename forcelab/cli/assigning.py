@@ -44,8 +44,8 @@ def _chosen(
     if arguments.task is not None:
         of_task = [info.id for info in infos.values() if info.task == arguments.task]
         if not of_task:
-            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none at all"
-            raise InputError(f"There is no task '{arguments.task}'; there are {known}.")
+            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none"
+            raise InputError(f"There is no task '{arguments.task}' here; choose from {known}.")
         ids += of_task
     return list(dict.fromkeys(ids))
 

@@ -119,6 +119,13 @@ def _more(evaluation: Evaluation) -> list[str]:
             f"Decoded without any choreography: accuracy {percent(alone.accuracy)}, "
             f"edit {percent(alone.edit)}, F1@50 {percent(alone.f1['50'])}."
         )
+    if "unadapted" in evaluation.kinds:
+        bare, _ = evaluation.scores("unadapted")
+        lines.append(
+            f"Without adaptation: accuracy {percent(bare.accuracy)}, edit {percent(bare.edit)}, "
+            f"F1@50 {percent(bare.f1['50'])}; with it: accuracy {percent(pooled.accuracy)}, "
+            f"edit {percent(pooled.edit)}, F1@50 {percent(pooled.f1['50'])}."
+        )
     reliability = evaluation.reliability
     if reliability is not None and reliability.brier is not None:
         lines.append(

@@ -14,13 +14,14 @@ def run(arguments: argparse.Namespace) -> None:
     with Project.open(arguments.project) as project:
         infos = project.demonstrations(arguments.task)
         if arguments.task is not None and not infos:
-            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none at all"
-            raise InputError(f"There is no task '{arguments.task}'; there are {known}.")
+            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none"
+            raise InputError(f"There is no task '{arguments.task}' here; choose from {known}.")
         recognisers = project.recognisers()
         runs = project.runs()
+        beside = {info.id: [str(path) for path in project.beside(info.id)] for info in infos}
     if arguments.json:
         content = {
-            "demonstrations": [_plain(info) for info in infos],
+            "demonstrations": [_plain(info, beside[info.id]) for info in infos],
             "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
             "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
         }
@@ -32,6 +33,9 @@ def run(arguments: argparse.Namespace) -> None:
     rows = [["task", "demonstration", "seconds", "Hz", "channels", "labelled", "id"]]
     rows += [_row(info) for info in infos]
     print(table(rows, right=[2, 3, 4]))
+    for info in infos:
+        for path in beside[info.id]:
+            print(f"Beside the video of '{info.name}', of another camera: {path}")
     counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
     print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
 
@@ -53,7 +57,7 @@ def _row(info: DemonstrationInfo) -> list[str]:
     ]
 
 
-def _plain(info: DemonstrationInfo) -> dict[str, object]:
+def _plain(info: DemonstrationInfo, beside: list[str]) -> dict[str, object]:
     """A demonstration as plain values."""
     return {
         "id": info.id,
@@ -65,5 +69,6 @@ def _plain(info: DemonstrationInfo) -> dict[str, object]:
         "channels": [{"name": c.name, "unit": c.unit} for c in info.channels],
         "labelled_seconds": dict(info.labelled),
         "video": info.has_video,
+        "beside": beside,
         "source": info.source,
     }

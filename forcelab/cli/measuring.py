@@ -6,6 +6,7 @@ import argparse
 import os
 import tempfile
 from collections.abc import Callable, Generator
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -22,14 +23,17 @@ MODULES = {
     "cwt": "forcelab.measure.cwt",
     "stream": "forcelab.measure.stream",
     "live": "forcelab.measure.live",
+    "capture": "forcelab.measure.capture",
     "scalogram": "forcelab.measure.scalogram",
-    "recognition": "forcelab.measure.recognition_runs",
+    "recognition": "forcelab.measure.recognition_tasks",
     "view": "forcelab.gui.measuring",
     "training": "forcelab.gui.measuring.training",
 }
 #: What measures how long a person waits, with bounds instead of errors: nothing to trade off.
 WAITS = ("view", "training")
 RECOGNITION, ALL = "recognition", "all"
+#: What measures something else of recognition than presets and settings.
+OTHERWISE = ("--next", "--swapped")
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -66,10 +70,19 @@ def _check(arguments: argparse.Namespace) -> None:
         "--task": arguments.task,
         "--author": arguments.author,
         "--thorough": arguments.thorough,
+        "--next": arguments.next,
+        "--swapped": arguments.swapped,
     }
     given = [name for name, value in asked.items() if value]
-    if given and what not in (RECOGNITION, ALL):
-        raise InputError(f"{given[0]} goes with '{RECOGNITION}', not with '{what}'.")
+    # Of all there is the usual measurement of recognition.
+    other = [name for name in OTHERWISE if name in given]
+    wrong = given if what not in (RECOGNITION, ALL) else other if what == ALL else []
+    if wrong:
+        raise InputError(f"{wrong[0]} goes with '{RECOGNITION}', not with '{what}'.")
+    if len(other) > 1:
+        raise InputError(f"{' and '.join(other)} are two measurements; ask for one at a time.")
+    if other and arguments.thorough:
+        raise InputError(f"--thorough changes nothing of {other[0]}; leave it away.")
 
 
 def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table | Latencies]:
@@ -84,21 +97,23 @@ def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, 
 
 def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
     """Measure a project; without one, the sample project."""
-    from forcelab.measure.recognition_runs import measured_tasks
+    from forcelab.measure.recognition_tasks import measured_tasks, next_tasks, swapped_tasks
     from forcelab.project import Project
 
+    measure: Callable[..., Generator[Progress, None, Table]]
+    measure = partial(measured_tasks, thorough=arguments.thorough)
+    if arguments.next:
+        measure = next_tasks
+    elif arguments.swapped:
+        measure = swapped_tasks
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         path = arguments.project
         if path is None:
             path = yield from _sample(Path(scratch))
         with Project.open(path) as project:
             return (
-                yield from measured_tasks(
-                    project,
-                    arguments.task or (),
-                    arguments.author,
-                    quick=arguments.quick,
-                    thorough=arguments.thorough,
+                yield from measure(
+                    project, arguments.task or (), arguments.author, quick=arguments.quick
                 )
             )
 

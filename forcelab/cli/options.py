@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import re
+from difflib import get_close_matches
 from pathlib import Path
+from typing import NoReturn
 
 __all__ = [
     "PROJECT",
     "Commands",
     "Formatter",
+    "Parser",
     "add_changes",
     "add_settings",
     "command",
@@ -29,6 +33,40 @@ class Formatter(argparse.RawDescriptionHelpFormatter):
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=30, width=100)
+
+
+#: What argparse says, and how it is said here.
+_PLAINER = (
+    (re.compile(r"invalid float value: (.*)"), r"\1 is no number"),
+    (re.compile(r"invalid int value: (.*)"), r"\1 is no whole number"),
+    (re.compile(r"the following arguments are required: (.*)"), r"\1 must be given"),
+    (re.compile(r"unrecognized arguments: (.*)"), r"'\1' means nothing here"),
+    (re.compile(r"^argument (\S+): "), r"\1: "),
+)
+_NO_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
+
+
+class Parser(argparse.ArgumentParser):
+    """Says in one sentence what is wrong, where a dozen lines of usage would bury it."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with status 2."""
+        wrong = _NO_CHOICE.search(message)
+        if wrong is not None:
+            message = message.replace(wrong[0], _no_choice(wrong[1], wrong[2]))
+            message = message.removeprefix("argument COMMAND: ")
+        for theirs, ours in _PLAINER:
+            message = theirs.sub(ours, message)
+        self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'.\n")
+
+
+def _no_choice(given: str, choices: str) -> str:
+    """What to say of a word that is none of those one may choose from."""
+    known = [choice.strip("' ") for choice in choices.split(",")]
+    near = get_close_matches(given, known, n=1)
+    return f"there is no '{given}'; " + (
+        f"did you mean '{near[0]}'" if near else f"choose from {', '.join(known)}"
+    )
 
 
 def command(
@@ -99,6 +137,11 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
         metavar="UNIT",
         help="forces in windows: absolute, in units of each demonstration's own amplitude, both "
         "side by side, or chosen by inner cross-validation (absolute)",
+    )
+    how.add_argument(
+        "--peaks",
+        action="store_true",
+        help="distances from the highest and lowest level before and after, beside windows",
     )
     how.add_argument(
         "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"

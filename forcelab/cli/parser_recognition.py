@@ -33,12 +33,28 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "evaluating",
         "recognise each demonstration by a recogniser that has not seen it",
         "Leaves one demonstration of a task out at a time; with --test-task trains on one task\n"
-        "and tests on the other. Each task by itself unless --task is given several times.\n"
-        "The result is kept in the project as a run.",
+        "and tests on the other; with --test-names on some demonstrations of a task, such as\n"
+        "those of another person. Each task by itself unless --task is given several times.\n"
+        "The result is kept in the project as a run, unless an option says otherwise.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     add_settings(parser)
+    parser.add_argument(
+        "--train-task", metavar="T1", action="append", dest="task", help="the same as --task"
+    )
     parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
+    parser.add_argument(
+        "--test-names",
+        metavar="PATTERN",
+        help="test on the demonstrations with such names, as 'bob-*', train on all others of the "
+        "task; keeps no run",
+    )
+    parser.add_argument(
+        "--adapt",
+        action="store_true",
+        help="with --test-task or --test-names: match offsets, scales and swapped sensors to the "
+        "training demonstrations, without labels; scores with and without; keeps no run",
+    )
     parser.add_argument(
         "--latency",
         metavar="SECONDS",

@@ -42,7 +42,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         )
         if getattr(arguments, name) is not None
     }
-    for name in ("circular", "balanced", "calibrated"):
+    for name in ("circular", "peaks", "balanced", "calibrated"):
         if getattr(arguments, name):
             changes[name] = True
     if arguments.windows is not None:
@@ -90,4 +90,11 @@ def choice_from(arguments: argparse.Namespace) -> Choice:
     from forcelab.recognition.project_runs import Choice
 
     test_task = getattr(arguments, "test_task", None)
-    return Choice(tuple(arguments.task or ()), test_task, arguments.author, arguments.apart)
+    return Choice(
+        tuple(arguments.task or ()),
+        test_task,
+        arguments.author,
+        arguments.apart,
+        getattr(arguments, "test_names", None),
+        getattr(arguments, "adapt", False),
+    )

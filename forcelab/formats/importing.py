@@ -11,6 +11,7 @@ from pathlib import Path
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
+from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.labels import lies_beside
 from forcelab.jobs import Progress, finish
@@ -113,6 +114,8 @@ def importing(
     if not paths:
         raise InputError("There is no file to import; name at least one.")
     project, options = Path(project_path), options or ReadOptions()
+    if options.calibration is not None:
+        read_calibrations(options.calibration)  # a wrong name is told, whatever the files need
     whole = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
     if whole and _is_archive(paths[0]):
         return (yield from _unpacking(project, paths[0], options))

@@ -93,8 +93,10 @@ def run(start: Start) -> int:
     window = Window(coder)
     tidy_between_demonstrations(window.document)
     faults.install(window, lambda sentence: window.document.say(sentence, True))
-    window.resize(*(start.size or (1280, 800)))
+    window.resize(1280, 800)
     window.restore_layout()
+    if start.size is not None:  # what is asked for counts for more than what was last time
+        window.resize(*start.size)
     window.show()
     window.begin(start)
     with ended_by_signals(window, application):

@@ -172,7 +172,7 @@ _LABELLING = _group(
     ("redo", QT_TRANSLATE_NOOP("forcelab", "Redo"), ("Ctrl+Shift+Z", "Ctrl+Y"), "repeats"),
     (
         "snapping",
-        QT_TRANSLATE_NOOP("forcelab", "Snap to frames, samples and edges"),
+        QT_TRANSLATE_NOOP("forcelab", "Snap to contacts, edges, frames and samples"),
         ("Ctrl+Shift+S",),
         "switch",
     ),

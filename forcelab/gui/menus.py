@@ -15,6 +15,13 @@ __all__ = ["fill_menus", "follow_tabs"]
 
 translate = QCoreApplication.translate
 
+#: Commands that a line stands above: their menus are too long to be searched for one entry.
+_BEGINNING = frozenset(
+    {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
+    | {"to_start", "slower", "split", "undo", "snapping", "synchronise", "previous_segment"}
+    | {"start_earlier", "start_to_cursor", "next_review", "accept", "verdict_human"}
+)
+
 
 def fill_menus(
     window: QMainWindow,
@@ -41,6 +48,8 @@ def fill_menus(
             continue
         if command.group not in menus:
             menus[command.group] = window.menuBar().addMenu("&" + command.shown_group)
+        if command.id in _BEGINNING:  # one that begins a menu shows no line
+            menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
             menus[command.group].addAction(commands[command.id])
     view = menus["View"]

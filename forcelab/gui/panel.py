@@ -275,6 +275,8 @@ class TimePanel(QWidget):
             painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
         painter.setPen(QPen(QColor(now.cursor), 1))
         x = round(self.x_at(document.cursor)) + 0.5
+        if plot.right() < x < plot.right() + 1:  # at the very end it would fall off the panel
+            x -= 1
         painter.drawLine(QLineF(x, plot.top(), x, plot.bottom()))
 
     def _marks(self) -> tuple[Stretch | None, ...]:

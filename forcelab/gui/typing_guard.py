@@ -7,6 +7,7 @@ for most of what they need; buttons, sliders and trees do not ask for theirs.
 from __future__ import annotations
 
 from functools import cache
+from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent, QKeySequence
@@ -25,7 +26,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-__all__ = ["guard", "typing", "wants"]
+__all__ = ["KeyKeeper", "guard", "kept", "typing", "wants"]
 
 _K = Qt.Key
 _S = QKeySequence.StandardKey
@@ -69,6 +70,27 @@ def typing(widget: QWidget | None) -> bool:
     if isinstance(widget, QComboBox):
         return widget.isEditable()
     return isinstance(widget, (QAbstractSpinBox, QKeySequenceEdit))
+
+
+@runtime_checkable
+class KeyKeeper(Protocol):
+    """A part of the window with keys of its own, which hold while the keyboard is in it."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of them; then no action is painted with it."""
+
+
+def kept(widget: QWidget | None, event: QKeyEvent) -> bool:
+    """Whether a key belongs to a part of the window that a widget is in."""
+    while widget is not None:
+        # To compare with a protocol takes long, and this is asked for each key.
+        named = hasattr(type(widget), "keeps")
+        if named and isinstance(widget, KeyKeeper) and widget.keeps(event):
+            return True
+        if widget.isWindow():
+            return False
+        widget = widget.parentWidget()
+    return False
 
 
 def wants(widget: QWidget | None, event: QKeyEvent) -> bool:

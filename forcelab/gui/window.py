@@ -276,7 +276,9 @@ class Window(QMainWindow):
         parts = [demonstration.name] if demonstration is not None else []
         parts += [project.path.name] if project is not None else []
         if self.capture.recording:
-            parts.insert(0, self.tr("recording '{0}'").format(self.capture.recording))
+            stuck = self.capture.stuck
+            said = self.tr("'{0}' is not kept yet") if stuck else self.tr("recording '{0}'")
+            parts.insert(0, said.format(self.capture.recording))
         self.setWindowTitle(self.capture.title(" · ".join([*parts, "forcelab"])))
 
     def _recording_changed(self) -> None:

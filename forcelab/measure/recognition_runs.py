@@ -1,8 +1,7 @@
-"""Recognition measured on a project, and kept in it for the next time."""
+"""Recognition measured on a task of a project, and kept in it for the next time."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Generator, Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime
@@ -11,16 +10,16 @@ from pathlib import Path
 from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.labels import is_model
-from forcelab.measure.recognition import ERROR, FOLDS, SECONDS, measuring
-from forcelab.measure.recognition_settings import QUICK, VARIANTS, Variant, with_data_of
-from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.recognition import measuring
+from forcelab.measure.recognition_settings import VARIANTS, Variant, with_data_of
+from forcelab.measure.recognition_tasks import size_of, usual_coder
+from forcelab.measure.rows import Row, with_front
 from forcelab.project import LabelsUsed, Project, StoredRun
-from forcelab.recognition.corpus import Corpus, corpus
+from forcelab.recognition.corpus import corpus
 from forcelab.recognition.settings import Settings
 from forcelab.versions import versions
 
-__all__ = ["KIND", "Measured", "keeping", "load", "measured_tasks", "same_method", "usual_coder"]
+__all__ = ["KIND", "Measured", "keeping", "load", "same_method"]
 
 #: The kind of the runs that hold measurements.
 KIND = "tradeoff"
@@ -67,82 +66,6 @@ def same_method(one: Settings, other: Settings) -> bool:
     return one.replace(preset="") == other.replace(preset="")
 
 
-def usual_coder(project: Project, task: str) -> str:
-    """The coder who labelled most demonstrations of a task.
-
-    Raises
-    ------
-    InputError
-        If nobody labelled any.
-    """
-    names = (name for info in project.demonstrations(task) for name in info.labelled)
-    count = Counter(name for name in names if not is_model(name))
-    if not count:
-        raise InputError(f"Nothing of the task '{task}' is labelled; label at least two actions.")
-    return count.most_common(1)[0][0]
-
-
-def measured_tasks(
-    project: Project,
-    tasks: Sequence[str],
-    author: str | None = None,
-    *,
-    quick: bool = False,
-    thorough: bool = False,
-) -> Generator[Progress, None, Table]:
-    """Measure the usual variants on tasks of a project, which is left as it is.
-
-    Parameters
-    ----------
-    project : Project
-    tasks : sequence of str
-        Each by itself; all of the project's where there are none.
-    author : str, optional
-        The coder; by default whoever labelled most of a task.
-    quick : bool
-        Only a few variants.
-    thorough : bool
-        Leave out one demonstration at a time, however many there are.
-
-    Raises
-    ------
-    InputError
-        If no task can be measured, or there is none.
-    """
-    names = tuple(tasks) or project.tasks()
-    rows: list[Row] = []
-    for task in names:
-        rows += yield from _of_task(
-            project, task, author, QUICK if quick else VARIANTS, None if thorough else FOLDS
-        )
-    if not any(row.point for row in rows):
-        whys = dict.fromkeys(row.refusal for row in rows)
-        raise InputError(" ".join([f"Nothing can be measured in '{project.path}'.", *whys]))
-    return Table("Recognition against run time", ERROR, SECONDS, tuple(rows), ".3f")
-
-
-def _of_task(
-    project: Project,
-    task: str,
-    author: str | None,
-    variants: Sequence[Variant],
-    folds: int | None,
-) -> Generator[Progress, None, tuple[Row, ...]]:
-    """The rows of a task; a single one with its refusal where it cannot be measured."""
-    try:
-        found = corpus(project, [task], author or usual_coder(project, task))
-        return (yield from measuring(found.labelled, variants, _size(task, found), folds))
-    except InputError as error:
-        return (Row("all", "settings", task, "the coder's labels", refusal=str(error)),)
-
-
-def _size(task: str, found: Corpus) -> str:
-    """What the rows call some demonstrations."""
-    used = [item.demonstration for item in found.labelled if item.segments]
-    seconds = sum(demonstration.duration for demonstration in used)
-    return f"{task}, {len(used)} demonstrations, {seconds:.0f} s"
-
-
 def keeping(
     path: Path,
     task: str,
@@ -186,7 +109,7 @@ def keeping(
         coder = author or usual_coder(project, task)
         found = corpus(project, [task], coder)
         asked = _with_own(variants, own)
-        rows = yield from measuring(found.labelled, asked, _size(task, found))
+        rows = yield from measuring(found.labelled, asked, size_of(task, found))
         with interruptible():
             return project.add_run(
                 KIND,

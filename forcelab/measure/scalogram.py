@@ -1,4 +1,9 @@
-"""Error against run time of the scalogram on the screen: first and exact image of any span."""
+"""Error against run time of the scalogram on the screen: first and exact image of any span.
+
+Long spans are put together from tiles, so their exact image has two rows: with the tiles still to
+be computed, once for a recording, and with them ready, ever after. First images of long spans are
+those with the channel's means ready; the very first one shows narrow wavelets alone until they are.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +18,16 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.signals.cwt import cwt
-from forcelab.signals.scalogram import Scalogram, Survey, row_scales, scalogram, survey
+from forcelab.signals.scalogram import (
+    LONG,
+    Scalogram,
+    Step,
+    Survey,
+    row_scales,
+    scalogram,
+    survey,
+)
+from forcelab.signals.scalogram_columns import Columns
 
 __all__ = ["measuring", "tabulate"]
 
@@ -38,7 +52,7 @@ def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     rows = yield from measuring(_noise(length), spans, 3 if quick else 5)
     return Table(
         f"Scalogram on the screen, {ROWS} scales x {COLUMNS} columns, 2 to {LARGEST:g} samples",
-        "error (of a row's energy)",
+        "error (of a row's largest)",
         "CPU s",
         rows,
     )
@@ -49,8 +63,8 @@ def measuring(
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure first and exact images of spans in the middle of a recording.
 
-    The error is that of the energy that a row holds over the span, of the worst of some rows,
-    relative to the transform at the full rate.
+    The error is the largest of a column's largest power, of some rows, relative to the largest
+    power of its row in the transform at the full rate.
 
     Parameters
     ----------
@@ -74,22 +88,30 @@ def measuring(
     )
     yield Progress(0, 1, "survey")
     view = finish(survey(demonstration, "f", LARGEST))
-    ways = []
+    ways: list[tuple[int, str, Way[Scalogram, float]]] = []
     for span in spans:
         first = (len(x) - span) // 2
-        yield Progress(0, 1, f"reference of {span} samples")
-        energy = _energy(x, first, first + span)
-        for kind in _KINDS:
+        kinds = [FIRST_IMAGE, EXACT]
+        if span > LONG:
+            kinds[1:] = [ONCE, READY]
+            yield Progress(0, 1, f"tiles of {span} samples")
+            finish(_job(view, first, span, columns))
+        for kind in kinds:
             run = partial(_picture, view, first, span, columns, kind)
-            ways.append((span, kind, Way(f"{kind}, {span}", run, partial(_error, energy))))
+            ways.append((span, kind, Way(f"{kind}, {span}", run, partial(_error, x, first, span))))
     timed = yield from timed_ways([way for _, _, way in ways], repetitions)
+    megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
-        [_row(span, kind, one) for (span, kind, _), one in zip(ways, timed, strict=True)]
+        [
+            _row(span, kind, one, megabytes if span > LONG else None)
+            for (span, kind, _), one in zip(ways, timed, strict=True)
+        ]
     )
 
 
-#: The first image, and that which stays.
-_KINDS = ("first image", "exact image")
+#: The first image, that which stays, and that of a long span before and after tiles are there.
+FIRST_IMAGE, EXACT = "first image", "exact image"
+ONCE, READY = "exact image, first time", "exact image, tiles ready"
 
 
 def _noise(n: int) -> Real:
@@ -103,50 +125,59 @@ def _compared(scales: Real, span: int) -> NDArray[np.intp]:
     return fine[np.linspace(0, len(fine) - 1, min(COMPARED, len(fine))).astype(int)]
 
 
-def _energy(x: Real, first: int, last: int) -> dict[float, float]:
-    """Mean of ``|W|^2`` over a span for some scales of its picture, piece by piece."""
-    scales = row_scales(ROWS, LARGEST)
-    found = {}
-    for scale in scales[_compared(scales, last - first)].tolist():
-        halo, total = int(HALO * scale) + 1, 0.0
-        for begin in range(first, last, PIECE):
-            end = min(begin + PIECE, last)
-            left, right = max(0, begin - halo), min(len(x), end + halo)
-            full = cwt(x[left:right], np.array([scale]))[0, begin - left : end - left]
-            total += float(np.sum(full.real**2 + full.imag**2))
-        found[scale] = total / (last - first)
-    return found
+def _largest(x: Real, scale: float, edges: NDArray[np.int64]) -> Real:
+    """Largest ``|W|^2`` between neighbouring edges, in samples, piece by piece."""
+    out = np.zeros(len(edges) - 1)
+    halo = int(HALO * scale) + 1
+    for begin in range(int(edges[0]), int(edges[-1]), PIECE):
+        end = min(begin + PIECE, int(edges[-1]))
+        left, right = max(0, begin - halo), min(len(x), end + halo)
+        full = cwt(x[left:right], np.array([scale]))[0, begin - left : end - left]
+        power = full.real**2 + full.imag**2
+        bounds = np.clip(edges, begin, end) - begin
+        which = np.flatnonzero(bounds[:-1] < bounds[1:])
+        out[which] = np.maximum(out[which], np.maximum.reduceat(power, bounds[which]))
+    return out
 
 
-def _picture(view: Survey, first: int, span: int, columns: int, kind: str) -> Scalogram:
-    """Compute the image of a span, as far as it is asked for."""
-    job = scalogram(
+def _job(view: Survey, first: int, span: int, columns: int) -> Generator[Step, None, Scalogram]:
+    """What computes the image of a span."""
+    return scalogram(
         view,
         first / RATE,
         (first + span) / RATE,
         scales=row_scales(ROWS, LARGEST),
         columns=columns,
     )
-    if kind == _KINDS[1]:
+
+
+def _picture(view: Survey, first: int, span: int, columns: int, kind: str) -> Scalogram:
+    """Compute the image of a span, as far as it is asked for."""
+    fresh = kind in (FIRST_IMAGE, ONCE)
+    job = _job(view.without_tiles() if fresh else view, first, span, columns)
+    if kind != FIRST_IMAGE:
         return finish(job)
     return next(step.picture for step in job if step.picture is not None)
 
 
-def _error(energy: dict[float, float], picture: Scalogram) -> float:
-    """How far the energy of rows is off, of the worst of them; nothing known is not compared."""
+def _error(x: Real, first: int, span: int, picture: Scalogram) -> float:
+    """How far columns are off, the worst of them; those of which nothing is known are left out."""
+    columns = picture.values.shape[1]
+    grid = Columns(first, span / columns, columns)
+    edges = grid.bounds()
+    if span > LONG and not picture.coarse:
+        edges = np.minimum(picture.view.tiles(picture.scales).bounds(grid)[1], len(x))
     worst = 0.0
-    for scale, expected in energy.items():
-        row = picture.values[int(np.argmin(np.abs(np.log(picture.scales / scale))))]
-        known = np.isfinite(row)
-        if not known.any():
-            continue
-        # Of white noise each scale holds the same power; the nearest row will do.
-        found = float(np.mean(10.0 ** (2 * row[known].astype(np.float64))))
-        worst = max(worst, abs(found / expected - 1))
+    for row in _compared(picture.scales, span).tolist():
+        found = 10.0 ** (2 * picture.values[row].astype(np.float64))
+        known = np.isfinite(found)
+        if known.any():
+            expected = _largest(x, float(picture.scales[row]), edges)
+            worst = max(worst, float(np.max(np.abs(found - expected)[known]) / expected.max()))
     return worst
 
 
-def _row(span: int, kind: str, timed: Timed[float]) -> Row:
+def _row(span: int, kind: str, timed: Timed[float], megabytes: float | None) -> Row:
     """One way's row."""
     size, reference = f"{span} visible samples", "the transform at the full rate, of some rows"
     if timed.seen is None:
@@ -160,4 +191,5 @@ def _row(span: int, kind: str, timed: Timed[float]) -> Row:
         seconds=timed.seconds,
         spread=timed.spread,
         peak_bytes=timed.peak_bytes,
+        further={} if megabytes is None else {"tiles (MB)": megabytes},
     )

@@ -72,8 +72,12 @@ def staging(parent: Path) -> Iterator[Path]:
 
 def write_array(path: Path, array: NDArray[np.float64]) -> None:
     """Write an array in NumPy's format, forced to the disk."""
+    plain = np.ascontiguousarray(array, dtype="<f8")
+    form = np.lib.format
     with path.open("xb") as stream:
-        np.save(stream, np.ascontiguousarray(array, dtype="<f8"), allow_pickle=False)
+        # As numpy.save writes it, which does not say why when the disk takes only a part.
+        form.write_array_header_1_0(stream, form.header_data_from_array_1_0(plain))
+        stream.write(plain.data)
         stream.flush()
         os.fsync(stream.fileno())
 

@@ -172,7 +172,10 @@ class Runs:
         """One run."""
         row = self._db.one("SELECT * FROM run WHERE id = ?", number)
         if row is None:
-            raise InputError(f"There is no run {number} in '{self._db.folder}'.")
+            raise InputError(
+                f"There is no run {number} in '{self._db.folder}'; 'forcelab runs' lists those "
+                "that there are."
+            )
         return _run(row)
 
     def _columns(self, made: Making) -> dict[str, Value]:

@@ -16,7 +16,7 @@ from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.loading import DEMONSTRATIONS, known_id
 
-__all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "stamps"]
+__all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "files_beside", "stamps"]
 
 #: Name of the file in a demonstration's folder.
 STAMPS = "stamps.npz"
@@ -40,8 +40,8 @@ def attach_stamps(database: Database, id_: str, arrays: Mapping[str, NDArray[Any
                 np.lib.format.write_array(file, array, allow_pickle=False)
 
 
-def attach_beside(database: Database, id_: str, file: Path) -> str:
-    """Copy a file into a demonstration's folder; gives its name there, which tells its content."""
+def attach_beside(database: Database, id_: str, file: Path) -> Path:
+    """Copy a file into a demonstration's folder; gives the copy, named after what is in it."""
     home = database.folder / DEMONSTRATIONS / known_id(database, id_)
     with (
         files.told(f"'{file}' was not copied to '{home}'"),
@@ -49,7 +49,13 @@ def attach_beside(database: Database, id_: str, file: Path) -> str:
     ):
         name = files.copy_named(file, staging, BESIDE).name
         files.move_into(home, staging)
-    return name
+    return home / name
+
+
+def files_beside(database: Database, id_: str) -> tuple[Path, ...]:
+    """The files that were copied into a demonstration's folder, by their names."""
+    home = database.folder / DEMONSTRATIONS / known_id(database, id_)
+    return tuple(sorted(home.glob(f"{BESIDE}*")))
 
 
 def stamps(database: Database, id_: str) -> dict[str, NDArray[Any]] | None:

@@ -3,7 +3,9 @@
 Durations are log-normal. Those of an action seen a few times are drawn towards what all actions
 have in common, and are the wider for it; an order that was never seen is unlikely, not impossible.
 Unlabelled time is missing, not an action: a short hole between two segments belongs half to
-each, and over a longer one nothing is learnt about what follows what.
+each, and over a longer one nothing is learnt about what follows what. So is a slip of the brush,
+far shorter than its action usually lasts: a few of them would teach that two actions flicker, and
+the decoder would let them.
 
 Sources
 -------
@@ -16,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -30,6 +33,9 @@ Real = NDArray[np.float64]
 
 #: Seconds of unlabelled time between two segments up to which one follows the other.
 HOLE = 0.25
+#: Segments that last less than this share of their action's median, or so many seconds, are slips
+#: of the brush; but never the longest of an action.
+SLIP, SLIP_SECONDS = 0.2, 0.03
 #: How many segments, starts or followers the common knowledge counts as beside those seen.
 MEAN_COUNT, SPREAD_COUNT, ORDER_COUNT = 0.25, 4.0, 1.0
 #: Median in seconds and spread (sd of log seconds) of actions of which nothing is known at all.
@@ -79,6 +85,7 @@ class Choreography:
         """
         number = {action: code for code, action in enumerate(actions)}
         known = [tuple(s for s in track if s.action in number) for track in tracks]
+        known = _without_slips(known)
         runs = [run for track in known for run in _runs(track)]
         K = len(actions)
         logs: list[list[float]] = [[] for _ in range(K)]
@@ -153,6 +160,18 @@ def _runs(track: Segments) -> list[Segments]:
         else:
             runs[-1].append(segment)
     return [tuple(run) for run in runs]
+
+
+def _without_slips(tracks: Sequence[Segments]) -> list[Segments]:
+    """The tracks less what lasts far too short; a short hole is left, which others fill."""
+    seconds: dict[str, list[float]] = {}
+    for segment in (segment for track in tracks for segment in track):
+        seconds.setdefault(segment.action, []).append(segment.duration)
+    least = {
+        action: min(max(SLIP * median(own), SLIP_SECONDS), max(own))
+        for action, own in seconds.items()
+    }
+    return [tuple(s for s in track if s.duration >= least[s.action]) for track in tracks]
 
 
 def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from itertools import compress
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
@@ -57,6 +59,31 @@ class Corpus:
     labelled: list[Labelled]
     labels: tuple[LabelsUsed, ...]
     spelt: frozenset[str]
+
+    def parted(self, pattern: str) -> tuple[Corpus, Corpus]:
+        """The demonstrations whose names do not match a shell's pattern, and those that do.
+
+        Raises
+        ------
+        InputError
+            If one of them would be empty.
+        """
+        chosen = [fnmatchcase(item.demonstration.name, pattern) for item in self.labelled]
+        if all(chosen) or not any(chosen):
+            names = ", ".join(item.demonstration.name for item in self.labelled[:3])
+            what = "every" if all(chosen) else "no"
+            raise InputError(
+                f"'{pattern}' matches {what} demonstration; there are {names} and the like. Give a "
+                f"pattern that some names match, such as 'bob-*'."
+            )
+
+        def those(wanted: bool) -> Corpus:
+            kept = [one is wanted for one in chosen]
+            return Corpus(
+                list(compress(self.labelled, kept)), tuple(compress(self.labels, kept)), self.spelt
+            )
+
+        return those(False), those(True)
 
 
 def corpus(

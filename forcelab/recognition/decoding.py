@@ -22,7 +22,7 @@ from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.semimarkov import Scores, Use, Weights
 from forcelab.recognition.sweep import Best, Sweep
 
-__all__ = ["best_codes", "checked", "decode", "runs_of"]
+__all__ = ["best_code", "best_codes", "checked", "decode", "runs_of"]
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -108,6 +108,8 @@ def checked(
 
 def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """First and last (excluded) step of each stretch without a gap."""
+    if valid.all():
+        return [(0, len(valid))] if len(valid) else []
     edges = np.flatnonzero(np.diff(valid.astype(np.int8), prepend=0, append=0))
     return [(int(first), int(last)) for first, last in edges.reshape(-1, 2)]
 
@@ -125,11 +127,20 @@ def best_codes(sweep: Sweep, last: int) -> Codes:
         row, start = _before(sweep, row, start)
 
 
+def best_code(sweep: Sweep, ago: int) -> int:
+    """The code of the step that came so many steps ago, 0 being the last, as if it ended now."""
+    step = sweep.now - 1 - ago
+    row, start = _final(sweep)
+    while start > step:
+        row, start = _before(sweep, row, start)
+    return int(sweep.order[row])
+
+
 def _final(sweep: Sweep) -> tuple[int, int]:
     """Row and start of the segment that goes on at the end of what was seen."""
     now, place = sweep.now, sweep.now - sweep.base
     sums = sweep.sums[:, place]
-    whole = sweep.first(np.array([now]))[:, 0] + sums
+    whole = sweep.first(now, now + 1)[:, 0] + sums
     row = int(whole.argmax())
     found, start = float(whole[row]), 0
     for group in sweep.groups:
@@ -143,7 +154,7 @@ def _final(sweep: Sweep) -> tuple[int, int]:
             row, start = row + group.rows.start, start + now - group.reach
         last = place - group.reach - 1
         if last > 0:
-            slope = sweep.scores.slope[group.rows] * now
+            slope = sweep.slope[group.rows] * now
             far = sweep.far(group.rows, last) + group.open_end[:, 0] + slope + sums[group.rows]
             best = int(far.argmax())
             if far[best] > found:
@@ -154,6 +165,15 @@ def _final(sweep: Sweep) -> tuple[int, int]:
 
 def _before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
     """Row and start of the segment before the one in `row` that starts at `start`."""
+    # What comes later changes nothing about it, and a stream asks again at every step.
+    known = sweep.before.get((row, start))
+    if known is None:
+        known = sweep.before[row, start] = _found_before(sweep, row, start)
+    return known
+
+
+def _found_before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
+    """The same, looked for."""
     place = start - sweep.base
     scores = sweep.scores
     ends = sweep.ends[:, place] + sweep.sums[:, place]
@@ -166,10 +186,10 @@ def _before(sweep: Sweep, row: int, start: int) -> tuple[int, int]:
     found, began = float(near[best]), start - group.reach + best
     last = place - group.reach - 1
     if last > 0:
-        end = float(group.end[row - group.rows.start, 0] + scores.slope[row] * start)
+        end = float(group.end[row - group.rows.start, 0] + sweep.slope[row] * start)
         if sweep.far(row, last) + end > found:
             found, began = float(sweep.far(row, last)) + end, _far_start(sweep, row, last)
-    first = sweep.first(np.array([start]))[row, 0]
+    first = sweep.first(start, start + 1)[row, 0]
     return row, 0 if first >= found else began
 
 

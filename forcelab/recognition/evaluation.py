@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Generator, Sequence
+from dataclasses import replace
 from functools import reduce
 from operator import add
 from time import perf_counter
@@ -13,7 +14,14 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment, to_codes
-from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate
+from forcelab.recognition.adaptation import matching
+from forcelab.recognition.examples import (
+    Examples,
+    Labelled,
+    actions_of,
+    common_rate,
+    prepare,
+)
 from forcelab.recognition.folds import Fold, in_processes, one_by_one, recognised
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.reliability import Reliability
@@ -21,7 +29,7 @@ from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 
-__all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out", "tested_by"]
+__all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out", "tested_by", "together"]
 
 
 Job = Generator[Progress, None, Evaluation]
@@ -122,7 +130,7 @@ def leave_one_out(
         channels=examples[0].channels,
         trained_on=tuple(ids),
         seconds=seconds,
-        reliability=_together([result.reliability for result in results]),
+        reliability=together([result.reliability for result in results]),
         remarks=(*remarks, *_twins(used), *_lonely(examples), *_fitting(used, examples, settings)),
     )
 
@@ -134,6 +142,7 @@ def across(
     title: str = "",
     *,
     certainty: bool = False,
+    adapt: bool = False,
 ) -> Job:
     """Train on all demonstrations of one task and recognise those of another.
 
@@ -145,6 +154,10 @@ def across(
     title : str
     certainty : bool
         As of :func:`leave_one_out`.
+    adapt : bool
+        Whether offsets, scales and places of the sensors are matched to the training
+        demonstrations before, as :mod:`forcelab.recognition.adaptation` does; what is recognised
+        without is kept beside.
 
     Yields
     ------
@@ -154,7 +167,7 @@ def across(
     -------
     Evaluation
         Of the test demonstrations. Their samples of actions that were never trained count as
-        wrong; a remark names those actions.
+        wrong; a remark names those actions, another one what was adapted.
 
     Raises
     ------
@@ -176,7 +189,9 @@ def across(
     started = perf_counter()
     # What is tested must not move the grid.
     rate = common_rate([item.demonstration for item in learnt], settings)
-    examples = yield from preparing([*learnt, *asked], settings.replace(rate=rate))
+    on = settings.replace(rate=rate)
+    examples = yield from preparing([*learnt, *asked], on)
+    matched = matching(learnt, asked) if adapt else None
     prepared = perf_counter()
     known, new = examples[: len(learnt)], examples[len(learnt) :]
     recogniser = yield from fit_examples(known, settings)
@@ -185,13 +200,20 @@ def across(
     actions = actions_of(examples)
     tested, reliable = [], []
     for i, (item, example) in enumerate(zip(asked, new, strict=True)):
+        before = None
+        if matched is not None:
+            before = tested_by(item, example, recogniser.predict_examples(example), actions)
+            example = prepare(matched.adapted(item), on)  # noqa: PLW2901 - as it is seen from here
         prediction, reliability = recognised(recogniser, example, certainty)
         reliable.append(reliability)
         for stage, spent in prediction.seconds.items():
             seconds[stage] += spent
-        tested.append(tested_by(item, example, prediction, actions))
+        found = tested_by(item, example, prediction, actions)
+        tested.append(found if before is None else replace(found, unadapted=before.filtered))
         yield Progress(i + 1, len(asked), "recognising")
     remarks = train_remarks + tuple(r for r in test_remarks if r not in train_remarks)
+    if matched is not None:
+        remarks += (matched.sentence,)
     untrained = [action for action in actions_of(new) if action not in recogniser.actions]
     if untrained:
         remarks += (f"Tested but never trained: {', '.join(untrained)}.",)
@@ -204,13 +226,13 @@ def across(
         channels=recogniser.channels,
         trained_on=ids,
         seconds=seconds,
-        reliability=_together(reliable),
+        reliability=together(reliable),
         remarks=remarks + _fitting([*learnt, *asked], examples, settings),
     )
 
 
-def _together(parts: Sequence[Reliability | None]) -> Reliability | None:
-    """Of all demonstrations; None where there were no probabilities."""
+def together(parts: Sequence[Reliability | None]) -> Reliability | None:
+    """Reliability of all demonstrations; None where there were no probabilities."""
     known = [part for part in parts if part is not None]
     return reduce(add, known) if known else None
 

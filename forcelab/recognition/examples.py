@@ -14,6 +14,7 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
+from forcelab.recognition.peaks import peak_features
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.windows import window_features
 from forcelab.signals.channels import channel_map
@@ -133,7 +134,12 @@ def _features(
     """The features of some time steps, shape (m, f), of channels (q, n)."""
     if settings.features == "windows":
         places = np.arange(signals.shape[1])[steps]
-        return window_features(signals, rate, settings.windows, places, settings.amplitude)
+        seen = window_features(signals, rate, settings.windows, places, settings.amplitude)
+        if not settings.peaks:
+            return seen
+        own = settings.amplitude != "absolute"
+        peaks = peak_features(signals, rate, settings.windows[0], places, own)
+        return np.concatenate([seen, peaks], axis=1)
     found = features(
         signals, settings.scales, settings.mother, settings.phase, circular=settings.circular
     )

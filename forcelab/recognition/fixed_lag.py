@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.choreography import Choreography
-from forcelab.recognition.decoding import best_codes, checked, runs_of
+from forcelab.recognition.decoding import best_code, best_codes, checked, runs_of
 from forcelab.recognition.semimarkov import Scores, Use, Weights
 from forcelab.recognition.sweep import Best, Sweep
 
@@ -104,14 +104,14 @@ class FixedLag:
             self._sweep, self._begun = self._new(scores), True
         sweep = self._sweep
         evidence = self._scores.evidence(log_probabilities)
-        decided = []
+        decided: list[int] = []
         for row in evidence:
             if not sweep.room:
                 sweep.forget(self._kept(sweep))
             sweep.push(row[None])
             if sweep.now > self.lag:
-                decided.append(best_codes(sweep, self.lag + 1)[:1])
-        return decided
+                decided.append(best_code(sweep, self.lag))
+        return [np.array(decided, dtype=np.int64)]
 
     def _kept(self, sweep: Sweep) -> int:
         """Places that decisions to come look back upon."""

@@ -9,10 +9,11 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.recognition.decided import Decided
-from forcelab.recognition.evaluation import Job, tested_by
+from forcelab.recognition.evaluation import Job, tested_by, together
 from forcelab.recognition.examples import Examples, Labelled, common_rate
 from forcelab.recognition.latency import with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser
+from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import training
@@ -61,7 +62,7 @@ def leave_one_out_live(
     merged = [item.merged(settings.merge) for item in used]
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
     seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
-    tested = []
+    tested, reliable = [], []
     for i, item in enumerate(used):
         started = perf_counter()
         recogniser = yield from training(used[:i] + used[i + 1 :], fixed)
@@ -71,6 +72,7 @@ def leave_one_out_live(
         seconds["predict"] += perf_counter() - fitted
         examples = _examples(merged[i], recogniser, decided)
         tested.append(tested_by(item, examples, _prediction(recogniser, decided), actions))
+        reliable.append(_reliability(examples, recogniser, decided, actions))
     return Evaluation(
         title=title,
         settings=settings,
@@ -80,6 +82,7 @@ def leave_one_out_live(
         channels=recogniser.channels,
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
+        reliability=together(reliable),
         remarks=(f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",),
     )
 
@@ -98,6 +101,16 @@ def _examples(item: Labelled, recogniser: Recogniser, decided: Decided) -> Examp
         channels=recogniser.channels,
         rate=recogniser.rate,
     )
+
+
+def _reliability(
+    examples: Examples, recogniser: Recogniser, decided: Decided, actions: tuple[str, ...]
+) -> Reliability | None:
+    """How far to rely on the probabilities of a stream; gaps, which have none, do not count."""
+    if decided.probabilities is None:
+        return None
+    human = examples.codes(actions)
+    return Reliability.of(decided.probabilities, recogniser.actions, human, actions)
 
 
 def _prediction(recogniser: Recogniser, decided: Decided) -> Prediction:

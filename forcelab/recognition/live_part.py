@@ -3,12 +3,18 @@
 The same demonstrations learnt once more, from what a stream knows of them: for each of a few times
 ahead a classifier of :class:`~forcelab.recognition.causal.CausalWindows`. Trees and a weighted sum
 are averaged, which does as well as either on each of the paper's recordings, and takes no choosing.
+
+Where offline probabilities are calibrated, these are, too, in the same way: on demonstrations that
+inner fits have not seen. One exponent, found for the time ahead in the middle, serves all. On the
+paper's stylus recordings it takes the expected calibration error from 4.3 to 3.4 points and the
+Brier score from 0.253 to 0.254, on foam from 1.7 to 2.1 and from 0.0930 to 0.0925; decoded, 0.2 and
+0.04 points more of the labels are right.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +38,8 @@ Real = NDArray[np.float64]
 
 #: Seconds ahead that there is a classifier for.
 LOOKS = (0.0, 0.05, 0.15)
+#: The one of them for which probabilities are calibrated: inner fits take five times as long.
+CALIBRATING = 0.05
 #: Share of a latency that may go into looking ahead; the decoder has the rest.
 SHARE = 0.6
 #: Seconds from one time step to the next where the settings say nothing.
@@ -150,15 +158,20 @@ def fitting_live(
     y = np.concatenate([found[some] for found, some in zip(codes, used, strict=True)])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
-    care = Care(balanced=settings.balanced)
-    parts = []
-    for i, look in enumerate(LOOKS):
+    groups = np.repeat(np.arange(len(used)), [int(some.sum()) for some in used])
+    parts: dict[float, LivePart] = {}
+    exponent = 1.0
+    for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):
         windows = CausalWindows(settings.windows, look, usual, own)
         found = [windows.of(channels, rate, hop) for channels in recordings]
         X = np.concatenate([rows[some] for rows, some in zip(found, used, strict=True)])
-        parts.append(LivePart(windows, _fitted(X, y, settings.seed, care)))
+        calibrated = settings.calibrated and look == CALIBRATING
+        care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
+        made = _fitted(X, y, settings.seed, care)
+        exponent = made.exponent if calibrated else exponent
+        parts[look] = LivePart(windows, replace(made, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")
-    return tuple(parts)
+    return tuple(parts[look] for look in LOOKS)
 
 
 def _codes(

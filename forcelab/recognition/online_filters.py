@@ -157,7 +157,7 @@ class CausalDrop:
         begin = len(self._codes)
         if codes[0] != self._last[1] or times[0] - self._last[0] > longest:
             self._stretches.append((begin, float(times[0])))
-        for i in np.flatnonzero(fresh).tolist():
+        for i in fresh.nonzero()[0].tolist():
             self._stretches.append((begin + i + 1, float(times[i + 1])))
         self._last = (float(times[-1]), int(codes[-1]))
         self._times = np.concatenate([self._times, times])

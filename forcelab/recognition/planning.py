@@ -84,10 +84,21 @@ def _features(demonstration: Demonstration, settings: Settings) -> Iterator[Part
     if windowed:
         yield Part("wavelets", False, "windows are looked at in their place")
         yield Part(
-            "level, slope and rms", True, f"{settings.width(len(channels.names))} a time step"
+            "level, slope and rms",
+            True,
+            f"{settings.replace(peaks=False).width(len(channels.names))} a time step",
         )
+        yield Part("peaks", settings.peaks, _peaks(settings, len(channels.names)))
     else:
         yield from _wavelets(demonstration, settings, len(channels.names), rate)
+
+
+def _peaks(settings: Settings, channels: int) -> str:
+    """How many features they are, or why there are none."""
+    if not settings.peaks:
+        return "the settings leave them out"
+    plain = settings.replace(peaks=False).width(channels)
+    return f"{settings.width(channels) - plain} a time step"
 
 
 def _windows(settings: Settings) -> Part:

@@ -62,7 +62,7 @@ def _marginals(evidence: Real, scores: Scores) -> Real:
     ended = backward.starts[:, backward.margin :][:, ::-1][:, inner]
     started = backward.ends[:, ::-1][:, inner]
     both = (forward.sums + rest)[:, inner]
-    first = forward.first(np.arange(1, n + 1))
+    first = forward.first(1, n + 1)
     opening = np.concatenate([first[:, :-1] + ended + both, first[:, -1:] + rest[:, :1]], axis=1)
     present = np.logaddexp.reduce(opening, axis=1)
     total = np.logaddexp.reduce(present)
@@ -81,14 +81,25 @@ class Total:
 
     def windows(self, starts: Real, table: Real, out: Real) -> Real:
         """Logarithms of sums of exponentials."""
+        if starts.strides[1] != starts.strides[2]:
+            return self._apart(starts, table)
         # The windows overlap: each number is raised once, relative to the largest of them all.
         line = np.concatenate([starts[:, 0], starts[:, 1:, -1]], axis=1)
         unit = np.maximum(line.max(axis=1, keepdims=True), SMALLEST)
         line = np.exp(line - unit)
-        top = table.max(axis=1, keepdims=True)
+        top = np.maximum(table.max(axis=1, keepdims=True), SMALLEST)
         near, far = line.strides
         windows = as_strided(line, out.shape, (near, far, far), writeable=False)
         sums = np.einsum("kmw,kw->km", windows, np.exp(table - top))
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(sums) + unit + top)
+
+    def _apart(self, starts: Real, table: Real) -> Real:
+        """The same of windows that have few numbers in common."""
+        unit = np.maximum(starts.max(axis=(1, 2)), SMALLEST)[:, None]
+        top = np.maximum(table.max(axis=1, keepdims=True), SMALLEST)
+        raised = np.exp(starts - unit[:, :, None])
+        sums = np.einsum("kmw,kw->km", raised, np.exp(table - top))
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(sums) + unit + top)
 

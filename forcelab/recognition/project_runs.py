@@ -46,12 +46,20 @@ class Choice:
         The coder; may be left out where there is only one.
     apart : bool
         Whether joined tasks keep their actions apart, ``grab`` becoming ``grab_TASK``.
+    test_names : str, optional
+        Evaluate by testing on the demonstrations with such names, a shell's pattern, training on
+        all others: those of one person on those of the rest.
+    adapt : bool
+        Whether what is tested is matched to what is trained on, as
+        :mod:`forcelab.recognition.adaptation` does.
     """
 
     tasks: tuple[str, ...] = ()
     test_task: str | None = None
     author: str | None = None
     apart: bool = False
+    test_names: str | None = None
+    adapt: bool = False
 
     def check(self) -> None:
         """Refuse what can never be.
@@ -59,8 +67,16 @@ class Choice:
         Raises
         ------
         InputError
-            If actions are kept apart by task and looked for in another task.
+            If actions are kept apart by task and looked for in another task, two ways to part
+            demonstrations are chosen, or one of them is left out at a time and to be adapted.
         """
+        if self.test_names is not None and self.test_task is not None:
+            raise InputError("Test on a task or on demonstrations by their names, not on both.")
+        if self.adapt and self.test_names is None and self.test_task is None:
+            raise InputError(
+                "What is adapted is a task or a person that was not trained on; choose "
+                "demonstrations to test on, by task or by name."
+            )
         if self.apart and self.test_task is not None:
             raise InputError(
                 "Actions kept apart by task are found in no other task; join or merge them instead."
@@ -70,6 +86,21 @@ class Choice:
         """The demonstrations of some tasks, chosen this way."""
         merge = settings.merge if self.apart else None  # otherwise merged when prepared
         return corpus(project, tasks, self.author, merge=merge, apart=self.apart)
+
+    def parts(self, project: Project, tasks: Sequence[str], settings: Settings) -> list[Corpus]:
+        """What is trained on, and what is tested on where that is another part.
+
+        Raises
+        ------
+        InputError
+            If there is nothing of these tasks, or no name matches.
+        """
+        found = self.corpus(project, tasks, settings)
+        if self.test_task is not None:
+            return [found, self.corpus(project, [self.test_task], settings)]
+        if self.test_names is None:
+            return [found]
+        return list(found.parted(self.test_names))
 
 
 @dataclass(frozen=True)
@@ -118,7 +149,9 @@ def evaluate_tasks(
     certainty: bool = False,
     latency: float | None = None,
 ) -> Generator[Progress, None, Evaluated]:
-    """Evaluate on a project; each evaluation is kept in it as a run, unless it is of streams.
+    """Evaluate on a project; each evaluation is kept in it as a run.
+
+    Those of streams, of demonstrations by their names and of adapted ones are not.
 
     The chosen tasks are one evaluation. With none chosen every task is one by itself, and those
     that cannot be evaluated are left out.
@@ -151,10 +184,12 @@ def evaluate_tasks(
         If what was chosen cannot be evaluated, or no task can.
     """
     choice.check()
-    if latency is not None and choice.test_task is not None:
+    if latency is not None and (choice.test_task, choice.test_names) != (None, None):
         raise InputError(
-            "With a latency one demonstration is left out at a time; choose no task to test on."
+            "With a latency one demonstration is left out at a time; choose nothing to test on."
         )
+    # A review would train what it explains on other demonstrations, or look at other forces.
+    passing = latency is not None or choice.test_names is not None or choice.adapt
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
@@ -166,13 +201,21 @@ def evaluate_tasks(
     spelt: set[str] = set()
     for tasks in groups:
         try:
-            corpora = [choice.corpus(project, tasks, settings)]
-            if choice.test_task is not None:
-                corpora.append(choice.corpus(project, [choice.test_task], settings))
-            if latency is None:
+            corpora = choice.parts(project, tasks, settings)
+            if latency is None and choice.test_names is None:
                 job = evaluating(
-                    corpora, settings, tasks, choice.test_task, jobs, certainty=certainty
+                    corpora,
+                    settings,
+                    tasks,
+                    choice.test_task,
+                    jobs,
+                    certainty=certainty,
+                    adapt=choice.adapt,
                 )
+            elif latency is None:
+                train, test = (part.labelled for part in corpora)
+                title = title_of(tasks, choice.test_names)
+                job = across(train, test, settings, title, certainty=certainty, adapt=choice.adapt)
             else:
                 # It loads scipy.signal, a second and ten megabytes that no other training needs.
                 from forcelab.recognition.live_evaluation import leave_one_out_live
@@ -189,7 +232,7 @@ def evaluate_tasks(
             continue
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spelt for part in corpora))
-        if project.read_only or latency is not None:
+        if project.read_only or passing:
             continue
         project.add_run(
             "evaluate",
@@ -215,6 +258,7 @@ def evaluating(
     jobs: int = 1,
     *,
     certainty: bool = False,
+    adapt: bool = False,
 ) -> Job:
     """One evaluation of joined tasks.
 
@@ -228,6 +272,8 @@ def evaluating(
     jobs : int
     certainty : bool
         As of :func:`evaluate_tasks`.
+    adapt : bool
+        As of :func:`~forcelab.recognition.evaluation.across`.
     """
     title = title_of(tasks, test_task)
     if test_task is None:
@@ -237,7 +283,7 @@ def evaluating(
             )
         )
     train, test = (part.labelled for part in corpora)
-    return (yield from across(train, test, settings, title, certainty=certainty))
+    return (yield from across(train, test, settings, title, certainty=certainty, adapt=adapt))
 
 
 def told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:

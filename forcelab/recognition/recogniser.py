@@ -121,14 +121,8 @@ class Recogniser:
     choreography: Choreography | None = None
     live: tuple[LivePart, ...] = ()
 
-    def predict(self, demonstration: Demonstration, *, certainty: bool = False) -> Prediction:
-        """Recognise the actions of a demonstration.
-
-        Parameters
-        ----------
-        demonstration : Demonstration
-        certainty : bool
-            Whether its certainty is wanted, which changes nothing else.
+    def prepared(self, demonstration: Demonstration) -> Examples:
+        """Compute the features of a demonstration that this recogniser looks at.
 
         Raises
         ------
@@ -136,9 +130,33 @@ class Recogniser:
             If the demonstration lacks a channel that the recogniser looks at.
         """
         settings = self.settings.replace(channels=self.channels)
-        examples = prepare(Labelled(demonstration), settings, self.rate)
+        return prepare(Labelled(demonstration), settings, self.rate)
+
+    def predict(
+        self,
+        demonstration: Demonstration,
+        *,
+        certainty: bool = False,
+        examples: Examples | None = None,
+    ) -> Prediction:
+        """Recognise the actions of a demonstration.
+
+        Parameters
+        ----------
+        demonstration : Demonstration
+        certainty : bool
+            Whether its certainty is wanted, which changes nothing else.
+        examples : Examples, optional
+            What :meth:`prepared` made of it, where that is there already.
+
+        Raises
+        ------
+        InputError
+            If the demonstration lacks a channel that the recogniser looks at.
+        """
+        examples = self.prepared(demonstration) if examples is None else examples
         prediction = self.predict_examples(examples, certainty=certainty)
-        if settings.step is None:
+        if self.settings.step is None:
             return prediction
         return prediction.at(demonstration.times, examples.nearest(demonstration.times))
 

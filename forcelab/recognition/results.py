@@ -42,6 +42,8 @@ class Tested:
         Probabilities of the actions that the recogniser knew; None where nobody asked.
     unaided : ndarray of int64, shape (n,), optional
         Codes decoded without any choreography; None without a decoder.
+    unadapted : ndarray of int64, shape (n,), optional
+        Codes that were recognised of what was recorded; None where nothing was adapted.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Tested:
     stages: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     certainty: Certainty | None = None
     unaided: NDArray[np.int64] | None = None
+    unadapted: NDArray[np.int64] | None = None
 
     @property
     def start(self) -> float:
@@ -71,7 +74,7 @@ class Tested:
         return from_codes(codes, self.times, self.actions)
 
     def counts(self, which: str) -> Counts:
-        """Compare ``"raw"``, ``"unaided"`` or ``"filtered"`` with the human."""
+        """Compare ``"raw"``, ``"unaided"``, ``"unadapted"`` or ``"filtered"`` with the human."""
         return count(self.human, getattr(self, which), self.times, self.actions)
 
 
@@ -115,9 +118,13 @@ class Evaluation:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What has scores: raw, filtered, and unaided where a decoder knows a choreography."""
-        decoded = bool(self.tested) and all(item.unaided is not None for item in self.tested)
-        return ("raw", "unaided", "filtered") if decoded else ("raw", "filtered")
+        """What has scores: raw, filtered, and what is without a choreography or adaptation."""
+        left_away = [
+            which
+            for which in ("unaided", "unadapted")
+            if self.tested and all(getattr(item, which) is not None for item in self.tested)
+        ]
+        return ("raw", *left_away, "filtered")
 
     def scores(self, which: str) -> tuple[Scores, list[Scores]]:
         """Pooled scores, and each demonstration's, of one of :attr:`kinds`."""

@@ -8,7 +8,9 @@ A segmentation of the steps ``0 .. n`` into segments, neighbours of different ac
 the first and the last segment cut off by the ends of what was recorded: of them is known only that
 they last at least so long, S, and of the ones between how long they last, F. Both are log-normal
 up to a length that is longer than nearly all, and fall by the same share a step from there on: so
-nothing is too long to be, and a step costs no more the longer the recording is.
+nothing is too long to be, and a step costs no more the longer the recording is. Whole segments of
+many steps are told apart in blocks of lengths, the middle one of which gives a block its height;
+within a block F falls as it does at the end. All else is exact.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.recognition.choreography import Choreography
 
-__all__ = ["STEP", "Scores", "Use", "Weights"]
+__all__ = ["FINE", "LENGTHS", "STEP", "Scores", "Use", "Weights"]
 
 Real = NDArray[np.float64]
 
@@ -42,6 +44,9 @@ SHORTEST = 1 / 8
 LOG_NORMAL = 2.0
 #: Such lengths are rounded up to powers of this number of steps, so that actions share tables.
 ROUNDING = math.sqrt(2.0)
+#: Up to so many steps each length is told apart; from there on so many at once, 6 % or less. At
+#: the presets' 20 ms that begins at 2.6 s.
+FINE, LENGTHS = 128, 8
 
 
 @dataclass(frozen=True)
@@ -145,6 +150,10 @@ class Scores:
             limit = np.exp(choreography.mean + LOG_NORMAL * choreography.sd) / step
             powers = np.ceil(np.log(np.clip(limit, 1.0, 2.0**31)) / math.log(ROUNDING))
             longest = np.maximum(shortest, np.ceil(ROUNDING**powers).astype(np.int64))
+            # Whole blocks only: none is partly too short, and a table ends with one.
+            shortest -= np.where(shortest > FINE, (shortest - FINE - 1) % LENGTHS, 0)
+            blocks = -(-np.maximum(longest - FINE, 0) // LENGTHS)
+            longest = np.where(blocks > 0, FINE + LENGTHS * blocks, longest)
         start = np.full(K, -math.log(max(K, 1)))
         follow = np.full((K, K), -weights.switch if use == "none" else -math.log(max(K - 1, 1)))
         if use == "order":
@@ -172,11 +181,15 @@ class Scores:
         logs = np.asarray(log_probabilities, dtype=np.float64)
         top = logs.max(axis=1, keepdims=True)
         says = np.isfinite(top)
-        with np.errstate(invalid="ignore"):
-            below = np.maximum(logs - top, math.log(self.weights.floor))
+        if not says.all():
+            top, logs = np.where(says, top, 0.0), np.where(says, logs, 0.0)
+        below = np.maximum(logs - top, math.log(self.weights.floor))
         # Steps longer than it takes evidence to be new count once each.
         exponent = min(1.0, self.weights.evidence * self.step / STEP)
-        return np.where(says, exponent * (below - self.prior), 0.0)
+        below -= self.prior
+        below *= exponent
+        below[~says[:, 0]] = 0.0
+        return below
 
     @property
     def slope(self) -> Real:
@@ -189,6 +202,8 @@ class Scores:
     def lasting(self, code: int | NDArray[np.int64], steps: NDArray[np.int64]) -> Real:
         """F: how probable it is that a segment lasts so many steps (>= 1); shapes broadcast."""
         table = np.minimum(steps, self.longest[code])
+        within = (table - FINE - 1) % LENGTHS
+        table = np.where(table > FINE, table - within + LENGTHS // 2, table)
         logs = np.log(table * self.step)
         z = (logs - self.mean[code]) / self.sd[code]
         density = -0.5 * z**2 - logs - np.log(math.sqrt(2 * math.pi) * self.sd[code] / UNIT)

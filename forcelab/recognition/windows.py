@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from forcelab.signals.conditioning import bridge
 
-__all__ = ["KINDS", "own_amplitude", "window_features", "window_names"]
+__all__ = ["KINDS", "own_amplitude", "smoothed", "window_features", "window_names"]
 
 Real = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def window_features(
     q, k = len(ready), len(windows)
     absolute = np.empty((len(places), len(KINDS), q, k))
     for i, channel in enumerate(ready):
-        for kind, values in enumerate(_smoothed(channel, rate, windows, places)):
+        for kind, values in enumerate(smoothed(channel, rate, windows, places)):
             absolute[:, kind, i] = values.T
     blocks = [absolute] if amplitude != "own" else []
     if amplitude != "absolute":
@@ -96,10 +96,18 @@ def window_features(
     return np.concatenate([block.reshape(len(places), -1) for block in blocks], axis=1)
 
 
-def _smoothed(
+def smoothed(
     channel: Real, rate: float, windows: Sequence[float], places: NDArray[np.int64]
 ) -> tuple[Real, Real, Real]:
-    """Level, slope and rms of one channel in each window at some samples, each of shape (k, m)."""
+    """Level, slope and rms of one channel in each window at some samples, each of shape (k, m).
+
+    Parameters
+    ----------
+    channel : ndarray, shape (n,)
+        Finite.
+    rate, windows, places
+        As of :func:`window_features`.
+    """
     from scipy.fft import irfft, next_fast_len, rfft, rfftfreq  # takes long to load
 
     n = len(channel)

@@ -139,7 +139,7 @@ def coded_demonstrations(
         raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")
     if task is not None and task not in project.tasks():
         there = ", ".join(f"'{name}'" for name in project.tasks()) or "none at all"
-        raise InputError(f"There is no task '{task}'; there are {there}.")
+        raise InputError(f"There is no task '{task}' here; choose from {there}.")
     found, hidden = [], 0
     for info in project.demonstrations(task):
         if viewer is not None and project.is_blind(info.id, viewer):

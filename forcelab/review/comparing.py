@@ -128,6 +128,12 @@ def _told(value: object) -> str:
     """A value as short text."""
     if value is None:
         return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} → {_told(given)}" for key, given in value.items()) or "–"
+    if isinstance(value, (list, tuple)):
+        return " + ".join(_told(one) for one in value) or "–"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 

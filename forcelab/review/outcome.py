@@ -19,7 +19,7 @@ __all__ = ["KIND", "Outcome", "Reviewed", "edits_since", "latest", "load", "task
 KIND = "evaluate"
 
 #: What a track may hold besides the segments of its stages.
-_NO_STAGE = ("demonstration", "start", "end", "human", "certainty")
+_NO_STAGE = ("demonstration", "start", "end", "human", "certainty", "typicality")
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,9 @@ class Reviewed:
         switched on and were kept, and always ``"filtered"``.
     certainty : Certainty, optional
         None where the run kept no probabilities.
+    typicality : float, optional
+        Of a proposal: how typical it is of all of the run's, 0 to 1, as
+        :func:`forcelab.review.typicality.typicality` tells; None in runs that did not keep it.
     """
 
     id: str
@@ -49,6 +52,7 @@ class Reviewed:
     human: Segments
     stages: Mapping[str, Segments]
     certainty: Certainty | None = None
+    typicality: float | None = None
 
     @property
     def predicted(self) -> Segments:
@@ -233,6 +237,9 @@ def _reviewed(
     stages = {name: _segments(rows) for name, rows in plain.items() if name not in _NO_STAGE}
     if "filtered" not in stages or not start < end:
         raise ValueError("no prediction, or no time")
+    share = plain.get("typicality")
+    if share is not None and not 0 <= float(share) <= 1:
+        raise ValueError("typicality is a share")
     return Reviewed(
         id=info.id,
         name=info.name,
@@ -242,6 +249,7 @@ def _reviewed(
         human=_segments(plain.get("human", ())),
         stages=stages,
         certainty=None if certainty is None else Certainty.from_json(certainty),
+        typicality=None if share is None else float(share),
     )
 
 

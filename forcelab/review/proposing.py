@@ -5,6 +5,12 @@ that of a demonstration its mean over time. How much of it is probably wrong is 
 outcome's own tested demonstrations, by histogram binning [1]_: of all labelled moments there that
 were about as uncertain, so many were not the human's action.
 
+The first to be labelled is the least certain of the typical: the most uncertain, each weighed by
+how many of the others are like it (:mod:`forcelab.review.typicality`). The least certain alone is
+where a person finds most to correct, but not what teaches most: where a few demonstrations are odd,
+those come first, and the others gain less than by an order at random, which the typical ones do
+not (:mod:`forcelab.measure.recognition_next` measures both).
+
 References
 ----------
 .. [1] Zadrozny, B. and Elkan, C., "Obtaining calibrated probability estimates from decision trees
@@ -15,6 +21,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -28,7 +35,16 @@ from forcelab.review.places import Place
 if TYPE_CHECKING:
     from forcelab.review.outcome import Outcome, Reviewed
 
-__all__ = ["BINS", "Calibration", "Proposal", "acceptable", "calibration", "proposals"]
+__all__ = [
+    "BINS",
+    "Calibration",
+    "Proposal",
+    "acceptable",
+    "calibration",
+    "proposals",
+    "uncertainty",
+    "weighed",
+]
 
 #: Bins of equal width between the probabilities 0 and 1.
 BINS = 10
@@ -80,6 +96,8 @@ class Proposal:
         Seconds of the prediction that are probably wrong: what labelling it is expected to bring.
     place : Place
         Its most uncertain stretch.
+    typicality : float, optional
+        How typical it is of all proposals, 0 to 1; None where the run did not keep it.
     """
 
     id: str
@@ -89,6 +107,7 @@ class Proposal:
     uncertainty: float
     wrong: float
     place: Place
+    typicality: float | None = None
 
 
 def calibration(outcome: Outcome) -> Calibration:
@@ -116,7 +135,9 @@ def calibration(outcome: Outcome) -> Calibration:
 
 
 def proposals(outcome: Outcome, known: Calibration | None = None) -> tuple[Proposal, ...]:
-    """The unlabelled demonstrations of an outcome, the most uncertain first.
+    """The unlabelled demonstrations of an outcome, the one to label next first.
+
+    By uncertainty times typicality; by uncertainty alone where :func:`weighed` says so.
 
     Parameters
     ----------
@@ -125,8 +146,19 @@ def proposals(outcome: Outcome, known: Calibration | None = None) -> tuple[Propo
         By default that of the outcome.
     """
     known = calibration(outcome) if known is None else known
-    found = (_proposal(reviewed, known) for reviewed in outcome.proposals)
-    return tuple(sorted((one for one in found if one is not None), key=lambda p: -p.uncertainty))
+    made = (_proposal(reviewed, known) for reviewed in outcome.proposals)
+    found = [one for one in made if one is not None]
+    typical = weighed(found)
+
+    def urgency(one: Proposal) -> float:
+        return one.uncertainty * (one.typicality or 0.0) if typical else one.uncertainty
+
+    return tuple(sorted(found, key=urgency, reverse=True))
+
+
+def weighed(found: Sequence[Proposal]) -> bool:
+    """Whether proposals are ordered by their typicality, too; older runs did not keep it."""
+    return all(one.typicality is not None for one in found)
 
 
 def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0.0) -> Segments:
@@ -151,6 +183,15 @@ def acceptable(reviewed: Reviewed, start: float, end: float, at_least: float = 0
             or (certainty is not None and certainty.of_action(s.action, s.start, s.end) >= at_least)
         )
     )
+
+
+def uncertainty(certainty: Certainty) -> float:
+    """Mean of ``1 - p`` over time, p the probability of the most probable action; 0 to 1.
+
+    Time of which nothing is known says nothing; where there is no other, the uncertainty is 0.
+    """
+    met = certainty.known
+    return float(1.0 - _confidence(certainty)[met].mean()) if met.any() else 0.0
 
 
 def _rising(values: Real, weights: Real) -> Real:
@@ -180,9 +221,10 @@ def _proposal(reviewed: Reviewed, known: Calibration) -> Proposal | None:
         name=reviewed.name,
         task=reviewed.task,
         seconds=reviewed.end - reviewed.start,
-        uncertainty=float(1.0 - confidence[met].mean()),
+        uncertainty=uncertainty(certainty),
         wrong=float(known.wrong(confidence[met]).sum() / certainty.rate),
         place=_least_certain(reviewed, certainty),
+        typicality=reviewed.typicality,
     )
 
 

@@ -27,6 +27,7 @@ from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
 from forcelab.review.outcome import KIND
 from forcelab.review.steps import Step, Steps
+from forcelab.review.typicality import sampled, typicality
 from forcelab.versions import versions
 
 __all__ = ["Step", "reviewing"]
@@ -213,18 +214,23 @@ def _proposals(
 ) -> Generator[Step, None, tuple[list[dict[str, Any]], tuple[str, ...]]]:
     """What the recogniser makes of the demonstrations that the coder has not labelled.
 
-    Also of those that are blind for the coder: it is the window that hides them.
+    Also of those that are blind for the coder: it is the window that hides them. Each is stored
+    with how typical it is of all of them.
     """
-    made, remarks = [], []
+    made, remarks, looks = [], [], []
     for i, info in enumerate(snapshot.new):
         yield steps.proposing(i, len(snapshot.new), info.name)
         try:
             demonstration = project.load(info.id)
-            prediction = recogniser.predict(demonstration, certainty=True)
+            examples = recogniser.prepared(demonstration)
+            prediction = recogniser.predict(demonstration, certainty=True, examples=examples)
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
         made.append(_proposal(demonstration, prediction))
+        looks.append(sampled(examples))
+    for proposal, share in zip(made, typicality(looks).tolist(), strict=True):
+        proposal["typicality"] = share
     return made, tuple(remarks)
 
 

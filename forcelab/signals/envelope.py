@@ -5,16 +5,15 @@ least to the greatest sample whose stamp lies in it; nothing vanishes, however f
 A pyramid of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a
 cost that does not depend on how many samples it holds:
 
-* level by level, a column holds a run of whole blocks; what sticks out of the next level's run is
-  fewer blocks at either end than one block of that level is made of, so that those few at either
-  end are looked at and no more;
-* at the coarsest level of which a column still holds four blocks, all of its run is looked at.
+* of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
+  are looked at: they lie next to each other, so that many of them cost less than to pick few.
 
-Below 64 samples a column, its extremes are exactly those of its samples. From there on, the blocks
-of 16 samples at its two ends are taken whole: every sample of the column is in its extremes, and at
-either end fewer than 16 of its neighbours may be, less than a quarter of a mean column and of less
-than a column's width in time. Where they would be further off, as across a gap, the column is
-looked at sample by sample. The pyramid takes 2/16 + 2/64 + ... = 1/6 of the memory of its channel.
+Below 64 samples a column, its extremes are exactly those of its samples. From there on, every
+sample of a column is in its extremes, and at either end less than one block of its neighbours may
+be: fewer than 16 samples, or a sixteenth of a mean column, and of less than a column's width in
+time. Columns that a block would reach further out of, as across a gap, are looked at sample by
+sample at both ends, and between by blocks of one level after the other that lie inside of them. The
+pyramid takes 2/16 + 2/64 + ... = 1/6 of the memory of its channel.
 
 Between the samples a curve is a straight line. With the line's values at the edges of the columns
 the same upright lines join up to the curve, however few samples there are; across a gap in the
@@ -76,9 +75,9 @@ class Envelope:
         self._signals, self._column = signals, column
         self.values: Real = signals[:, column]
         self._width = signals.shape[1]
-        self._flat: Real = signals.reshape(-1)[column:]
+        self._flat: Real = signals.reshape(-1)  # sample after sample, each with its channels
         self.filled = 0
-        # For each level the least sample and the negative of the greatest, shape (blocks, 2): two
+        # For each level the least sample and the negative of the greatest, shape (2, blocks): two
         # least values, found in one go. Made by the first read, in its thread: that takes time.
         self._levels: list[Real] = []
 
@@ -95,7 +94,7 @@ class Envelope:
         """Least and greatest sample of what was read; None where there is none."""
         if self.filled == 0:
             return None
-        low, high = self._levels[-1].min(axis=0).tolist()
+        low, high = self._levels[-1].min(axis=1).tolist()
         return (low, -high) if low <= -high else None
 
     def read(self, start: int) -> None:
@@ -103,14 +102,14 @@ class Envelope:
         if not self._levels:
             # One block more at the end: a run may end behind the last block.
             counts = [-(-len(self.values) // size) + 1 for size in SIZES]
-            self._levels = [np.full((count, 2), np.inf) for count in counts]
+            self._levels = [np.full((2, count), np.inf) for count in counts]
         values = self.values[start : start + CHUNK]
         padded = np.full(-(-len(values) // UNIT) * UNIT, np.nan)
         padded[: len(values)] = values
         low, high = _present(padded)
         lowest = _coarser(np.stack([low, -high], axis=1), UNIT)
         for level, size in zip(self._levels, SIZES, strict=True):
-            level[start // size : start // size + len(lowest)] = lowest
+            level[:, start // size : start // size + len(lowest)] = lowest.T
             lowest = _coarser(lowest, FACTOR)
 
     def extremes(self, columns: Columns) -> Extremes:
@@ -140,45 +139,46 @@ class Envelope:
 
         As of :meth:`extremes`, with the values of the line through the samples at the edges.
         """
-        found = self.extremes(columns)
-        which, after, share = columns.crossings
-        if columns.pyramid:
-            read = np.searchsorted(after, self.filled)
-            which, after, share = which[:read], after[:read], share[:read]
-        left, right = (self._flat.take(i * self._width) for i in (after - 1, after))
-        met = np.full(len(columns) + 1, np.nan)
-        met[which] = _between(left, right, share)
-        return Extremes(
-            np.fmin(found.low, np.fmin(met[:-1], met[1:])),
-            np.fmax(found.high, np.fmax(met[:-1], met[1:])),
-        )
+        return drawn_together([self], columns)[0]
 
     def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
         """Find extremes by the pyramid."""
         if not len(columns.full):
             return
-        strict = columns.strict
-        if len(strict.which):
-            least, greatest = _present(self._flat.take(strict.blocks * self._width))
-            low[strict.which], high[strict.which] = least.min(axis=0), greatest.max(axis=0)
-        for ends, level in zip(columns.ends, self._levels, strict=False):
-            _lower(low, high, ends.which, level.take(ends.blocks, axis=0).min(axis=0))
+        if columns.ends:
+            samples, *ends = columns.ends
+            least, greatest = _present(self._flat.take(samples.blocks * self._width + self._column))
+            low[samples.which], high[samples.which] = least.min(axis=0), greatest.max(axis=0)
+            for end, level in zip(ends, self._levels, strict=False):
+                _lower(low, high, end.which, level.take(end.blocks, axis=1).min(axis=1))
         which, bounds = columns.run
         if len(which):
-            level = self._levels[columns.top][bounds[0] : bounds[-1] + 1]
-            found = np.minimum.reduceat(level.T.copy(), bounds - bounds[0], axis=1)[:, ::2]
-            _lower(low, high, which, found.T)
+            level = self._levels[columns.top][:, bounds[0] : bounds[-1] + 1]
+            found = np.minimum.reduceat(level, bounds - bounds[0], axis=1)[:, ::2]
+            _lower(low, high, which, found)
 
 
 def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes]:
     """What :meth:`Envelope.drawn` gives for each of some channels of one demonstration.
 
-    Where few samples lie in a column it takes a third of the time: the channels of a sample lie
-    next to each other.
+    It takes a fraction of the time: the channels of a sample lie next to each other.
     """
+    if not envelopes:
+        return []
+    found = _few(envelopes, columns) or [envelope.extremes(columns) for envelope in envelopes]
+    met = _met(envelopes, columns)
+    lowest, highest = np.fmin(met[:, :-1], met[:, 1:]), np.fmax(met[:, :-1], met[:, 1:])
+    return [
+        Extremes(np.fmin(one.low, low), np.fmax(one.high, high))
+        for one, low, high in zip(found, lowest, highest, strict=True)
+    ]
+
+
+def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | None:
+    """The extremes of all channels at once; None where that would not take less time."""
     picks = None if columns.pyramid else columns.picks
     if picks is None or picks.size == 0 or 2 * len(envelopes) < envelopes[0]._width:
-        return [envelope.drawn(columns) for envelope in envelopes]
+        return None
     signals = envelopes[0]._signals
     lows, highs = _present(signals.take(picks, axis=0))
     shape = (len(columns), signals.shape[1])
@@ -186,14 +186,25 @@ def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extr
     least, greatest = lows.min(axis=0), highs.max(axis=0)
     least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
     low[columns.full], high[columns.full] = least, greatest
+    return [Extremes(low[:, one._column], high[:, one._column]) for one in envelopes]
+
+
+def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
+    """Where the lines between samples meet the edges of columns, shape (channels, k + 1)."""
     which, after, share = columns.crossings
-    met = np.full((len(columns) + 1, signals.shape[1]), np.nan)
-    left, right = signals.take(after - 1, axis=0), signals.take(after, axis=0)
-    met[which] = _between(left, right, share[:, np.newaxis])
-    low = np.fmin(low, np.fmin(met[:-1], met[1:]))
-    high = np.fmax(high, np.fmax(met[:-1], met[1:]))
-    chosen = [envelope._column for envelope in envelopes]
-    return [Extremes(low[:, i], high[:, i]) for i in chosen]
+    flat, width = envelopes[0]._flat, envelopes[0]._width
+    chosen = np.array([envelope._column for envelope in envelopes])
+    if 2 * len(envelopes) < width:
+        left, right = (flat.take(at * width + chosen[:, np.newaxis]) for at in (after - 1, after))
+    else:
+        samples = envelopes[0]._signals
+        left, right = (samples.take(at, axis=0).T[chosen] for at in (after - 1, after))
+    met = np.full((len(envelopes), len(columns) + 1), np.nan)
+    met[:, which] = _between(left, right, share)
+    if columns.pyramid:
+        for envelope, row in zip(envelopes, met, strict=True):
+            row[which[np.searchsorted(after, envelope.filled) :]] = np.nan
+    return met
 
 
 def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, None]:
@@ -234,9 +245,9 @@ def _between(left: Real, right: Real, share: Real) -> Real:
 
 
 def _lower(low: Real, high: Real, which: Whole, lowest: Real) -> None:
-    """Widen some of the extremes to those of a level, shape (m, 2)."""
-    low[which] = np.minimum(low[which], lowest[:, 0])
-    high[which] = np.maximum(high[which], -lowest[:, 1])
+    """Widen some of the extremes to those of a level, shape (2, m)."""
+    low[which] = np.minimum(low[which], lowest[0])
+    high[which] = np.maximum(high[which], -lowest[1])
 
 
 def _coarser(values: Real, width: int) -> Real:

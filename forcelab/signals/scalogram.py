@@ -1,76 +1,57 @@
-"""The scalogram of a visible span, at the screen's resolution: coarse first, then fine.
+"""The scalogram of a visible span, at the screen's resolution: coarse first, then exact.
 
-A picture of c columns and k rows is never computed from the transform at the full rate. Three ways
-lead to a row, the cheapest that is right for its scale `a` and the width `s` of a column:
+A column shows the largest magnitude of all its samples, so that no impact vanishes, however short
+it is and however much time is seen. It is never computed from the transform at the full rate:
 
-* ``32 a <= s / 2``: power spectra of four overlapping blocks a column;
-* otherwise a short transform of the band around the scale, from the samples themselves or, where
-  only wide wavelets are left, from a coarser grid;
-* phases of narrow wavelets: the sum itself, around each column's centre sample.
+* powers come from short transforms with a point every quarter of the scale, frame by frame;
+* of long spans the largest powers of small cells are kept (:class:`Tiles`), computed once, from
+  which any span is put together; until they are there a picture is made of spots and means
+  (:mod:`forcelab.signals.scalogram_spots`);
+* phases are those at the columns' centres: the sums themselves, or a short transform of the band.
 
 Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_scalogram.py``:
 
-* everywhere 1e-6 of the channel's amplitude times ``sqrt(a)``, from cut tails, held ends of the
-  piece and filters; magnitudes are floored there;
-* bands: 2 % of the row's largest mean power; phases within 0.03 rad where the magnitude is above a
-  tenth of the row's largest (0.25 rad below scale 4, whose wavelet the Nyquist frequency cuts);
-* blocks: the energy of the whole span within 2 %, a steady tone within 0.2 dB at its peak and
-  0.6 dB beside it; each column's edges are soft over a quarter of its width, so that an impact
-  there is shared by two columns.
+* everywhere 1e-6 of the channel's amplitude times ``sqrt(a)``, from cut tails and single
+  precision; magnitudes are floored there;
+* magnitudes: 2 % of the row's largest power, from what lies between points;
+* of tiles the columns' edges move to the nearest cell, by a quarter of a column at most;
+* phases within 0.03 rad where the magnitude is above a tenth of the row's largest (0.25 rad below
+  scale 4, whose wavelet the Nyquist frequency cuts).
 
-Memory stays below 150 MB whatever the length; time is in ``forcelab measure view``.
+Memory stays below 150 MB for a picture, and 128 MB for the tiles, whatever the length; means take a
+byte for each sample. Time is in ``forcelab measure scalogram``.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
-from forcelab.signals.conditioning import noise_level
-from forcelab.signals.scalogram_picture import Picture, picture_values
-from forcelab.signals.scalogram_source import Source, open_source
-from forcelab.signals.wavelets import Morlet
+from forcelab.signals.scalogram_columns import Columns
+from forcelab.signals.scalogram_picture import Picture, magnitudes, phases
+from forcelab.signals.scalogram_spots import narrow, spots, wide
+from forcelab.signals.scalogram_survey import Survey, row_scales, survey
+from forcelab.signals.scalogram_tiles import Tiles
 
-__all__ = ["Scalogram", "Step", "Survey", "row_scales", "scalogram", "survey"]
+__all__ = ["LONG", "Scalogram", "Step", "Survey", "row_scales", "scalogram", "survey"]
 
 Real = NDArray[np.float64]
 
 #: No picture has more columns; a wider screen stretches it.
 MAX_COLUMNS = 2048
-#: Spans of more samples have a first picture from spots, not from every sample.
-SPOTS_FROM = 300_000
+#: Spans of more samples are put together from tiles; their first picture is from spots
+#: and means.
+LONG = 1 << 18
 #: The first picture has so many times fewer columns, and rows.
 COARSE = 8
-#: Stretches of a demonstration that tell its range of colours, and the samples of each.
-_STRETCHES, _STRETCH = 16, 1 << 15
-#: Shares of all magnitudes below the darkest and the brightest colour, and their least distance.
-_DARKEST, _BRIGHTEST, _LEAST = 0.05, 0.999, 1.0
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Survey:
-    """What all views of a channel have in common, so that colours do not jump.
-
-    Parameters
-    ----------
-    source : Source
-        The channel on its grid.
-    noise : float
-        Standard deviation of the channel's white noise, in its unit.
-    low, high : float
-        Decimal logarithms of the magnitudes for the first and the last colour.
-    """
-
-    source: Source
-    noise: float
-    low: float
-    high: float
+#: Pictures between the first and the exact one of a long span.
+BETWEEN = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -84,7 +65,7 @@ class Scalogram:
     scales : ndarray, shape (k,)
         Of the rows, in samples of the grid, rising; rows divide the logarithms evenly.
     values : ndarray of float32, shape (k, c)
-        Decimal logarithms of root mean square magnitudes in the channel's unit, or phases in
+        Decimal logarithms of the columns' largest magnitudes in the channel's unit, or phases in
         radians at the columns' centres. NaN where nothing is known: in gaps, outside the
         recording, at the floor (phases), or not computed yet (the first picture).
     phase : bool
@@ -111,57 +92,6 @@ class Step(Progress):
     picture: Scalogram | None = None
 
 
-def row_scales(rows: int, largest: float, smallest: float = 2.0) -> Real:
-    """Scales in the middles of `rows` even steps of the logarithm; shape (rows,)."""
-    ratio = largest / smallest
-    return np.asarray(smallest * ratio ** ((np.arange(rows) + 0.5) / rows), dtype=np.float64)
-
-
-def survey(
-    demonstration: Demonstration, channel: str, largest: float, wavelet: Morlet | None = None
-) -> Generator[Progress, None, Survey]:
-    """Look at stretches of a whole demonstration; a job of at most 5e5 samples.
-
-    Parameters
-    ----------
-    demonstration : Demonstration
-    channel : str
-        A recorded channel, or a recognition channel such as ``"tangential 1"``.
-    largest : float
-        The largest scale that will be shown, in samples.
-    wavelet : Morlet, optional
-
-    Raises
-    ------
-    InputError
-        If there is no such channel, or a stray stamp makes the grid too long.
-    """
-    source = yield from open_source(demonstration, channel)
-    length = min(_STRETCH, source.count)
-    stretches = min(_STRETCHES, -(-source.count // length))
-    scales = row_scales(24, largest)
-    noises: list[float] = []
-    magnitudes = []
-    for first in np.linspace(0, source.count - length, stretches).astype(int).tolist():
-        values, known = source.read(first, first + length)
-        yield Progress(first, source.count, "range of colours")
-        if not known.any():
-            continue
-        peak = int(np.frexp(np.max(np.abs(values)))[1])
-        noises.append(float(np.ldexp(noise_level(np.ldexp(values, -peak)), peak)))
-        columns = min(length, 64)
-        places = float(first), float(first + length)
-        job = picture_values(source, noises[-1], places, scales, columns, wavelet or Morlet())
-        picture = yield from job
-        magnitudes.append(picture[np.isfinite(picture)])
-    found = np.concatenate(magnitudes) if magnitudes else np.zeros(0, dtype=np.float32)
-    noise = float(np.median(noises)) if noises else 0.0
-    if not found.size:
-        return Survey(source, noise, -1.0, 0.0)
-    low, high = (float(v) for v in np.quantile(found, (_DARKEST, _BRIGHTEST)))
-    return Survey(source, noise, min(low, high - _LEAST), high)
-
-
 def scalogram(
     view: Survey,
     start: float,
@@ -170,7 +100,6 @@ def scalogram(
     scales: Real,
     columns: int,
     phase: bool = False,
-    wavelet: Morlet | None = None,
 ) -> Generator[Step, None, Scalogram]:
     """Compute the picture of a span; a job that yields a coarse picture first.
 
@@ -186,49 +115,88 @@ def scalogram(
         Of the screen; fewer are computed where there are fewer samples.
     phase : bool
         Phases instead of magnitudes.
-    wavelet : Morlet, optional
-        p = 5 by default.
 
     Yields
     ------
     Step
-        Between two of them lie a few milliseconds.
+        Between two of them lie a few milliseconds. While the tiles of a long span are computed,
+        pictures come that are exact where they are ready and coarse elsewhere.
     """
-    mother = wavelet or Morlet()
-    source = view.source
+    source, mother = view.source, view.wavelet
     first = min(max(source.place(start), 0.0), float(source.count - 1))
     last = max(min(source.place(end), float(source.count)), first + 1.0)
     span = source.time(first), source.time(last)
     count = max(1, min(columns, MAX_COLUMNS, math.floor(last - first)))
-    total = len(scales) + 2
     thinned = _thinned(scales)
     rough = max(1, count // COARSE)
+    places = (first, last)
 
     def finished(values: Picture, rows: Real, coarse: bool) -> Scalogram:
         return Scalogram(*span, rows, values, phase, view, coarse)
 
-    spots = last - first > SPOTS_FROM
-    draft = picture_values(
-        source, view.noise, (first, last), thinned, rough, mother, phase=phase, spots=spots
-    )
-    picture = finished((yield from _steps(draft, None, total)), thinned, True)
-    yield Step(1, total, "first picture", picture)
-    fine = picture_values(source, view.noise, (first, last), scales, count, mother, phase=phase)
-    return finished((yield from _steps(fine, picture, total)), scales, False)
+    grid = Columns(first, (last - first) / count, count)
+    long = last - first > LONG
+    tiles = view.tiles(scales) if long and not phase else None
+    if tiles is not None and not tiles.serve(grid):
+        tiles = None
+    if tiles is not None and not tiles.missing(first, last):
+        return finished(tiles.picture(grid)[0], scales, False)
+    if phase:
+        draft = phases(source, view.noise, places, thinned, rough, mother, spots=long)
+    else:
+        way = spots if long else magnitudes
+        draft = way(source, view.noise, places, thinned, rough, mother)
+    values = yield from _steps(draft, None)
+    picture = finished(values, thinned, True)
+    fitting = narrow(thinned)
+    if long and not phase and fitting < len(thinned):
+        # Means take a while, once: what there is of a first picture is shown meanwhile.
+        shown = picture if view.means is None else None
+        means = yield from _steps(view.averaging(), shown)
+        # Of few rows, many columns cost hardly more than few.
+        rest = wide(means, view.noise, places, thinned[fitting:], count, mother)
+        spread = values[:fitting, np.arange(count) * rough // count]
+        values = np.concatenate([spread, (yield from _steps(rest, shown))])
+        picture = finished(values, thinned, True)
+    yield Step(1, 2, "first picture", picture)
+    if tiles is not None:
+        return finished((yield from _tiled(tiles, grid, picture)), scales, False)
+    exact = phases if phase else magnitudes
+    job = exact(source, view.noise, places, scales, count, mother)
+    return finished((yield from _steps(job, picture)), scales, False)
+
+
+def _tiled(tiles: Tiles, grid: Columns, picture: Scalogram) -> Generator[Step, None, Picture]:
+    """Compute the tiles of a span; now and then what is exact by then is shown."""
+    missing = tiles.missing(grid.first, grid.last)
+    rows = np.arange(len(tiles.scales)) * len(picture.values) // len(tiles.scales)
+    columns = np.arange(grid.count) * picture.values.shape[1] // grid.count
+    coarse = picture.values[np.ix_(rows, columns)]
+    each = max(1, len(missing) // BETWEEN)
+    for start in range(0, len(missing), each):
+        yield from _steps(tiles.building(missing[start : start + each]), picture)
+        if start + each < len(missing):
+            values, done = tiles.picture(grid)
+            values = np.where(done, values, coarse)
+            picture = replace(picture, values=values, scales=tiles.scales)
+            yield Step(1, 2, "scalogram of the whole span", picture)
+    return tiles.picture(grid)[0]
+
+
+_ResultT = TypeVar("_ResultT")
 
 
 def _steps(
-    job: Generator[Progress, None, Picture], picture: Scalogram | None, total: int
-) -> Generator[Step, None, Picture]:
+    job: Generator[Progress, None, _ResultT], picture: Scalogram | None
+) -> Generator[Step, None, _ResultT]:
     """Go through a job's steps, with the newest picture beside each."""
-    done = 0 if picture is None else 1
     while True:
         try:
             step = next(job)
         except StopIteration as end:
-            values: Picture = end.value
-            return values
-        yield Step(done, total, step.text, picture)
+            result: _ResultT = end.value
+            return result
+        yield Step(step.done, step.total, step.text, picture)
 
 
 def _thinned(scales: Real) -> Real:

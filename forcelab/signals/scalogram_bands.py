@@ -1,4 +1,4 @@
-"""Rows of a scalogram from the band of frequencies that each scale answers to.
+"""Phases of a scalogram from the band of frequencies that each scale answers to.
 
 A scale `a` answers to a band of about ``12 / a`` radians a sample only. So the band alone is cut
 from the signal's spectrum and brought back to time by a short transform: a few points every `a`
@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["TOLERANCE", "Columns", "band", "band_rows", "reach"]
+__all__ = ["TOLERANCE", "band", "band_rows", "reach"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -28,42 +29,8 @@ TOLERANCE = 1e-6
 _CUT = math.sqrt(2 * math.log(1 / TOLERANCE))
 #: Samples over which the last value leads to the first.
 _RAMP = 64
-#: A column with so many independent points needs no more.
-_MANY = 24
-#: Points for each independent one where a row is read between its points.
+#: Points for each independent one: a row is read between its points.
 _FINE = 4
-
-
-class Columns:
-    """Columns of the screen on the grid.
-
-    Parameters
-    ----------
-    first : float
-        Left edge of the first, in samples of the grid.
-    width : float
-        Samples a column.
-    count : int
-        How many.
-    """
-
-    def __init__(self, first: float, width: float, count: int) -> None:
-        self.first, self.width, self.count = first, width, count
-
-    @property
-    def last(self) -> float:
-        """Right edge of the last one."""
-        return self.first + self.width * self.count
-
-    def edges(self) -> Real:
-        """Edges in samples, shape (count + 1,)."""
-        return np.asarray(self.first + self.width * np.arange(self.count + 1), dtype=np.float64)
-
-    def centres(self) -> NDArray[np.int64]:
-        """The sample in the middle of each column, shape (count,)."""
-        return np.floor(self.first + self.width * (np.arange(self.count) + 0.5) + 1e-9).astype(
-            np.int64
-        )
 
 
 def reach(scale: float) -> int:
@@ -98,8 +65,7 @@ def band_rows(
     scales: Real,
     wavelet: Morlet,
     columns: Columns,
-    phase: bool,
-) -> Iterator[Complex | Real]:
+) -> Iterator[Complex]:
     """Compute rows from one piece of the signal.
 
     Parameters
@@ -115,20 +81,17 @@ def band_rows(
         In samples of the grid.
     wavelet : Morlet
     columns : Columns
-    phase : bool
-        Whether to give coefficients at the columns' centre samples instead of mean powers.
 
     Yields
     ------
-    ndarray, shape (columns.count,)
-        Row by row: float64, the mean of ``|W|^2``, or complex128, ``W``.
+    ndarray of complex128, shape (columns.count,)
+        Row by row: coefficients at the columns' centre samples.
     """
     spectrum, length = _spectrum(values)
     low, high = band(wavelet)
     for scale in scales:
         widest = 2 * np.pi * scale / (high - low) / step  # between points that tell all, in steps
-        fine = phase or columns.width < _MANY * widest * step
-        between = max(1.0, widest / _FINE if fine else widest)
+        between = max(1.0, widest / _FINE)
         unit = 2 * np.pi / length / step
         k = np.arange(
             max(int(np.ceil(low / scale / unit)), -(length // 2) + 1),
@@ -153,13 +116,9 @@ def band_rows(
         points = fft.ifft(around, overwrite_x=True)
         points *= np.float32(count / length)
         spacing = length / count * step
-        if phase:
-            places = columns.centres() - origin
-            turns = np.exp(2j * np.pi * middle / length * (places / step))
-            yield _between(points, places / spacing) * turns
-        else:
-            power = points.real**2 + points.imag**2
-            yield _means(power, (columns.edges() - 0.5 - origin) / spacing)
+        places = columns.centres() - origin
+        turns = np.exp(2j * np.pi * middle / length * (places / step))
+        yield _between(points, places / spacing) * turns
 
 
 def _between(points: Single, places: Real) -> Complex:
@@ -168,19 +127,3 @@ def _between(points: Single, places: Real) -> Complex:
     share = places - left
     right = np.minimum(left + 1, len(points) - 1)
     return points[left] * (1 - share) + points[right] * share
-
-
-def _means(power: NDArray[np.float32], edges: Real) -> Real:
-    """Mean of a row between `edges`, in units of the distance of its points."""
-    width = edges[1] - edges[0]
-    if width < 2:
-        return np.interp(0.5 * (edges[1:] + edges[:-1]), np.arange(len(power)), power)
-    # Each point stands for what is nearer to it than to any other; only sums of what is positive.
-    cells = np.clip(edges + 0.5, 0, len(power) - 1e-9)
-    low, high = np.ceil(cells[:-1] - 1e-9), np.floor(cells[1:] + 1e-9)
-    first, last = low.astype(np.int64), high.astype(np.int64)
-    pairs = np.stack([first, last], axis=1).ravel()
-    inside = np.add.reduceat(np.append(power, 0.0), pairs)[::2]
-    before = power[np.maximum(first - 1, 0)] * np.maximum(low - cells[:-1], 0.0)
-    after = power[np.minimum(last, len(power) - 1)] * np.maximum(cells[1:] - high, 0.0)
-    return (inside + before + after) / width

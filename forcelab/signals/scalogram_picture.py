@@ -1,53 +1,78 @@
-"""The values of a scalogram in one quality, each row by the cheapest way that is right for it."""
+"""The values of a scalogram in one quality: largest magnitudes of columns, or phases."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import TOLERANCE, Columns, band_rows, reach
-from forcelab.signals.scalogram_blocks import (
-    BLOCKS,
-    block_length,
-    block_rows,
-    coarser,
-    step_for,
-    widest_in_blocks,
-)
+from forcelab.signals.scalogram_bands import TOLERANCE, band_rows, reach
+from forcelab.signals.scalogram_coarser import coarser, step_for
+from forcelab.signals.scalogram_columns import Columns
+from forcelab.signals.scalogram_frames import bank
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.scalogram_sums import sum_rows, sums_are_cheaper
+from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["Picture", "picture_values"]
+__all__ = ["Level", "Picture", "decimal", "magnitudes", "phases"]
 
 Real = NDArray[np.float64]
+Single = NDArray[np.float32]
+Flags = NDArray[np.bool_]
 Picture = NDArray[np.float32]
 
 #: Magnitudes are floored at this share of the channel's noise, as features are.
 NOISE_SHARE = 1e-3
 #: Pieces of fewer samples are not worth a coarser grid.
 _SHORT = 1 << 17
-#: Samples of a spot at most.
+#: Samples looked at around a column's middle where its level is told from the middle alone.
 _SPOT = 4096
 
 
-def picture_values(
+@dataclass(frozen=True, slots=True)
+class Level:
+    """How samples are shifted and sized before single precision sees them.
+
+    Parameters
+    ----------
+    shift : float
+        What lies in the middle of them.
+    exponent : int
+        They are divided by two to this power.
+    """
+
+    shift: float
+    exponent: int
+
+    @classmethod
+    def of(cls, low: float, high: float) -> Level:
+        """That of samples from `low` to `high`."""
+        largest = max(abs(low), abs(high))
+        # Halved before they meet: the sum of two numbers near 1e308 overflows.
+        return cls(0.5 * low + 0.5 * high, int(np.frexp(largest)[1]) if largest > 0 else 0)
+
+    def sized(self, values: Real) -> Real:
+        """Samples shifted and divided, in place."""
+        values -= self.shift
+        return np.ldexp(values, -self.exponent, out=values)
+
+
+def magnitudes(
     source: Source,
     noise: float,
     places: tuple[float, float],
     scales: Real,
     columns: int,
     wavelet: Morlet,
-    *,
-    phase: bool = False,
-    spots: bool = False,
 ) -> Generator[Progress, None, Picture]:
-    """Compute values of a scalogram; a job.
+    """The largest magnitude of each column; a job.
+
+    The span is read and transformed as a whole: memory is 40 bytes for each of its samples.
 
     Parameters
     ----------
@@ -60,45 +85,68 @@ def picture_values(
         In samples, rising.
     columns : int
     wavelet : Morlet
-    phase : bool
-        Phases at the columns' centre samples instead of magnitudes.
-    spots : bool
-        Look at a spot in the middle of each column only, and leave wide wavelets out (NaN).
 
     Returns
     -------
     ndarray of float32, shape (k, columns)
-        Decimal logarithms of root mean square magnitudes in the channel's unit, or radians.
+        Decimal logarithms of magnitudes in the channel's unit; NaN where nothing is known.
+    """
+    grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
+    bounds = grid.bounds()
+    first, last = int(bounds[0]), int(bounds[-1])
+    # One point beyond the last sample, on the widest grid.
+    groups = bank(scales, wavelet, last - first + 1, grid.width)
+    half = max(group.half for group in groups)
+    end = max(group.reading - group.half for group in groups)
+    values, known = source.read(first - half, first + end)
+    yield Progress(0, len(scales), "reading")
+    told = values[half : half + last - first]
+    level = Level.of(float(told.min()), float(told.max()))
+    level.sized(values)
+    out = np.empty((len(scales), columns), dtype=np.float32)
+
+    def take(rows: slice, step: int, power: Single) -> None:
+        out[rows] = grid.largest(power, first, step)
+
+    for group in groups:
+        yield from in_threads(group.tasks(values[half - group.half :], take), "rows")
+    there = np.maximum.reduceat(known[half : half + last - first], bounds[:-1] - first)
+    return decimal(out, noise, scales, level.exponent, there)
+
+
+def phases(
+    source: Source,
+    noise: float,
+    places: tuple[float, float],
+    scales: Real,
+    columns: int,
+    wavelet: Morlet,
+    *,
+    spots: bool = False,
+) -> Generator[Progress, None, Picture]:
+    """Phases at the columns' centre samples; a job.
+
+    Parameters
+    ----------
+    source, noise, places, scales, columns, wavelet
+        As of :func:`magnitudes`.
+    spots : bool
+        By the sums around the columns' centres alone, and look for gaps only there.
+
+    Returns
+    -------
+    ndarray of float32, shape (k, columns)
+        Radians; NaN where nothing is known, or at the floor.
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
     shift, exponent, known = yield from _levels(source, grid, spots)
-    fill = np.nan if spots else 0.0
-    out = np.full((len(scales), columns), fill, dtype=np.complex128 if phase else np.float64)
-    if phase:
-        alone = np.array(
-            [reach(a) <= _SPOT if spots else sums_are_cheaper(a, grid) for a in scales.tolist()]
+    out = np.zeros((len(scales), columns), dtype=np.complex128)
+    alone = np.array([spots or sums_are_cheaper(a, grid) for a in scales.tolist()])
+    if alone.any():
+        out[alone] = yield from sum_rows(
+            source, grid, scales[alone], wavelet, shift=shift, exponent=exponent
         )
-        if alone.any():
-            out[alone] = yield from sum_rows(
-                source, grid, scales[alone], wavelet, shift=shift, exponent=exponent
-            )
-    else:
-        length = block_length(grid.width)
-        length = min(length, _SPOT) if spots else length
-        alone = scales <= widest_in_blocks(length)
-        if alone.any():
-            out[alone] = yield from block_rows(
-                source,
-                grid,
-                length,
-                scales=scales[alone],
-                wavelet=wavelet,
-                blocks=1 if spots else BLOCKS,
-                shift=shift,
-                exponent=exponent,
-            )
-    left = np.flatnonzero(~alone) if not spots else np.zeros(0, dtype=np.intp)
-    for rows in _groups(left, scales, places[1] - places[0]):
+    for rows in _groups(np.flatnonzero(~alone), scales, places[1] - places[0]):
         halo = reach(scales[rows[-1]])
         pieces = places[1] - places[0] + 2 * halo
         step = step_for(scales[rows[0]], wavelet) if pieces > _SHORT else 1
@@ -106,19 +154,15 @@ def picture_values(
         origin = math.floor(grid.first) - halo
         count = math.ceil((grid.last + halo - origin) / step) + 1
         values = yield from coarser(source, origin, count, step, shift=shift, exponent=exponent)
-        made = band_rows(
-            values,
-            origin,
-            step,
-            scales=scales[rows],
-            wavelet=wavelet,
-            columns=grid,
-            phase=phase,
-        )
+        made = band_rows(values, origin, step, scales=scales[rows], wavelet=wavelet, columns=grid)
         for j, row in zip(rows, made, strict=True):
             out[j] = row
             yield Progress(int(j), len(scales), "rows")
-    return _finish(out, noise, scales, exponent, known)
+    values = np.angle(out)
+    with np.errstate(divide="ignore"):
+        values[np.log10(np.abs(out)) <= _floor(noise, scales, exponent)] = np.nan
+    values[:, ~known] = np.nan
+    return values.astype(np.float32)
 
 
 def _groups(rows: NDArray[np.intp], scales: Real, span: float) -> list[NDArray[np.intp]]:
@@ -134,9 +178,9 @@ def _groups(rows: NDArray[np.intp], scales: Real, span: float) -> list[NDArray[n
 
 def _levels(
     source: Source, grid: Columns, spots: bool
-) -> Generator[Progress, None, tuple[float, int, NDArray[np.bool_]]]:
+) -> Generator[Progress, None, tuple[float, int, Flags]]:
     """Middle and size of the samples, and in which columns something is known."""
-    edges = np.clip(np.round(grid.edges()).astype(np.int64), 0, source.count)
+    edges = np.clip(grid.bounds(), 0, source.count)
     known = np.zeros(grid.count, dtype=bool)
     low, high = math.inf, -math.inf
     chunk = max(1, int((1 << 18) / grid.width))
@@ -154,29 +198,44 @@ def _levels(
             known[left:right] = np.add.reduceat(good, at) > 0
         low, high = min(low, float(values.min())), max(high, float(values.max()))
         yield Progress(right, grid.count, "levels")
-    largest = max(abs(low), abs(high))
-    # Halved before they meet: the sum of two numbers near 1e308 overflows.
-    middle = 0.5 * low + 0.5 * high
-    return middle, int(np.frexp(largest)[1]) if largest > 0 else 0, known
+    level = Level.of(low, high)
+    return level.shift, level.exponent, known
 
 
-def _finish(
-    out: NDArray[Any],
+def _floor(noise: float, scales: Real, exponent: int, largest: float = 1.0) -> Real:
+    """Decimal logarithms of the magnitudes below which nothing is told, shape (k, 1)."""
+    with np.errstate(divide="ignore"):
+        level = np.log10(NOISE_SHARE * np.ldexp(noise, -exponent))
+    cut = np.log10(TOLERANCE * (largest or 1.0) * np.sqrt(scales))
+    return np.maximum(level, cut)[:, np.newaxis]
+
+
+def decimal(
+    power: Single,
     noise: float,
     scales: Real,
     exponent: int,
-    known: NDArray[np.bool_],
+    known: Flags,
+    largest: float = 1.0,
 ) -> Picture:
-    """Logarithms of magnitudes in the channel's unit, or phases, where something is known."""
+    """Decimal logarithms of magnitudes in the channel's unit, where something is known.
+
+    Parameters
+    ----------
+    power : ndarray of float32, shape (k, c)
+        ``|W|^2`` of samples that were divided by ``2**exponent``; NaN where not computed.
+    noise : float
+        Of the channel, in its unit.
+    scales : ndarray, shape (k,)
+    exponent : int
+    known : ndarray of bool, shape (c,)
+    largest : float
+        Of the divided samples.
+    """
     with np.errstate(divide="ignore"):
-        level = np.log10(NOISE_SHARE * np.ldexp(noise, -exponent))
-        floor = np.maximum(level, np.log10(TOLERANCE * np.sqrt(scales)))[:, np.newaxis]
-        if np.iscomplexobj(out):
-            values = np.angle(out)
-            values[np.log10(np.abs(out)) <= floor] = np.nan
-        else:
-            size = 0.5 * np.log10(out)
-            values = np.where(np.isnan(size), size, np.maximum(size, floor))
-            values += exponent * math.log10(2.0)
+        size = 0.5 * np.log10(power)
+    # NaN stays NaN.
+    values = np.maximum(size, _floor(noise, scales, exponent, largest).astype(np.float32))
+    values += np.float32(exponent * math.log10(2.0))
     values[:, ~known] = np.nan
-    return values.astype(np.float32)
+    return np.asarray(values, dtype=np.float32)

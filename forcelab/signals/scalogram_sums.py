@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import Columns, reach
+from forcelab.signals.scalogram_bands import reach
+from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.wavelets import Morlet
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.video.index import SAME, Index, indexing, last_at, open_video
+from forcelab.video.decoder import LEAD, Decoder, Decoders
+from forcelab.video.index import Index, indexing, last_at
 from forcelab.video.opencv import opencv
 
 __all__ = ["Frame", "VideoReader", "as_rgb"]
@@ -22,13 +22,8 @@ Frame = NDArray[np.uint8]
 
 #: Bytes that kept frames may take.
 CACHE = 192 * 2**20
-#: OpenCV goes this many frames before the time it is sent to, and decodes up to it: only from
-#: further behind a key frame does it begin at that key frame and not at the one before.
-LEAD = 18
 #: Frames before the wanted one that are kept when they are passed anyway.
 PASSED = 6
-#: A damaged frame ends OpenCV's reading as the end of the file does, but one may read on.
-TRIES = 4
 #: A step back of at most this many frames is taken for the first of many.
 BACKWARDS = 3
 
@@ -79,15 +74,13 @@ class VideoReader:
         self.index = finish(indexing(self.path)) if index is None else index
         self.times = self.index.times
         self.remark = self.index.remark
-        self._keys = self.index.keys.tolist()
-        self._capture = open_video(self.path)
-        rate = self._capture.get(cv2.CAP_PROP_FPS)
+        self._decoders = Decoders(self.path, self.index)
+        self._decoder = self._decoders[0]  # the one that goes on
+        rate = self._decoder.get(cv2.CAP_PROP_FPS)
         self._period = 1 / rate if rate > 0 else 1 / 30
         self._room = cache
         self._bytes = 0
         self._kept: OrderedDict[int, Frame] = OrderedDict()
-        self._at = -1  # the frame that the decoder gave last; the next one follows it
-        self._lost = False  # whether the decoder is where no frame is known
         self._asked = -1
 
     def __len__(self) -> int:
@@ -106,7 +99,7 @@ class VideoReader:
 
     def close(self) -> None:
         """Let go of the file and of what is kept."""
-        self._capture.release()
+        self._decoders.close()
         self._kept.clear()
         self._bytes = 0
 
@@ -123,8 +116,8 @@ class VideoReader:
 
     @property
     def position(self) -> int:
-        """The frame that the decoder gave last; -1 if that is not known."""
-        return self._at
+        """The frame that was decoded last; -1 if that is not known."""
+        return self._decoder.at
 
     @property
     def capacity(self) -> int:
@@ -202,68 +195,46 @@ class VideoReader:
         kept = self.kept(number)
         if kept is not None:
             return kept
+        behind = 0 if passed is None else passed
         if passed is None:
-            passed = self.capacity // 2 if back else min(PASSED, self.capacity // 4)
-        start = self._keys[self._place(number)]
-        if self._lost or self._at >= number or self._at < start - LEAD:
-            yield from self._go_before(number, passed)
+            behind = self.capacity // 2 if back else 0
+            passed = behind or min(PASSED, self.capacity // 4)
+        near = self._decoders.near(number, self._decoder, behind)
+        decoder = self._decoder = near or self._decoders.spare()
+        if near is None:
+            yield from self._go_before(decoder, number, passed)
         while number not in self._kept:
-            if not self._step(number - passed, number) or self._at > number:
-                self._lost = True
+            if not self._step(decoder, number - passed, number) or decoder.at > number:
+                decoder.lost = True
                 raise self._undecodable(number)
             yield
         return self._kept[number]
 
-    def _place(self, number: int) -> int:
-        """Which key frame a seek can begin at that comes out at or before a frame."""
-        return max(bisect_right(self._keys, number - LEAD - 2) - 1, 0)
-
-    def _go_before(self, number: int, passed: int) -> Generator[None, None, None]:
-        """Bring the decoder to a frame at or before the wanted one, as near as may be."""
-        place = self._place(number)
-        while place > 0:
-            key = self._keys[place]
-            if self._send(float(self.times[key]) + (LEAD - 0.4) * self._period):
+    def _go_before(self, decoder: Decoder, number: int, passed: int) -> Generator[None, None, None]:
+        """Bring a decoder to a frame at or before the wanted one, as near as may be."""
+        keys = self.index.keys
+        for place in range(self._decoders.start(number), 0, -1):
+            if decoder.send(float(self.times[keys[place]]) + (LEAD - 0.4) * self._period):
                 yield
-                if self._step(number - passed, number) and self._at <= number:
+                if self._step(decoder, number - passed, number) and decoder.at <= number:
                     return
-            place -= 1
             yield
-        if not self._send(0.0) or not self._step(number - passed, number) or self._at > number:
-            self._capture.release()
-            self._capture = open_video(self.path)
-            self._at, self._lost = -1, False
+        sent = decoder.send(0.0) and self._step(decoder, number - passed, number)
+        if not sent or decoder.at > number:
+            decoder.restart()
         yield
 
-    def _send(self, time: float) -> bool:
-        """Send the decoder to a time (s); where it came out the next step shows."""
-        self._at, self._lost = -1, True
-        stamp = 1000 * (time + self.index.origin) if time else 0.0
-        sent: bool = self._capture.set(opencv().CAP_PROP_POS_MSEC, stamp)
-        return sent
+    def _step(self, decoder: Decoder, low: int, high: int) -> bool:
+        """Decode the next frame, and keep it if it is in low .. high."""
+        if not decoder.step():
+            return False
+        if low <= decoder.at <= high and decoder.at not in self._kept:
+            self._keep(decoder.at, decoder.picture())
+        return True
 
-    def _step(self, low: int, high: int) -> bool:
-        """Decode the next frame that is in the index, and keep it if it is in low .. high."""
-        cv2 = opencv()
-        failed = 0
-        while failed < TRIES:
-            if not self._capture.grab():  # the end, or a frame that is damaged
-                failed += 1
-                continue
-            stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self.index.origin
-            at = self.index_at(stamp)
-            if at < 0 or stamp - float(self.times[at]) > SAME:
-                continue
-            self._at, self._lost = at, False
-            if low <= at <= high and at not in self._kept:
-                self._keep(at)
-            return True
-        return False
-
-    def _keep(self, number: int) -> None:
-        """Keep the frame that the decoder is at; the ones longest unused make room."""
-        read, picture = self._capture.retrieve()
-        if not read or picture is None:
+    def _keep(self, number: int, picture: NDArray[np.uint8] | None) -> None:
+        """Keep a frame as OpenCV gives it; the ones longest unused make room."""
+        if picture is None:
             return
         frame = as_rgb(picture)
         frame.flags.writeable = False

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.clocks import ArrivalClock
@@ -239,9 +239,11 @@ def test_after_plugging_in_the_live_clock_keeps_the_rate_it_learnt():
     rate=st.sampled_from([50, 333, 1000]),
     seed=st.integers(0, 2**31),
     lost=st.floats(0, 0.3),
-    n=st.integers(1, 4000),
+    n=st.one_of(st.integers(1, 40), st.integers(1, 4000)),
 )
-def test_stamps_increase_and_never_lie_after_the_arrival_by_more_than_a_burst(
+@example(ppm=0.0, rate=1000, seed=126, lost=0.0, n=6)
+@example(ppm=0.0, rate=1000, seed=8, lost=0.0, n=16)
+def test_stamps_increase_and_err_by_no_more_than_a_burst_whether_or_not_a_rate_was_told(
     ppm, rate, seed, lost, n
 ):
     true, ticks, arrived = made(n / rate, rate, ppm, seed)
@@ -253,6 +255,5 @@ def test_stamps_increase_and_never_lie_after_the_arrival_by_more_than_a_burst(
         assert np.isfinite(found.host).all()
         for first, last in zip(found.stretches, [*found.stretches[1:], len(ticks)], strict=True):
             assert (np.diff(found.host[first:last]) > 0).all()
-        # A few bursts tell no rate: what is as short as that errs by no more than its length.
-        unknown = 0.0 if told or true[-1] - true[0] > 0.25 else true[-1] - true[0]
-        assert np.abs(found.host - true).max() < 0.02 + unknown
+        # Bursts of up to 16 ms, delivered 0.2 ms later: all that is known of a single one.
+        assert np.abs(found.host - true).max() < 17 * MS

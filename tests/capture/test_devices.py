@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from forcelab.capture import encoder_device, optoforce_talk
 from forcelab.capture.blocks import UnpluggedError
 from forcelab.capture.devices import device_named, number_sensors
 from forcelab.capture.discovery import FoundPort
@@ -24,6 +25,13 @@ fx = { capacity = 40.0, counts = 16000 }
 fy = { capacity = 40.0, counts = [8000, 4000] }
 fz = { capacity = 100.0, counts = 1000 }
 """
+
+
+@pytest.fixture
+def answers_are_awaited_less(monkeypatch):
+    """For devices that never answer: less is waited for what does not come."""
+    monkeypatch.setattr(optoforce_talk, "ANSWER", 0.4)
+    monkeypatch.setattr(encoder_device, "ANSWERS", 0.4)
 
 
 def nothing():
@@ -241,6 +249,7 @@ def test_one_that_is_wanted_by_its_serial_number_is_not_mixed_up():
             device.open()
 
 
+@pytest.mark.usefixtures("answers_are_awaited_less")
 def test_one_that_does_not_answer_is_read_and_remarked():
     virtual = VirtualOptoForce(numbered)
     virtual.answers = False
@@ -255,6 +264,7 @@ def test_one_that_does_not_answer_is_read_and_remarked():
     assert any("did not confirm" in one for one in said)
 
 
+@pytest.mark.usefixtures("answers_are_awaited_less")
 def test_what_is_no_daq_is_refused_in_a_sentence():
     with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
@@ -379,6 +389,7 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
     assert (np.diff(values) == 0.5).all()
 
 
+@pytest.mark.usefixtures("answers_are_awaited_less")
 def test_what_does_not_answer_is_no_encoder():
     with (
         VirtualTextLine(lambda t: t[:, None], 10) as virtual,

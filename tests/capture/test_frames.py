@@ -59,6 +59,12 @@ def test_a_gap_is_counted_at_once_and_taken_back_when_it_was_a_delay():
     assert count.dropped == 0
 
 
+def test_what_a_driver_kept_before_anybody_read_tells_no_period():
+    count = counted(np.r_[np.arange(4) * 1e-5, 0.01 + np.arange(100) / RATE])
+    assert count.dropped == 0
+    assert count.rate == pytest.approx(RATE)
+
+
 def test_by_its_own_stamps_every_frame_is_known_whenever_it_arrived():
     rng = np.random.default_rng(0)
     own = 1 + np.delete(np.arange(400), [20, 21, 90, 200]) / RATE

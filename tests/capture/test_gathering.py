@@ -190,6 +190,18 @@ def test_the_first_force_device_leads_whatever_comes_first(tmp_path):
     assert d.channels[0].name == "opening"
 
 
+@pytest.mark.parametrize("silent", [0, 1])
+def test_a_device_that_was_silent_takes_nothing_away_from_the_others(tmp_path, silent):
+    times = START + np.arange(100) / 1000
+    records = samples(times, three(times), 1 - silent)
+    found = gather(contents([device("a"), device("b")], records), tmp_path)
+    signals = found.demonstration.signals
+    columns = slice(3 * silent, 3 * silent + 3)
+    assert np.isnan(signals[:, columns]).all()
+    assert np.isfinite(np.delete(signals, columns, axis=1)).all()
+    assert f"{'ab'[silent]} gave nothing while it was recorded" in found.remarks[0]
+
+
 @pytest.mark.parametrize("number", [0, 1])
 def test_too_few_samples_are_one_sentence(tmp_path, number):
     times = START + np.arange(number) / 1000

@@ -178,9 +178,9 @@ def test_lost_samples_are_counted_said_and_absent(project):
     device = FakeDevice()
     with Recorder(project, [device]) as recorder:
         recorder.start("LEGO")
-        first = device.next + 1000  # what comes before a recording is not of it
+        first = device.next + 400  # what comes before a recording is not of it
         device.lose = np.r_[first : first + 20, first + 200]
-        came(recorder, 1500)
+        came(recorder, 900)
         state = recorder.state().devices[0]
         kept = recorder.stop()
     assert state.lost == 21
@@ -225,6 +225,24 @@ def test_zero_is_handed_to_every_device_in_its_own_thread(project):
     with Recorder(project, devices) as recorder:
         recorder.zero()
         eventually(lambda: all(device.zeroed == 1 for device in devices))
+
+
+def test_samples_that_were_dropped_to_zero_a_device_are_not_lost(project):
+    class Zeroing(FakeDevice):
+        def zero(self):
+            super().zero()
+            self.next += 200
+
+    device = Zeroing()
+    with Recorder(project, [device]) as recorder:
+        came(recorder, 300)
+        recorder.zero()
+        eventually(lambda: device.zeroed == 1)
+        came(recorder, 800)
+        state = recorder.state().devices[0]
+        assert (state.lost, state.alarms) == (0, ())
+        device.lose = np.arange(device.next + 300, device.next + 310)
+        eventually(lambda: "lost samples" in recorder.state().devices[0].alarms)
 
 
 def test_the_latest_seconds_are_there_for_views(project):

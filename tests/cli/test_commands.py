@@ -59,6 +59,36 @@ def test_a_wrong_command_line_is_status_2(capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["lst", "p"], "forcelab: there is no 'lst'; did you mean 'list'"),
+        (["evaluate", "p", "--stride", "five"], "--stride: 'five' is no whole number"),
+        (["why", "p", "d", "--at", "noon"], "--at: 'noon' is no number"),
+        (["gui", "p", "--theme", "pink"], "there is no 'pink'; choose from light, dark, system"),
+        (["train", "p"], "--out must be given"),
+        (["list", "p", "--tusk"], "'--tusk' means nothing here"),
+    ],
+)
+def test_a_wrong_command_line_is_told_in_one_sentence(capsys, words, said):
+    assert main(words) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert told.endswith("--help'.\n")
+    assert told.count("\n") == 1
+
+
+def test_a_calibration_that_is_not_there_is_told_where_nothing_needs_it(
+    capsys, tmp_path, recordings
+):
+    table = str(next(recordings.glob("*.csv")))
+    missing = str(tmp_path / "no.toml")
+    project = tmp_path / "new.forcelab"
+    assert main(["import", str(project), table, "--calibration", missing]) == 1
+    assert f"The calibration file '{missing}' cannot be read" in capsys.readouterr().err
+    assert not project.exists()
+
+
 def test_importing_twice_updates(forcelab, project, recordings):
     files = sorted(recordings.glob("foam-*.csv"))
     said = forcelab("import", project, *files, "--task", "foam", "--json")
@@ -97,6 +127,18 @@ def test_list_tells_what_there_is(forcelab, project):
     assert [d["name"] for d in content["demonstrations"]] == ["sponge-11", "sponge-12"]
     assert content["demonstrations"][0]["labelled_seconds"]["coder"] > 1
     assert "no project" in forcelab("list", project.parent / "nothing.forcelab").sentence.lower()
+
+
+def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tmp_path):
+    (film := tmp_path / "second.mkv").write_bytes(b"a film")
+    with Project.open(project) as opened:
+        info = opened.demonstrations()[0]
+        kept = opened.attach_beside(info.id, film)
+    assert kept.read_bytes() == b"a film"
+    said = forcelab("list", project).out
+    assert f"Beside the video of '{info.name}', of another camera: {kept}" in said
+    told = forcelab("list", project, "--json").json["demonstrations"]
+    assert [one["beside"] for one in told if one["id"] == info.id] == [[str(kept)]]
 
 
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
@@ -271,20 +313,33 @@ def test_a_reader_that_stops_early_is_no_error(project):
     assert done.stderr == ""
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project, jobs):
+def interrupted(project, jobs, delay):
+    """What stands on the terminal after Ctrl+C, some seconds after the features have begun."""
     process, leader = start_on_terminal(["evaluate", str(project), "--jobs", jobs], project.parent)
     assert b"features" in read_terminal(leader, b"features")
-    time.sleep(1.0)
+    time.sleep(delay)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does, to every process of the program
     shown = read_terminal(leader).decode()
     os.close(leader)
-    assert process.wait(timeout=30) == 130, shown
-    assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
+    # A shell gives 130 for either: `python -m` ends by the signal where it came while a text was
+    # executed, as in the making of a dataclass, although it was caught.
+    assert process.wait(timeout=30) in (130, -signal.SIGINT), shown
     assert "Traceback" not in shown
+    return shown
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_ctrl_c_stops_in_one_sentence_and_leaves_the_project_whole(project, jobs):
+    shown = interrupted(project, jobs, 1.0)
+    assert shown.endswith("forcelab: stopped; nothing was left half done.\r\n")
     with Project.open(project) as opened:
         assert len(opened.demonstrations()) == 6
         assert opened.runs() == ()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, 0.6])
+def test_an_interrupt_at_any_moment_shows_no_traceback(project, delay):
+    interrupted(project, "2", delay)
 
 
 def test_json_is_the_same_through_a_pipe(project):
@@ -311,17 +366,3 @@ def test_every_command_of_the_parser_can_be_run():
     for command, words in given.items():
         module = build_parser().parse_args([command, *words]).module
         assert callable(import_module(f"forcelab.cli.{module}").run)
-
-
-def test_an_interrupt_at_any_moment_is_one_sentence(project):
-    for delay in (0.0, 0.3, 0.6):
-        process, leader = start_on_terminal(
-            ["evaluate", str(project), "--jobs", "2"], project.parent
-        )
-        assert b"features" in read_terminal(leader, b"features")
-        time.sleep(delay)
-        os.killpg(process.pid, signal.SIGINT)
-        shown = read_terminal(leader).decode()
-        os.close(leader)
-        assert process.wait(timeout=30) == 130, shown
-        assert "Traceback" not in shown

@@ -212,14 +212,14 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
     assert run.result["tracks"][0]["raw"][0][2] in ACTIONS
 
 
-def test_the_same_seed_gives_the_same_scores(forcelab, project):
+def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, project):
     words = ["evaluate", project, "--task", "foam", "--max-scale", "16", "--stride", "16"]
-    first, again = (
-        forcelab(*words, "--jobs", "1", "--seed", "3", "--json", "-").json for _ in range(2)
-    )
+    words += ["--classifier", "extra-trees", "--jobs", "1", "--json", "-"]
+    first, again, other = (forcelab(*words, "--seed", seed).json for seed in (3, 3, 4))
     for content in (first, again):
         del content["seconds"]
     assert first == again
+    assert first["raw"] != other["raw"]
 
 
 @pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
@@ -308,3 +308,29 @@ def test_models_are_never_trained_on(forcelab, project):
         "'robot' has labelled nothing"
         in forcelab("evaluate", project, *FAST, "--author", "robot").sentence
     )
+
+
+def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, project):
+    words = ["--train-task", "foam", "--test-task", "sponge", "--adapt", *FAST]
+    said = forcelab("evaluate", project, *words)
+    assert "Without adaptation: accuracy" in said.out
+    assert "Adapted to the training demonstrations without labels: no sensor is swapped" in said.out
+    content = forcelab("evaluate", project, *words, "--json", "-").json
+    assert 0 <= content["unadapted"]["pooled"]["accuracy"] <= 1
+    with Project.open(project) as opened:
+        assert not opened.run_summaries("evaluate")
+    assert "choose" in forcelab("evaluate", project, "--task", "foam", "--adapt", *FAST).sentence
+
+
+def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, project):
+    words = ["evaluate", project, "--task", "foam", *FAST]
+    content = forcelab(*words, "--test-names", "*-01", "--json", "-").json
+    assert len(content["tested"]) == 1
+    assert set(content["tested"]).isdisjoint(content["trained_on"])
+    assert content["title"] == "foam → *-01"
+    assert "matches no demonstration" in forcelab(*words, "--test-names", "bob-*").sentence
+    assert "matches every demonstration" in forcelab(*words, "--test-names", "*").sentence
+    both = ["--test-names", "*-01", "--test-task", "sponge"]
+    assert "not on both" in forcelab(*words, *both).sentence
+    late = ["--test-names", "*-01", "--latency", "0.1"]
+    assert "one demonstration is left out at a time" in forcelab(*words, *late).sentence

@@ -143,11 +143,14 @@ def test_something_else_to_measure_is_refused_with_what_there_is(capsys):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    from forcelab.measure import recognition_runs
+    from forcelab.measure import recognition_peers, recognition_tasks
+    from forcelab.measure.peers.peer import Peer
     from forcelab.measure.recognition_settings import Variant
 
+    absent = Peer("WaveForest", "no_such_module_anywhere", None, None)
+    monkeypatch.setattr(recognition_peers, "PEERS", (absent,))
     few = (Variant("preset", "cheap", FAST), Variant("filters", "none", FAST.replace(median=None)))
-    monkeypatch.setattr(recognition_runs, "QUICK", few)
+    monkeypatch.setattr(recognition_tasks, "QUICK", few)
     return make(tmp_path / "study.forcelab", labelled=2, bare=0)
 
 
@@ -160,9 +163,42 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(forcelab, proj
     assert "foam, 2 demonstrations" in said.out
     assert "F1@50" in said.out
     content = json.loads(file.read_text())
-    assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none"]
+    assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none", "as it comes"]
+    assert "Refused: WaveForest, as it comes: WaveForest is not installed" in said.out
     assert "cheap" in figure.read_text()
     assert "No runs" in forcelab("runs", project).out
+
+
+@pytest.mark.parametrize(
+    ("what", "asked", "sentence"),
+    [
+        ("recognition", ["--next", "--swapped"], "--next and --swapped are two measurements"),
+        ("recognition", ["--swapped", "--thorough"], "--thorough changes nothing of --swapped"),
+        ("recognition", ["--next", "--thorough"], "--thorough changes nothing of --next"),
+        ("all", ["--next"], "--next goes with 'recognition', not with 'all'"),
+        ("all", ["--swapped"], "--swapped goes with 'recognition', not with 'all'"),
+        ("live", ["--swapped"], "--swapped goes with 'recognition', not with 'live'"),
+    ],
+)
+def test_what_does_not_go_together_is_refused_before_the_work(forcelab, what, asked, sentence):
+    assert sentence in forcelab("measure", what, *asked).sentence
+
+
+def test_swapped_labels_are_measured_drawn_and_written(forcelab, project, tmp_path):
+    file, figure = tmp_path / "rows.json", tmp_path / "swapped.svg"
+    outputs = ("--json", file, "--figure", figure)
+    said = forcelab("measure", "recognition", project, "--swapped", "--quick", *outputs)
+    assert (said.status, said.err) == (0, "")
+    (plain,) = json.loads(file.read_text())["rows"]
+    row = Row(**plain)
+    assert (row.name, row.setting, row.pareto) == ("swapped", "fast", True)
+    assert row.further["swapped"] >= 2  # one at least in each of two draws
+    assert "fast" in figure.read_text()
+
+
+def test_what_to_label_next_needs_enough_demonstrations(forcelab, project):
+    said = forcelab("measure", "recognition", project, "--next", "--quick")
+    assert "5 labelled demonstrations; there are 2" in said.sentence
 
 
 def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
@@ -200,7 +236,9 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
     assert not (tmp_path / "sample.forcelab").exists()
 
 
-@pytest.mark.parametrize("option", [["study.forcelab"], ["--task", "x"], ["--thorough"]])
+@pytest.mark.parametrize(
+    "option", [["study.forcelab"], ["--task", "x"], ["--thorough"], ["--next"]]
+)
 def test_what_is_for_recognition_alone_is_refused_elsewhere(forcelab, asked, option):
     said = forcelab("measure", "contact", *option)
     assert "goes with 'recognition'" in said.sentence

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from forcelab.gui.measuring import films, recordings, training
+from forcelab.gui.measuring import capturing, films, recordings, training
+from forcelab.gui.measuring.capturing import measuring_capture
 from forcelab.gui.measuring.films import FILMS, number_of
 from forcelab.gui.measuring.opening import measuring_opening
 from forcelab.gui.measuring.panning import measuring_panning, zooms
@@ -12,6 +13,7 @@ from forcelab.gui.measuring.strokes import measuring_strokes
 from forcelab.gui.measuring.videos import measuring_video
 from forcelab.jobs import finish
 from forcelab.measure.latency import Latencies
+from forcelab.recognition import learning
 
 SIZE = (1280, 1000)
 
@@ -51,6 +53,19 @@ def test_a_project_is_opened_again_and_again(folder):
     assert [(row.setting, len(row.samples)) for row in rows] == [("many", 2), ("dense", 2)]
 
 
+def test_live_frames_are_measured_with_all_that_can_be_on(folder, monkeypatch):
+    monkeypatch.setattr(capturing, "SETTLED", 0.1)
+    monkeypatch.setattr(capturing, "SECONDS", 8.0)
+    monkeypatch.setattr(learning, "TREES", 10)
+    rows = finish(measuring_capture(folder, frames=10, size=SIZE))
+    settings = [row.setting.removeprefix("2 DAQs at 1 kHz") for row in rows[::2]]
+    assert settings == ["", ", scalogram", ", recognition", ", scalogram, recognition"]
+    for apart, work in zip(rows[::2], rows[1::2], strict=True):
+        assert len(apart.samples) == len(work.samples) >= 10
+        assert 0 < work.at("median") < 1
+        assert min(apart.samples) > 0
+
+
 def test_no_frame_of_a_video_is_wrong(folder):
     rows = finish(measuring_video(folder, FILMS[-1], frames=40, times=6, size=SIZE))
     ours = [row for row in rows if row.alternative]
@@ -80,9 +95,11 @@ def test_training_is_measured_and_leaves_nothing_behind(app, monkeypatch):
     monkeypatch.setattr(training, "SOON", 0.5)
     few = training.Amount(samples=6000, seconds=0.3, cancels=1, trainings=1, size=SIZE)
     measured = finish(training.tabulate(amount=few))
-    late, alone, mlp, svm = measured.rows
+    late, alone, own, own_alone, mlp, svm = measured.rows
     assert measured.ratio(late)
-    assert alone.samples
+    assert measured.ratio(own)
+    assert len(alone.samples) > 0
+    assert len(own_alone.samples) > 0
     assert (len(mlp.samples), len(svm.samples)) == (1, 1)
     assert [level.unit for level in measured.levels] == ["MB", "", ""]
     assert [level.value for level in measured.levels[1:]] == [0, 0]

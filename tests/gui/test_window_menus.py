@@ -58,6 +58,14 @@ def test_the_menu_ticks_the_workspace_that_is_shown(window):
     assert ticked(window) == ["label"]
 
 
+def test_no_menu_is_a_long_list_without_a_line(window):
+    for title in window.menuBar().actions():
+        run = 0
+        for entry in title.menu().actions():
+            run = 0 if entry.isSeparator() else run + 1
+            assert run <= 6, (title.text(), entry.text())
+
+
 def test_the_status_line_is_there_before_it_says_something(window):
     height = window.label.height()
     window.document.say("something")

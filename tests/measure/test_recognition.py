@@ -9,16 +9,10 @@ from trained_project import make
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.measure import recognition
+from forcelab.measure import recognition, recognition_peers
+from forcelab.measure.peers.peer import Peer
 from forcelab.measure.recognition import measuring
-from forcelab.measure.recognition_runs import (
-    KIND,
-    keeping,
-    load,
-    measured_tasks,
-    same_method,
-    usual_coder,
-)
+from forcelab.measure.recognition_runs import KIND, keeping, load, same_method
 from forcelab.measure.recognition_settings import (
     QUICK,
     VARIANTS,
@@ -27,6 +21,8 @@ from forcelab.measure.recognition_settings import (
     seen_alike,
     with_data_of,
 )
+from forcelab.measure.recognition_spent import left_out
+from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
 from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.evaluation import leave_one_out
@@ -113,7 +109,7 @@ def test_only_what_comes_after_the_classifier_is_shared():
 def test_every_demonstration_is_left_out_once_however_many_groups():
     for count in (2, 3, 5, 11):
         for folds in (None, 2, 3, 5):
-            parts = recognition._parts(count, folds)
+            parts = left_out(count, folds)
             assert sorted(i for part in parts for i in part) == list(range(count))
             assert len(parts) == (count if folds is None else min(folds, count))
 
@@ -199,15 +195,19 @@ def test_own_settings_among_the_usual_ones_are_not_measured_twice(tmp_path):
 
 
 def test_tasks_of_a_project(tmp_path, monkeypatch):
-    from forcelab.measure import recognition_runs
+    from forcelab.measure import recognition_tasks
 
-    monkeypatch.setattr(recognition_runs, "QUICK", FEW[:1])
+    monkeypatch.setattr(recognition_tasks, "QUICK", FEW[:1])
+    absent = Peer("WaveForest", "no_such_module_anywhere", None, None)
+    monkeypatch.setattr(recognition_peers, "PEERS", (absent,))
     path = make(tmp_path / "study.forcelab")
     with Project.open(path) as project:
         assert usual_coder(project, "foam") == "Ada"
         table = finish(measured_tasks(project, (), quick=True))
         assert table.sizes[0].startswith("foam, 3 demonstrations, ")
-        assert [row.setting for row in table.rows] == ["all"]
+        assert [row.setting for row in table.rows] == ["all", "as it comes"]
+        assert table.rows[0].pareto
+        assert "WaveForest is not installed" in table.rows[1].refusal
         cells = table.cells(table.sizes[0])
         assert cells[1][cells[0].index("accuracy")] == f"{table.rows[0].further['accuracy']:.3f}"
         assert not project.run_summaries()

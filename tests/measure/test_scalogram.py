@@ -5,6 +5,8 @@ import pytest
 
 from forcelab.jobs import finish
 from forcelab.measure import scalogram as measured
+from forcelab.signals import scalogram as signals
+from forcelab.signals.cwt import cwt
 
 
 @pytest.fixture(scope="module")
@@ -20,19 +22,32 @@ def test_every_span_has_a_first_and_an_exact_image(noise):
         assert exact.error < 0.03
         assert first.error < 0.5
         assert first.seconds < exact.seconds
-        assert exact.pareto
+        assert not exact.further
+
+
+def test_long_spans_are_measured_before_and_after_their_tiles(noise, monkeypatch):
+    for module in (measured, signals):
+        monkeypatch.setattr(module, "LONG", 1 << 14)
+    rows = finish(measured.measuring(noise, (40_000,), 1, columns=200))
+    names = ["first image", "exact image, first time", "exact image, tiles ready"]
+    assert [row.name for row in rows] == names
+    _, once, ready = rows
+    assert max(once.error, ready.error) < 0.03
+    assert ready.seconds < 0.2 * once.seconds
+    assert ready.further["tiles (MB)"] > 1
 
 
 def test_a_picture_that_shows_too_much_has_its_error(noise, monkeypatch):
-    exact = measured._energy
-    monkeypatch.setattr(
-        measured, "_energy", lambda *where: {a: 2 * e for a, e in exact(*where).items()}
-    )
+    exact = measured._largest
+    monkeypatch.setattr(measured, "_largest", lambda *where: 2 * exact(*where))
     rows = finish(measured.measuring(noise, (4_000,), 1, columns=200))
     assert rows[1].error == pytest.approx(0.5, abs=0.05)
 
 
-def test_the_reference_is_the_mean_over_the_span_in_pieces(noise, monkeypatch):
-    whole = measured._energy(noise, 9_000, 29_000)
+def test_the_reference_is_the_same_in_pieces(noise, monkeypatch):
+    edges = np.linspace(9_000, 29_000, 78).astype(np.int64)
+    whole = measured._largest(noise, 30.0, edges)
     monkeypatch.setattr(measured, "PIECE", 1 << 12)
-    assert measured._energy(noise, 9_000, 29_000) == pytest.approx(whole, rel=1e-4)
+    np.testing.assert_allclose(measured._largest(noise, 30.0, edges), whole, rtol=1e-6)
+    full = np.abs(cwt(noise, [30.0])[0]) ** 2
+    assert whole[5] == pytest.approx(full[edges[5] : edges[6]].max(), rel=1e-6)

@@ -62,6 +62,29 @@ def test_unlabelled_time_is_missing_and_no_action():
     assert math.exp(long.mean[0]) == pytest.approx(1.0, abs=1e-3)
 
 
+def test_slips_of_the_brush_teach_nothing():
+    clean = [track(("a", 1.0), ("b", 0.5), ("a", 1.0))] * 3
+    flicker = [("a", 0.02), ("b", 0.02)] * 4
+    slips = track(("a", 0.98), ("b", 0.02), ("a", 0.02), ("b", 0.48), *flicker, ("a", 0.84))
+    lone = track(("a", 1.0), ("b", 0.5), ("a", 1.0), ("b", 0.02), hole=1.0)
+    learnt = Choreography.learn([*clean, slips, lone], ["a", "b", "c"])
+    right = Choreography.learn([*clean, clean[0], clean[0]], ["a", "b", "c"])
+    assert learnt.mean == pytest.approx(right.mean, abs=0.1)
+    assert learnt.sd == pytest.approx(right.sd, abs=0.1)
+    assert learnt.share == pytest.approx(right.share, abs=0.02)
+    assert learnt.follow == pytest.approx(right.follow, abs=0.1)
+
+
+def test_an_action_that_is_always_short_is_no_slip():
+    click = track(("a", 1.0), ("click", 0.01), ("a", 1.0))
+    learnt = Choreography.learn([click] * 9, ["a", "click"])
+    assert math.exp(learnt.mean[1]) == pytest.approx(0.01, rel=0.2)
+    assert learnt.follow[0, 1] > 0.9
+    # Of several lengths the longest always counts.
+    twice = track(("a", 1.0), ("click", 0.01), ("a", 1.0), ("click", 0.02), ("a", 1.0))
+    assert math.exp(Choreography.learn([twice], ["a", "click"]).mean[1]) < 0.05
+
+
 def test_what_nobody_asked_for_counts_as_unlabelled():
     pieces = (("a", 1.0), ("other", 1.0), ("b", 1.0))
     learnt = Choreography.learn([track(*pieces)] * 9, ["a", "b", "c"])

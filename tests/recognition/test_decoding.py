@@ -14,7 +14,7 @@ from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import decode
 from forcelab.recognition.fixed_lag import FixedLag
 from forcelab.recognition.posterior import marginals
-from forcelab.recognition.semimarkov import Scores, Weights
+from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores, Weights
 
 USES = ("none", "durations", "order")
 STEP = 0.1
@@ -65,19 +65,22 @@ class Plainly:
         self.limits = Scores.of(choreography, step, use)
         self.whole, self.cut = self.lengths()
 
-    def _lines(self, k, near):
+    def _lines(self, k, near, blocks=False):
         """`near` up to the longest length; from there the tangent of the log density."""
         steps = np.arange(1, len(self.evidence) + 1)
-        table = np.minimum(steps, self.limits.longest[k])
-        seconds, mean, sd = table * self.step, self.c.mean[k], self.c.sd[k]
-        fall = np.minimum(-(1 + (np.log(seconds) - mean) / sd**2) / table, 0)
-        scores = near(lognorm(sd, scale=math.exp(mean)), seconds) + fall * (steps - table)
-        return np.where(steps == table, near(lognorm(sd, scale=math.exp(mean)), seconds), scores)
+        last, mean, sd = self.limits.longest[k], self.c.mean[k], self.c.sd[k]
+        fall = min(-(1 + (math.log(last * self.step) - mean) / sd**2) / last, 0)
+        table = np.minimum(steps, last)
+        if blocks:
+            far = table > FINE
+            table[far] = FINE + (table[far] - FINE - 1) // LENGTHS * LENGTHS + LENGTHS // 2 + 1
+        scores = near(lognorm(sd, scale=math.exp(mean)), table * self.step)
+        return scores + fall * (steps - table)
 
     def lengths(self):
         """Scores of whole and of cut off segments of 1, 2, ... steps, each shape (K, n)."""
         K, n = self.K, len(self.evidence)
-        whole = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5)) for k in range(K)]
+        whole = [self._lines(k, lambda d, s: d.logpdf(s) + math.log(0.5), True) for k in range(K)]
         cut = [self._lines(k, lambda d, s: d.logsf(s)) for k in range(K)]
         short = np.arange(1, n + 1) < self.limits.shortest[:, None]
         whole = np.where(short, -np.inf, self.emphasis * np.array(whole))
@@ -132,7 +135,7 @@ def test_best_course_and_marginals_are_those_of_all_segmentations(n, K, use):
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
-def viterbi(plain: Plainly, n: int) -> float:
+def viterbi(plain: Plainly, n: int, join=np.max) -> float:
     """Score of the best segmentation by a loop over places, actions and all lengths."""
     K = plain.K
     sums = np.concatenate([np.zeros((1, K)), np.cumsum(plain.evidence, axis=0)])
@@ -145,10 +148,11 @@ def viterbi(plain: Plainly, n: int) -> float:
         ends = np.full(K, -math.inf)
         for k in range(K):
             lengths = (plain.cut if t == n else plain.whole)[k, t - 1 :: -1][:t]
-            inner = (starts[:t, k] - sums[:t, k] + lengths).max()
-            ends[k] = max(inner, plain.first(k) + plain.cut[k, t - 1]) + sums[t, k]
-        starts[t] = (ends[:, None] + follow).max(axis=0)
-        best = ends.max()
+            inner = starts[:t, k] - sums[:t, k] + lengths
+            first = plain.first(k) + plain.cut[k, t - 1]
+            ends[k] = join(np.append(inner, first)) + sums[t, k]
+        starts[t] = [join(ends + follow[:, k]) for k in range(K)]
+        best = join(ends)
     return best
 
 
@@ -158,7 +162,10 @@ def scored(plain: Plainly, codes: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("use", USES)
-@pytest.mark.parametrize(("K", "step", "median"), [(3, 0.02, 0.15), (4, 0.004, 0.1), (12, 0.1, 1)])
+@pytest.mark.parametrize(
+    ("K", "step", "median"),
+    [(3, 0.02, 0.15), (4, 0.004, 0.1), (12, 0.1, 1), (2, 0.001, 0.1), (3, 0.0002, 0.1)],
+)
 def test_no_course_is_better_where_segments_outlast_every_table(K, step, median, use):
     rng = np.random.default_rng(K)
     choreography = a_choreography(rng, K, median)
@@ -169,6 +176,25 @@ def test_no_course_is_better_where_segments_outlast_every_table(K, step, median,
     codes = decode(logs, everywhere(logs), step, choreography, use)
     plain = Plainly(choreography, logs, step, use)
     assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
+
+
+@pytest.mark.parametrize("step", [0.0008, 0.0004])
+def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentations(step):
+    rng = np.random.default_rng(4)
+    choreography = a_choreography(rng, 2, 0.1)
+    truth = np.repeat([0, 1, 0], [80, 170, 60])
+    logs = some_logs(rng, len(truth), 2, 1.0) + 2.0 * np.eye(2)[truth]
+    assert Scores.of(choreography, step, "order").longest.min() > FINE
+    found = marginals(logs, everywhere(logs), step, choreography, "order")
+    plain = Plainly(choreography, logs, step, "order", places=True)
+    for t, k in [(0, 0), (75, 1), (84, 0), (160, 1), (255, 0), (309, 1)]:
+        # What a little more evidence there adds to the sum of all segmentations.
+        sums = []
+        for more in (-1e-4, 1e-4):
+            plain.evidence[t, k] += more
+            sums.append(viterbi(plain, len(logs), np.logaddexp.reduce))
+            plain.evidence[t, k] -= more
+        assert (sums[1] - sums[0]) / 2e-4 == pytest.approx(found[t, k], abs=1e-6)
 
 
 def test_marginals_are_the_same_whichever_way_time_runs():

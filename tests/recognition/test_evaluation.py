@@ -135,7 +135,7 @@ stopped.close()
 
 
 def test_two_processes_give_what_one_gives_to_the_bit_and_the_program_ends(six):
-    settings = FAST.replace(classifier="mlp", stride=10)
+    settings = FAST.replace(classifier="mlp", stride=20)
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", SCRIPT, json.dumps(settings.to_json())],
         cwd=ROOT,
@@ -371,7 +371,7 @@ def test_the_papers_method_scores_on_real_recordings_what_an_independent_program
     recordings = pdl.read(TONGS / file, ReadOptions())
     items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
     paper = Settings(stride=20, threshold=None, median=None, drop=None)
-    result = finish(leave_one_out(items, paper, jobs=2))
+    result = finish(leave_one_out(items, paper))
     assert len(result.tested) == 10
     accuracies = [scores.accuracy for scores in result.scores("raw")[1]]
     assert np.mean(accuracies) == pytest.approx(expected, abs=tolerance)

@@ -14,6 +14,7 @@ from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
 from forcelab.live.promise import promised
 from forcelab.recognition import learning
+from forcelab.recognition.averaged import sharpened
 from forcelab.recognition.causal import CausalWindows, StreamingWindows
 from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Labelled
@@ -303,6 +304,28 @@ def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypa
     assert pooled.accuracy > 0.8
     assert pooled.coverage == 1.0
     assert "100 ms" in evaluation.remarks[0]
+
+
+def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three, monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 4)
+    plain = preset("fast").replace(stride=1)
+    bare, calibrated = (train(three, plain.replace(calibrated=on)) for on in (False, True))
+    assert {part.classifier.exponent for part in bare.live} == {1.0}
+    (exponent,) = {part.classifier.exponent for part in calibrated.live}
+    assert exponent != 1.0
+    assert [part.windows.look for part in calibrated.live] == list(LOOKS)
+    # Only how sure it is changes: what learns is the same.
+    X = np.random.default_rng(0).standard_normal((50, bare.live[0].windows.width))
+    for one, other in zip(bare.live, calibrated.live, strict=True):
+        known = one.classifier.predict_proba(X)
+        assert np.allclose(other.classifier.predict_proba(X), sharpened(known, exponent))
+
+
+def test_an_evaluation_as_a_stream_says_how_far_to_rely_on_its_probabilities(three, monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 4)
+    evaluation = finish(leave_one_out_live(three, preset("fast"), 0.1, "foam"))
+    assert 0 < evaluation.reliability.brier < 0.5
+    assert evaluation.to_json()["reliability"]["ece"] < 0.5
 
 
 def test_a_recogniser_from_before_says_what_to_do(trained, three):

@@ -39,10 +39,10 @@ def trained(three):
     """A recogniser of each kind, trained when first asked for."""
 
     @functools.cache
-    def make(name, threshold=0.8):
+    def make(name, threshold):
         return train(three[:2], SMALL.replace(classifier=name, threshold=threshold))
 
-    return make
+    return lambda name, threshold=0.8: make(name, threshold)
 
 
 @pytest.fixture

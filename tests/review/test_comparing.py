@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from outcomes import drawn_outcome, outcome_of
 
+from forcelab.merging import MergeMap
 from forcelab.recognition.intervals import differences, look_up
 from forcelab.recognition.metrics import pool
 from forcelab.recognition.settings import Settings
@@ -62,6 +63,17 @@ def test_only_settings_that_differ_are_told():
         ("seed", "0", "7"),
         ("coder", "Ada", "Bob"),
     )
+
+
+def test_what_differs_is_told_in_words():
+    one = drawn_outcome("ab", ACTIONS)
+    changed = one.settings.replace(merge=MergeMap({"grap": "grab"}), phase=False)
+    other = replace(one, settings=changed, tasks=("foam", "soft"), test_task="pen")
+    told = {name: values for name, *values in settings_that_differ(one, other)}
+    assert told["phase"] == ["yes", "no"]
+    assert told["merge"] == ["–", "grap → grab"]
+    assert told["tasks"][1] == "foam + soft"
+    assert told["test task"] == ["–", "pen"]
 
 
 def test_labels_that_changed_between_the_runs_are_named():

@@ -11,7 +11,15 @@ from forcelab.labels import Segment
 from forcelab.recognition.settings import Settings
 from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.proposing import BINS, Calibration, _rising, acceptable, calibration, proposals
+from forcelab.review.proposing import (
+    BINS,
+    Calibration,
+    _rising,
+    acceptable,
+    calibration,
+    proposals,
+    weighed,
+)
 
 ACTIONS = ("grab", "hold")
 
@@ -23,9 +31,10 @@ def sure(*parts, rate=10.0):
     return Certainty(0.0, rate, ACTIONS, values)
 
 
-def reviewed(name, certainty, human=(), predicted=()):
+def reviewed(name, certainty, human=(), predicted=(), typicality=None):
     end = len(certainty.values) / certainty.rate if certainty else 10.0
-    return Reviewed(name, name, "foam", 0.0, end, human, {"filtered": predicted}, certainty)
+    stages = {"filtered": predicted}
+    return Reviewed(name, name, "foam", 0.0, end, human, stages, certainty, typicality)
 
 
 def outcome(tested=(), proposed=()):
@@ -78,6 +87,24 @@ def test_the_most_uncertain_demonstration_comes_first_with_what_it_would_bring()
     assert [one.name for one in found] == ["02", "03"]
     assert found[0].uncertainty == pytest.approx(0.25, abs=0.01)
     assert found[0].wrong == pytest.approx(8 * 0.25, abs=0.01)  # a quarter was wrong when tested
+
+
+def test_the_least_certain_of_the_typical_comes_first():
+    odd = reviewed("02", sure((8, 0.6)), typicality=0.2)
+    usual = reviewed("03", sure((8, 0.75)), typicality=0.9)
+    certain = reviewed("04", sure((8, 0.95)), typicality=1.0)
+    found = proposals(outcome([], [certain, odd, usual]))
+    assert [one.name for one in found] == ["03", "02", "04"]
+    assert weighed(found)
+
+
+@pytest.mark.parametrize("kept", [None, 0.9])
+def test_where_a_typicality_was_not_kept_the_least_certain_comes_first(kept):
+    odd = reviewed("02", sure((8, 0.6)), typicality=None)
+    usual = reviewed("03", sure((8, 0.75)), typicality=kept)
+    found = proposals(outcome([], [usual, odd]))
+    assert [one.name for one in found] == ["02", "03"]
+    assert not weighed(found)
 
 
 def test_without_anything_tested_the_probabilities_are_taken_at_their_word():

@@ -24,6 +24,7 @@ from forcelab.recognition.training import Epoch
 from forcelab.review.outcome import edits_since, load
 from forcelab.review.steps import Steps
 from forcelab.review.training import reviewing
+from forcelab.review.typicality import sampled, typicality
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +116,7 @@ def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_re
     assert set(recogniser.trained_on) == {item.id for item in outcome.tested}
     assert [item.id for item in outcome.proposals] == bare
     assert outcome.proposals[0].human == ()
+    assert outcome.proposals[0].typicality == 1  # there is no other
     assert set(outcome.proposals[0].stages) == {"raw", "threshold", "median", "filtered"}
     assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
 
@@ -240,6 +242,13 @@ def test_another_task_is_tested_on_and_both_tasks_get_proposals(tmp_path):
         outcome = load(project, finish(reviewing(path, FAST, choice, "foam")))
     assert [item.task for item in outcome.tested] == ["soft"]
     assert {item.task for item in outcome.proposals} == {"foam", "soft"}
+    shares = [item.typicality for item in outcome.proposals]
+    with Project.open(path) as project:
+        recogniser = load_recogniser(project.recogniser_path(outcome.recogniser))
+        new = [project.load(item.id) for item in outcome.proposals]
+    expected = typicality([sampled(recogniser.prepared(one)) for one in new])
+    assert shares == pytest.approx(expected.tolist())
+    assert len(shares) > 1
     assert (outcome.tasks, outcome.test_task) == (("foam",), "soft")
     assert {used.demonstration for used in outcome.labels} >= {i.id for i in outcome.tested}
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.jobs import finish
-from forcelab.signals.columns import CHUNK, SIZES, Columns
+from forcelab.signals.columns import CHUNK, MANY, SIZES, Columns
 from forcelab.signals.envelope import Envelope, drawn_together, read_envelopes
 
 
@@ -39,7 +39,7 @@ def recording(random, n, missing=0.0, channels=1):
 
 
 def check(envelope, times, values, edges):
-    """Every sample is in its column; what else is there comes from fewer than 16 neighbours."""
+    """Every sample is in its column; what else is there comes from less than a block beside it."""
     columns = Columns(times, edges)
     found = envelope.extremes(columns)
     low, high = brute(times, values, edges)
@@ -48,6 +48,8 @@ def check(envelope, times, values, edges):
         np.testing.assert_array_equal(found.high, high)
         return
     held = ~np.isnan(low)
+    block = SIZES[columns.top]
+    assert block == 16 or block <= columns.crowd / 16
     assert (found.low[held] <= low[held]).all()
     assert (found.high[held] >= high[held]).all()
     for i in range(len(columns)):
@@ -55,7 +57,7 @@ def check(envelope, times, values, edges):
         if first == last:
             assert np.isnan(found.low[i])
             continue
-        near = np.arange(max(first - 15, 0), min(last + 15, len(times)))
+        near = np.arange(max(first - block + 1, 0), min(last + block - 1, len(times)))
         width = edges[i + 1] - edges[i]
         near = near[(times[near] >= edges[i] - width) & (times[near] <= edges[i + 1] + width)]
         near = values[near][np.isfinite(values[near])]
@@ -151,6 +153,24 @@ def test_one_sample_among_a_million_is_never_lost():
         assert np.count_nonzero(found.high - found.low) <= 2 * len(np.unique(where))
 
 
+@pytest.mark.parametrize("width", [65, 200, 1000, 5000])
+def test_an_impact_of_one_sample_stands_in_its_column_and_in_one_beside_it_at_most(width):
+    n, columns = 40 * width, 40
+    times = np.arange(n) / 1000.0
+    view = Columns(times, np.arange(columns + 1) * width / 1000.0 - 5e-4)
+    block = max(16, width // 16)
+    for past in (*range(-20, 21), -width // 2, *range(-width // 8, width // 8 + 1, 7)):
+        signals = np.zeros((n, 1))
+        at = 20 * width + past  # so many samples past an edge
+        signals[at] = 1.0
+        (envelope,) = read(signals)
+        shown = np.flatnonzero(envelope.extremes(view).high == 1.0).tolist()
+        own = at // width
+        assert own in shown
+        assert set(shown) <= {19, 20}
+        assert shown == [own] or abs(past) < block
+
+
 def test_what_is_looked_at_does_not_grow_with_the_samples():
     looked_at = []
     for n in (100_000, 1_600_000):
@@ -159,6 +179,25 @@ def test_what_is_looked_at_does_not_grow_with_the_samples():
         looked_at.append(sum(e.blocks.size for e in columns.ends) + np.diff(bounds)[::2].sum())
     assert columns.pyramid
     assert max(looked_at) < 100 * 400
+
+
+@given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["even", "late", "apart", "uneven"]))
+@settings(max_examples=30, deadline=None)
+def test_columns_of_a_long_recording_hold_what_a_search_finds(seed, kind):
+    random = np.random.default_rng(seed)
+    times = np.arange(MANY) / 1000.0 + random.uniform(-50.0, 50.0)
+    if kind == "late":
+        times += random.uniform(0.0, 9e-4, MANY)
+    elif kind == "apart":
+        times[random.integers(1, MANY) :] += random.uniform(0.01, 100.0)
+    elif kind == "uneven":
+        times = np.cumsum(random.exponential(1e-3, MANY) + 1e-9)
+    inside = random.choice(times, 50)
+    edges = np.concatenate([inside, random.uniform(times[0] - 9, times[-1] + 9, 50)])
+    edges = np.sort(np.concatenate([edges, np.nextafter(inside, np.inf), times[[0, -1]]]))
+    columns = Columns(times, edges)
+    np.testing.assert_array_equal(columns.firsts, np.searchsorted(times, edges[:-1]))
+    np.testing.assert_array_equal(columns.lasts, np.searchsorted(times, edges[1:]))
 
 
 def test_the_bound_on_what_is_looked_at_without_a_pyramid_holds():

@@ -257,15 +257,7 @@ def test_without_taps_there_are_none_and_progress_ends_where_all_is_done():
     assert np.abs(untouched.forces[: round(0.2 * RATE)]).max() < INERTIA
 
 
-# The same again
-
-
-def test_the_same_again_is_the_same_to_the_last_bit(performed):
-    again = finish(performing("stylus", SEED, NUMBERS, taps=True))
-    for one, other in zip(performed["stylus"], again, strict=True):
-        assert one.forces.tobytes() == other.forces.tobytes()
-        assert one.motion.jaws.tobytes() == other.motion.jaws.tobytes()
-        assert (one.actions, one.events, one.taps) == (other.actions, other.events, other.taps)
+# The same again; test_production holds that it is the same to the last bit
 
 
 def test_a_demonstration_is_the_same_alone_and_among_others_but_for_rounding(performed):

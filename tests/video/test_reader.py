@@ -10,6 +10,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.video.decoder import Decoder
 from forcelab.video.index import indexing
 from forcelab.video.opencv import opencv
 from forcelab.video.reader import VideoReader
@@ -112,24 +113,17 @@ def test_frames_are_contiguous_pictures_in_rgb_that_cannot_be_written_to(tmp_pat
         assert frame[32, 48, 1:].max() < 30
 
 
-def count_decoding(reader):
+def count_decoding(monkeypatch):
     """What grows by one for each frame that is decoded from now on."""
-    decoded, capture = [], reader._capture
-
-    class Counting:
-        def __getattr__(self, name):
-            if name == "grab":
-                decoded.append(None)
-            return getattr(capture, name)
-
-    reader._capture = Counting()
+    decoded, step = [], Decoder.step
+    monkeypatch.setattr(Decoder, "step", lambda self: decoded.append(None) or step(self))
     return decoded
 
 
-def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film):
+def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film, monkeypatch):
     with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
         reader.frame(200)
-        decoded = count_decoding(reader)
+        decoded = count_decoding(monkeypatch)
         for number in range(199, 139, -1):
             reader.frame(number)
             assert len(reader._kept) <= 24
@@ -137,11 +131,11 @@ def test_what_is_kept_is_bounded_and_going_back_decodes_a_stretch_once(film):
         assert len(decoded) < 7 * 200
 
 
-def test_a_jump_ahead_goes_on_from_where_the_decoder_is(film):
+def test_a_jump_ahead_goes_on_from_where_the_decoder_is(film, monkeypatch):
     with VideoReader(film("h264.mp4"), cache=SMALL) as reader:
         assert reader.index.keys.tolist()[:2] == [0, 250]
         reader.frame(200)
-        decoded = count_decoding(reader)
+        decoded = count_decoding(monkeypatch)
         assert wrong(reader, [230, 255]) == []  # the latter behind a key frame that is too near
         assert len(decoded) == 55
 

@@ -191,11 +191,15 @@ class Attached(QObject):
         def failed(error: Exception) -> None:
             self._to(otherwise())
             if isinstance(error, ForcelabError):
-                self.say(str(error), True)
+                self.say(self._told(error), True)
             self._check_project()
 
         self._to(phase)
         self._jobs.run(work, finished, failed, key=JOB)
+
+    def _told(self, error: ForcelabError) -> str:
+        """What is said of a job that failed, in the phase that it left behind."""
+        return str(error)
 
     def _to(self, phase: Phase) -> None:
         self.phase = phase

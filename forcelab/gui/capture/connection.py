@@ -138,6 +138,12 @@ class Connection:
                 with self._lock:
                     if self.recorder is not None:
                         self.track.look(self._recording or watched())
+                # Whoever presses Record waits for nothing, and a recording is not disturbed.
+                lacking = None if self._recording else self.track.lacking
+                if lacking is not None:
+                    made_ready = lacking.renewed()
+                    with self._lock:
+                        self.track.spare(made_ready)
         finally:
             with self._lock:
                 self.track.begin(None, keeping=False)

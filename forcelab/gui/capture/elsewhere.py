@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["DOT", "RecordingLine", "asks_to_leave", "length"]
+__all__ = ["DOT", "RecordingLine", "amount", "asks_to_leave", "length"]
 
 #: What stands before whatever is recorded.
 DOT = "\N{BLACK CIRCLE}"
@@ -26,20 +26,30 @@ class RecordingLine(ElsewhereLine):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._name, self._seconds = "", 0.0
+        self._name, self._seconds, self._stuck = "", 0.0, False
         self.setToolTip(self.tr("Show what is being recorded"))
         themes().changed.connect(self._colour)
         self._colour()
 
-    def tell(self, name: str, seconds: float) -> None:
-        """Say what is recorded, and for how long it has been; empty for nothing."""
-        self._name, self._seconds = name, seconds
+    def tell(self, name: str, seconds: float, *, stuck: bool = False) -> None:
+        """Say what is recorded, and for how long it has been; empty for nothing.
+
+        Parameters
+        ----------
+        name : str
+        seconds : float
+        stuck : bool
+            Whether it has ended and could not be kept.
+        """
+        self._name, self._seconds, self._stuck = name, seconds, stuck
         self.refresh()
 
     def words(self) -> str:
         """What is recorded, and for how long it has been; empty while nothing is."""
         if not self._name:
             return ""
+        if self._stuck:
+            return self.tr("{dot} '{name}' is not kept yet").format(dot=DOT, name=self._name)
         return self.tr("{dot} Recording '{name}'  {time}").format(
             dot=DOT, name=self._name, time=length(self._seconds)
         )
@@ -54,7 +64,17 @@ def length(seconds: float) -> str:
     return f"{minutes}:{rest:02d}"
 
 
-def asks_to_leave(name: str, parent: QWidget) -> bool:
+def amount(count: int) -> str:
+    """Bytes in kB or MB: a recording's first seconds are some kB.
+
+    Parameters
+    ----------
+    count : int
+    """
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
+
+
+def asks_to_leave(name: str, parent: QWidget, *, stuck: bool = False, in_memory: str = "") -> bool:
     """Ask whether the window is to be closed although something is being recorded.
 
     Parameters
@@ -63,23 +83,46 @@ def asks_to_leave(name: str, parent: QWidget) -> bool:
         Of the recording.
     parent : QWidget
         Over which the question stands.
+    stuck : bool
+        Whether it has ended and could not be kept.
+    in_memory : str
+        How much of it the disk refuses, such as ``"12 kB"``; empty where it takes all.
     """
     translate = QCoreApplication.translate
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
     box.setWindowTitle(translate("forcelab", "Recording"))
-    box.setText(translate("forcelab", "'{0}' is being recorded.").format(name))
-    box.setInformativeText(
-        translate("forcelab", "If the window is closed, the recording ends and is kept.")
-    )
-    stay = box.addButton(
-        translate("forcelab", "Go on recording"), QMessageBox.ButtonRole.RejectRole
-    )
-    leave = box.addButton(
-        translate("forcelab", "Keep it and close"), QMessageBox.ButtonRole.AcceptRole
-    )
-    box.setDefaultButton(leave)
+    unsure = stuck or bool(in_memory)
+    said = translate("forcelab", "'{0}' is being recorded.")
+    goes_on = translate("forcelab", "Go on recording")
+    if stuck:
+        said = translate("forcelab", "'{0}' was recorded and could not be kept.")
+        goes_on = translate("forcelab", "Stay")
+    box.setText(said.format(name))
+    box.setInformativeText(_what_becomes(unsure, in_memory))
+    closes = translate("forcelab", "Keep it and close")
+    if unsure:
+        closes = translate("forcelab", "Try to keep it and close")
+    stay = box.addButton(goes_on, QMessageBox.ButtonRole.RejectRole)
+    leave = box.addButton(closes, QMessageBox.ButtonRole.AcceptRole)
+    box.setDefaultButton(stay if unsure else leave)
     box.setEscapeButton(stay)
     box.exec()
     box.deleteLater()
     return box.clickedButton() is leave
+
+
+def _what_becomes(unsure: bool, in_memory: str) -> str:
+    """What becomes of a recording if the window is closed."""
+    translate = QCoreApplication.translate
+    if not unsure:
+        return translate("forcelab", "If the window is closed, the recording ends and is kept.")
+    told = translate(
+        "forcelab",
+        "If the window is closed, it is tried to keep the recording. If that fails, what is on "
+        "the disk is offered the next time.",
+    )
+    if in_memory:
+        lost = translate("forcelab", "{0} that the disk refuses are in memory and lost then.")
+        told = f"{told} {lost.format(in_memory)}"
+    return told

@@ -175,5 +175,13 @@ class LiveView(QWidget):
         middle = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignLeft, name)
         painter.setPen(QColor(colours().muted))
-        number = "–" if math.isnan(value) else f"{value:.1f}".replace("-", "\N{MINUS SIGN}")
-        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, f"{number} {unit}".strip())
+        said = f"{_number(value)} {unit}".strip()
+        painter.drawText(gutter, middle | Qt.AlignmentFlag.AlignRight, said)
+
+
+def _number(value: float) -> str:
+    """A reading to a tenth; a dash where there is none."""
+    if math.isnan(value):
+        return "–"
+    # Adding zero takes the sign from what is rounded to nothing.
+    return f"{round(value, 1) + 0.0:.1f}".replace("-", "\N{MINUS SIGN}")

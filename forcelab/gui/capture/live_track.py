@@ -32,6 +32,7 @@ class LiveTrack:
 
     def __init__(self) -> None:
         self._live: LiveRecognition | None = None
+        self._spare: LiveRecognition | None = None  # like it, and knows nothing yet
         self._paused = False
 
     @property
@@ -48,12 +49,31 @@ class LiveTrack:
     def begin(self, live: LiveRecognition | None, *, keeping: bool) -> None:
         """Recognise with this one from now on; None ends it."""
         before, self._live, self._paused = self._live, live, False
+        if before is None or live is None or not _alike(before, live):
+            self._spare = None
         if live is not None:
             live.begin(keeping=keeping, after=before)
 
     def renewed(self) -> LiveRecognition | None:
-        """Another one that knows nothing yet; making it takes long, so it is made in advance."""
-        return None if self._live is None else self._live.renewed()
+        """Another one that knows nothing yet: the spare one where there is one."""
+        spare, self._spare = self._spare, None
+        if spare is not None or self._live is None:
+            return spare
+        return self._live.renewed()
+
+    @property
+    def lacking(self) -> LiveRecognition | None:
+        """The one of which there is no spare yet.
+
+        Making one takes longer than a person's finger on a key. Whoever does it in advance, with
+        :meth:`~forcelab.live.recognition.LiveRecognition.renewed`, needs to hold nothing meanwhile.
+        """
+        return self._live if self._spare is None else None
+
+    def spare(self, made: LiveRecognition) -> None:
+        """Have one for the next recording; left alone if it is of another recogniser by now."""
+        if self._live is not None and _alike(self._live, made):
+            self._spare = made
 
     def look(self, wanted: bool) -> None:
         """Take in what came since, or let it pass where nobody looks and nothing is recorded."""
@@ -87,3 +107,8 @@ class LiveTrack:
             share=100 * figures["labelled"],
         )
         return replace(kept, remarks=(*kept.remarks, told))
+
+
+def _alike(one: LiveRecognition, other: LiveRecognition) -> bool:
+    """Whether two do the same."""
+    return one.recogniser is other.recogniser and one.latency == other.latency

@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from forcelab.gui.repeats import Repeats
 from forcelab.gui.typing_guard import typing
 from forcelab.vocabulary import Vocabulary
 
@@ -67,6 +68,7 @@ class HeldKeys(QObject):
         self._page, self._vocabulary, self._mark = page, vocabulary, mark
         self._down: dict[str, str] = {}
         self._times = EventTimes()
+        self._repeats = Repeats(self)
         application = QApplication.instance()
         assert isinstance(application, QApplication)
         # A filter on the widget in focus only: one on the application sees every event.
@@ -88,9 +90,14 @@ class HeldKeys(QObject):
             key, at = _name(event), self._times.at(event.timestamp(), time.monotonic())
             if event.isAutoRepeat() or key not in self._down:
                 return key in self._down
-            self._mark(self._down.pop(key), False, at)
+            self._repeats.released(event, lambda: self._let_up(key, at))
             return True
         return False
+
+    def _let_up(self, key: str, at: float) -> None:
+        """End the mark of a key, unless that was done when the keyboard went elsewhere."""
+        if key in self._down:
+            self._mark(self._down.pop(key), False, at)
 
     def _pressed(self, event: QKeyEvent) -> bool:
         """A key went down; gives whether it marks."""
@@ -100,7 +107,7 @@ class HeldKeys(QObject):
             return False
         if typing(QApplication.focusWidget()):
             return False
-        if event.isAutoRepeat() or key in self._down:
+        if self._repeats.repeats(event) or key in self._down:
             return key in self._down
         action = next((a.name for a in self._vocabulary() if key and a.key == key), None)
         if action is None or not self._mark(action, True, at):

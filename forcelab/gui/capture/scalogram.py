@@ -93,6 +93,7 @@ class LiveScalogramView(QWidget):
             self.channel = channel
             settings.put(CHANNEL, channel)
             self._stop()
+            self._forget()
             self._changed()
             self._begin()
 
@@ -154,12 +155,14 @@ class LiveScalogramView(QWidget):
 
     def _changed(self) -> None:
         """Be seen where there is something to see."""
+        if not self._session.connected:
+            self._forget()
         self.setVisible(bool(self.channel) and self._session.connected)
 
     def _begin(self) -> None:
         if self._job is not None or not self.isVisible():
             return
-        self._trouble, self.strip = "", None
+        self._trouble = ""
         self._tried = self._rates()
         made = partial(_made, self.channel, self._tried)
         self._job = self._jobs.run(
@@ -169,7 +172,12 @@ class LiveScalogramView(QWidget):
     def _stop(self) -> None:
         if self._job is not None:
             self._job.cancel()
-        self._job = self.strip = self._image = None
+        # The last picture stays until there is a new one: whoever comes back sees it at once.
+        self._job = None
+
+    def _forget(self) -> None:
+        """What was seen is of another channel, or of other devices."""
+        self.strip = self._image = None
 
     def _ended(self, _: None) -> None:
         """The devices were let go of."""
@@ -177,11 +185,13 @@ class LiveScalogramView(QWidget):
 
     def _failed(self, error: Exception) -> None:
         self._job = None
+        self._forget()
         self._trouble = str(error) if isinstance(error, ForcelabError) else type(error).__name__
         self.update()
 
     def _take(self, strip: Strip | None) -> None:
-        self.strip = strip
+        if strip is not None:
+            self.strip = strip
 
     def _paint_picture(self, painter: QPainter, plot: QRectF, axis: Axis, strip: Strip) -> None:
         dark = colours().dark

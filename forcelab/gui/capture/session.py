@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from forcelab.capture.marking import LiveMarks
+from forcelab.errors import ForcelabError
 from forcelab.gui.capture.attached import Attached
 from forcelab.gui.capture.connection import Left, discarding_kept, recovering
 from forcelab.gui.capture.last import LastKept
 from forcelab.gui.capture.phase import WORKING, Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
@@ -248,6 +250,14 @@ class Session(Attached):
     def _not_ended(self) -> Phase:
         """What follows where ending a recording has failed."""
         return Phase.STUCK if self._connection.holding else Phase.READY
+
+    def _told(self, error: ForcelabError) -> str:
+        """What went wrong, and of a recording that could not be kept what is to be done now."""
+        said = super()._told(error)
+        if self.phase is not Phase.STUCK:
+            return said
+        text = self.tr("{trouble} '{name}' is not lost: mend that and press {key} once more.")
+        return text.format(trouble=said, name=self._recorded, key=keys().shown("record"))
 
     def _count(self) -> None:
         """A second of the countdown has passed."""

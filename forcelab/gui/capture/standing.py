@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 
 from PySide6.QtCore import QCoreApplication, Qt
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from forcelab.capture.camera import CameraState
 from forcelab.capture.reader import DeviceState
 from forcelab.capture.recorder_state import RecorderState
+from forcelab.gui.capture.elsewhere import amount
 from forcelab.gui.capture.session import Session
 from forcelab.gui.theme import colours, themes
 
@@ -34,7 +35,7 @@ class Standing(QWidget):
         super().__init__(parent)
         self._session = session
         self.setAccessibleName(self.tr("Devices and alarms"))
-        self.alarms, self.facts, self.sentences = _line(), _line(), _line()
+        self.alarms, self.facts, self.sentences = _line(), _line(), _Sentences()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 4)
         column.setSpacing(4)
@@ -54,7 +55,7 @@ class Standing(QWidget):
         _show(self.alarms, "" if state is None else "\n".join(alarms_of(state)))
         _show(self.facts, "" if state is None else "\n".join(_facts(state)))
         told = [sentence for sentence, _ in self._session.sentences]
-        _show(self.sentences, "\n".join(told))
+        self.sentences.tell(told)
 
     def _ticked(self) -> None:
         """Most frames bring samples and no news."""
@@ -70,6 +71,36 @@ class Standing(QWidget):
             palette = QPalette(self.palette())
             palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
             line.setPalette(palette)
+
+
+class _Sentences(QLabel):
+    """What was said last, whole; of what was said before it a line each: curves need the room."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        _make_calm(self)
+        self._told: list[str] = []
+
+    def tell(self, told: list[str]) -> None:
+        """Show sentences, the oldest first."""
+        self._told = told
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show as much of the older ones as there is room for."""
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        """Cut the older ones; all are found under the pointer."""
+        whole = "\n".join(self._told)
+        width = max(self.contentsRect().width(), 0)
+        metrics, cut = self.fontMetrics(), Qt.TextElideMode.ElideRight
+        older = [metrics.elidedText(told, cut, width) for told in self._told[:-1]]
+        shown = "\n".join([*older, *self._told[-1:]])
+        _show(self, shown)
+        self.setToolTip(whole if shown != whole else "")
+        self.setAccessibleName(whole)
 
 
 def alarms_of(state: RecorderState) -> list[str]:
@@ -99,8 +130,8 @@ def alarms_of(state: RecorderState) -> list[str]:
     ]
     found += [_wandered(device, state.recording) for device in state.devices if device.wandered]
     if state.in_memory:
-        text = translate("forcelab", "The disk refuses {0:.1f} MB; they are kept in memory.")
-        found.append("\N{WARNING SIGN} " + text.format(state.in_memory / 1e6))
+        text = translate("forcelab", "The disk refuses {0}; it is kept in memory.")
+        found.append("\N{WARNING SIGN} " + text.format(amount(state.in_memory)))
     return found
 
 
@@ -130,10 +161,11 @@ def _device(device: DeviceState) -> str:
     counts = translate("forcelab", "{samples} samples, {lost} lost")
     parts.append(counts.format(samples=_thousands(device.samples), lost=_thousands(device.lost)))
     if math.isfinite(device.residual):
-        # An offset is only worth a look as a change: the rate says how fast it changes.
-        text = translate("forcelab", "clock {ppm:+.0f} ppm ±{ms:.2f} ms, offset {offset:.3f} s")
-        ppm = 1e6 * (device.clock_rate - 1) if math.isfinite(device.clock_rate) else 0.0
-        parts.append(text.format(ppm=ppm, ms=1000 * device.residual, offset=device.offset))
+        # Its offset says nothing but when it was switched on; the rate says how fast it changes.
+        text = translate("forcelab", "clock {ppm:+d} ppm ±{ms:.2f} ms")
+        ppm = round(1e6 * (device.clock_rate - 1)) if math.isfinite(device.clock_rate) else 0
+        told = text.format(ppm=ppm, ms=1000 * device.residual)
+        parts.append(told.replace("-", "\N{MINUS SIGN}"))
     return " · ".join(parts)
 
 
@@ -158,13 +190,18 @@ def _thousands(number: int) -> str:
 
 
 def _line() -> QLabel:
-    """A text of several lines that leaves the layout alone as it changes."""
+    """A text of several lines."""
     label = QLabel()
+    _make_calm(label)
+    return label
+
+
+def _make_calm(label: QLabel) -> None:
+    """Have a text of several lines leave the layout alone as it changes."""
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setWordWrap(True)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
     label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-    return label
 
 
 def _show(label: QLabel, text: str) -> None:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
+from forcelab.gui.capture.elsewhere import DOT, RecordingLine, amount, asks_to_leave
+from forcelab.gui.capture.phase import Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 
@@ -33,7 +34,7 @@ class CaptureTab(QWidget):
     Signals
     -------
     recording_changed()
-        A recording began or ended; see :attr:`recording`.
+        A recording began or ended, or could not be kept; see :attr:`recording`, :attr:`stuck`.
     label_wanted()
         A recording was opened, to be looked at in the Label workspace.
 
@@ -42,7 +43,9 @@ class CaptureTab(QWidget):
     line : RecordingLine
         For the status bar: what is recorded while another workspace is in front.
     recording : str
-        What is being recorded; empty for nothing.
+        What is being recorded, or is not kept yet; empty for nothing.
+    stuck : bool
+        Whether it has ended and could not be kept.
     """
 
     recording_changed = Signal()
@@ -54,7 +57,7 @@ class CaptureTab(QWidget):
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
         self.line = RecordingLine()
-        self.recording = ""
+        self.recording, self.stuck = "", False
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         document.project_changed.connect(self._tell_unfinished)
@@ -86,7 +89,16 @@ class CaptureTab(QWidget):
 
     def may_close(self, window: QWidget) -> bool:
         """Whether the window may be closed; asks while something is recorded."""
-        return not self.recording or asks_to_leave(self.recording, window)
+        if not self.recording or self._built is None:
+            return True
+        session = self._built.session
+        refused = 0 if session.state is None else session.state.in_memory
+        return asks_to_leave(
+            self.recording,
+            window,
+            stuck=self.stuck,
+            in_memory=amount(refused) if refused else "",
+        )
 
     def let_go(self) -> None:
         """Let go of the devices; what is being recorded is kept."""
@@ -107,9 +119,10 @@ class CaptureTab(QWidget):
         session = self._built.session
         name = session.recorded
         state = session.state
-        self.line.tell(name, 0.0 if state is None else state.seconds)
-        if name != self.recording:
-            self.recording = name
+        stuck = session.phase is Phase.STUCK
+        self.line.tell(name, 0.0 if state is None else state.seconds, stuck=stuck)
+        if (name, stuck) != (self.recording, self.stuck):
+            self.recording, self.stuck = name, stuck
             self.recording_changed.emit()
 
     def _tell_unfinished(self) -> None:

@@ -101,9 +101,14 @@ def _fill(
         top, end = int(first[i][count > 0].min()), int(last[i].max())
         if covered * THIN >= (end - top) * len(count):
             thick.append(i)
-            rows = np.arange(top, end, dtype=np.int16)[:, np.newaxis]
             lane = pixels[begins[i] + top : begins[i] + end]
-            np.copyto(lane, rgb[i], where=(rows >= first[i]) & (rows < last[i]))
+            # A masked copy goes pixel by pixel; arithmetic takes many at once. As numbers without a
+            # sign, rows above the first are far below the last.
+            rows = np.arange(top, end, dtype=np.uint16)[:, np.newaxis]
+            within = rows - first[i].view(np.uint16) < count.astype(np.uint16)
+            change = lane ^ rgb[i]
+            change *= within
+            lane ^= change
     counts[thick] = 0
     ends = np.cumsum(counts)
     if ends[-1]:
@@ -167,17 +172,14 @@ class Canvas:
     """
 
     def __init__(self, plot: QRectF, ratio: float) -> None:
-        self.left = round(plot.left() * ratio)
+        self.left, shape = _extent(plot, ratio)
         self.ratio = ratio
-        width = max(int(np.ceil(plot.right() * ratio)) - self.left, 1)
-        height = max(int(np.ceil(plot.height() * ratio)), 1)
-        self._pixels = np.zeros((height, width), dtype=np.uint32)
+        self._pixels = np.zeros(shape, dtype=np.uint32)
 
     def cleared(self, plot: QRectF, ratio: float) -> Canvas:
         """An empty one: this one if it fits, since new memory costs more than to clear it."""
-        new = Canvas(plot, ratio)
-        if (self.left, self.ratio, self._pixels.shape) != (new.left, ratio, new._pixels.shape):
-            return new
+        if (self.ratio, self.left, self._pixels.shape) != (ratio, *_extent(plot, ratio)):
+            return Canvas(plot, ratio)
         self._pixels.fill(0)
         return self
 
@@ -239,3 +241,10 @@ class Canvas:
         image = QImage(self._pixels.data, width, height, 4 * width, form)
         image.setDevicePixelRatio(self.ratio)
         painter.drawImage(QPointF(self.left / self.ratio, 0.0), image)
+
+
+def _extent(plot: QRectF, ratio: float) -> tuple[int, tuple[int, int]]:
+    """The first pixel of the screen that a plot takes, and how many: down and across."""
+    left = round(plot.left() * ratio)
+    across = max(int(np.ceil(plot.right() * ratio)) - left, 1)
+    return left, (max(int(np.ceil(plot.height() * ratio)), 1), across)

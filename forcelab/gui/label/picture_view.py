@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QWidget
 
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["PictureView"]
+__all__ = ["PictureView", "scaled"]
 
 #: What one notch of the wheel makes of the picture, and how large it may become.
 NOTCH, LARGEST = 1.25, 32.0
@@ -29,13 +29,27 @@ PIXELS = 4.0
 MARGIN = 6.0
 
 
+def scaled(image: QImage, size: QSize) -> QImage:
+    """The picture in so many pixels; in any thread."""
+    keep, smooth = Qt.AspectRatioMode.IgnoreAspectRatio, Qt.TransformationMode.SmoothTransformation
+    return image.scaled(size, keep, smooth)
+
+
 class PictureView(QWidget):
     """A picture, or a sentence in its place, and a caption below.
 
     Parameters
     ----------
     parent : QWidget, optional
+
+    Attributes
+    ----------
+    fits : Signal(QSize)
+        In how many pixels of the screen pictures are shown from now on; an empty size while they
+        are enlarged.
     """
+
+    fits = Signal(QSize)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -46,6 +60,7 @@ class PictureView(QWidget):
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._scaled: QPixmap | None = None
+        self._fits = QSize()
         self._zoom, self._middle = 1.0, QPointF(0.5, 0.5)
         self._dragged: QPointF | None = None
         themes().changed.connect(self.update)
@@ -70,9 +85,17 @@ class PictureView(QWidget):
         """The picture that is shown."""
         return self._image
 
-    def set_image(self, image: QImage | None) -> None:
-        """Show another picture, enlarged as the one before."""
-        self._image, self._scaled = image, None
+    def set_image(self, image: QImage | None, fitted: QImage | None = None) -> None:
+        """Show another picture, enlarged as the one before.
+
+        Parameters
+        ----------
+        image : QImage or None
+        fitted : QImage, optional
+            The same in the size that :attr:`fits` told last, where it is there already.
+        """
+        self._image = image
+        self._scaled = None if fitted is None else self._on_screen(fitted)
         self.setAccessibleDescription(self.message or self.caption)
         self.update()
 
@@ -133,6 +156,7 @@ class PictureView(QWidget):
         painter.fillRect(stage, QColor("#000000" if colours().dark else "#14161a"))
         painter.setClipRect(stage)
         if self._zoom > 1:
+            self._tell_fit(QSize())
             smooth = box.width() * self.devicePixelRatioF() < PIXELS * self._image.width()
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, smooth)
             painter.drawImage(box, self._image)
@@ -142,18 +166,24 @@ class PictureView(QWidget):
 
     def _fitted(self, size: QSizeF) -> QPixmap:
         """The picture at the resolution of the screen."""
-        ratio = self.devicePixelRatioF()
-        exact = (size * ratio).toSize().expandedTo(QSize(1, 1))
+        exact = (size * self.devicePixelRatioF()).toSize().expandedTo(QSize(1, 1))
         if self._scaled is None or self._scaled.size() != exact:
             assert self._image is not None
-            scaled = self._image.scaled(
-                exact,
-                Qt.AspectRatioMode.IgnoreAspectRatio,
-                Qt.TransformationMode.SmoothTransformation,
-            )
-            self._scaled = QPixmap.fromImage(scaled)
-            self._scaled.setDevicePixelRatio(ratio)
+            self._scaled = self._on_screen(scaled(self._image, exact))
+        self._tell_fit(exact)
         return self._scaled
+
+    def _on_screen(self, image: QImage) -> QPixmap:
+        """A picture whose pixels are those of the screen."""
+        pixmap = QPixmap.fromImage(image)
+        pixmap.setDevicePixelRatio(self.devicePixelRatioF())
+        return pixmap
+
+    def _tell_fit(self, size: QSize) -> None:
+        """Tell in which size pictures are shown, if it is another one."""
+        if size != self._fits:
+            self._fits = size
+            self.fits.emit(size)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Scale anew."""

@@ -127,7 +127,10 @@ class Ruler(TimePanel):
         """Draw the panel, and over its cursor what time it is there."""
         super().paintEvent(event)
         x = self.x_at(self.document.cursor)
-        if self.document.demonstration is None or not self.plot.left() <= x <= self.plot.right():
+        # Half a pixel of room: the ends of the axis are pixels only up to rounding.
+        if not self.plot.left() - 0.5 <= x <= self.plot.right() + 0.5:
+            return
+        if self.document.demonstration is None:
             return
         now = colours()
         face = text.font(NUMBER, bold=True)

@@ -348,7 +348,9 @@ class ScalogramPanel(TimePanel):
 
         def moved(step: object) -> None:
             picture = getattr(step, "picture", None)
-            if picture is not None:
+            if picture is not None and picture is not self.picture:
+                if not picture.coarse:  # what the job goes on with is not seen
+                    self._wanted = self._timer.isActive()
                 self._take(picture)
 
         self._job = self._jobs.run(

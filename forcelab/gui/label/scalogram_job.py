@@ -16,6 +16,8 @@ __all__ = ["SMALLEST", "Wish", "compute"]
 
 #: Smallest scale shown, in samples: the wavelet is cut by the Nyquist frequency below.
 SMALLEST = 2.0
+#: Rows of a long span, whatever the panel's height: its tiles are kept for these.
+LONG_ROWS = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,9 @@ class Wish:
 def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalogram]:
     """Compute what is wished for; a job.
 
+    Of a long recording it goes on with the tiles of what is not seen, after the exact picture, so
+    that whoever pans or zooms later does not wait for them.
+
     Parameters
     ----------
     wish : Wish
@@ -57,21 +62,23 @@ def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalo
         Of the channel, from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
-    from forcelab.signals.scalogram import row_scales, scalogram, survey
+    from forcelab.signals.scalogram import LONG, Step, row_scales, scalogram, survey
     from forcelab.signals.wavelets import Morlet
 
-    wavelet = Morlet(wish.p)
     view = known
     if view is None:
-        view = yield from survey(wish.demonstration, wish.channel, wish.largest, wavelet)
+        view = yield from survey(wish.demonstration, wish.channel, wish.largest, Morlet(wish.p))
+    start, end = wish.span
     scales = row_scales(wish.rows, wish.largest, SMALLEST)
-    return (
-        yield from scalogram(
-            view,
-            *wish.span,
-            scales=scales,
-            columns=wish.columns,
-            phase=wish.phase,
-            wavelet=wavelet,
-        )
+    all_of_it = row_scales(LONG_ROWS, wish.largest, SMALLEST)
+    if (end - start) * view.source.rate > LONG:
+        scales = all_of_it
+    picture = yield from scalogram(
+        view, start, end, scales=scales, columns=wish.columns, phase=wish.phase
     )
+    count = view.source.count
+    if count > LONG and not wish.phase:
+        tiles = view.tiles(all_of_it)
+        for step in tiles.building(tiles.missing(0, count)):
+            yield Step(step.done, step.total, step.text, picture)
+    return picture

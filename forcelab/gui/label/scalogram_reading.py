@@ -40,14 +40,14 @@ def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
 def note(picture: Scalogram) -> str:
     """What was approximated in the picture; empty where a column is a sample or less."""
     if picture.coarse:
-        return translate("forcelab", "computing…")
+        return translate("forcelab", "coarse picture; computing the exact one…")
     samples = (picture.end - picture.start) * picture.view.source.rate
     each = samples / picture.values.shape[1]
     if each < 2:
         return ""
     if picture.phase:
         return translate("forcelab", "phase every {0:.3g} samples").format(each)
-    return translate("forcelab", "mean power of {0:.3g} samples a column").format(each)
+    return translate("forcelab", "largest of {0:.0f} samples a pixel").format(each)
 
 
 def ends(low: float, high: float, phase: bool) -> tuple[str, str]:

@@ -15,7 +15,8 @@ from forcelab.gui.document import Document
 from forcelab.gui.label.segment_verbs import fill_range
 from forcelab.gui.label.snapping import rounded, snap, targets_of
 from forcelab.gui.label.track_hits import index_at
-from forcelab.gui.typing_guard import typing
+from forcelab.gui.repeats import Repeats
+from forcelab.gui.typing_guard import kept, typing
 
 __all__ = ["KeyStrokes"]
 
@@ -74,6 +75,7 @@ class KeyStrokes(QObject):
         self._shown = shown
         #: The key that began the stroke and is still down: key, when, and where the cursor was.
         self._held: tuple[str, float, float] | None = None
+        self._repeats = Repeats(self)
         window.installEventFilter(self)
         application = QApplication.instance()
         if isinstance(application, QApplication):
@@ -102,13 +104,9 @@ class KeyStrokes(QObject):
 
     def release(self, key: str) -> bool:
         """A key was let go; gives whether it is the one that had begun a stroke."""
-        if self._held is None or self._held[0] != key:
+        if not self._holds(key):
             return False
-        _, pressed, cursor = self._held
-        self._held = None
-        held = 1000 * (self._clock() - pressed) >= settings.hold_ms()
-        if held and self.document.cursor != cursor and self.document.stroke is not None:
-            self._end(self._position())
+        self._let_up(key, self._clock(), self.document.cursor, self._position())
         return True
 
     def cancel(self) -> bool:
@@ -134,15 +132,16 @@ class KeyStrokes(QObject):
             return self._key_press(watched, event)
         elif kind == QEvent.Type.KeyRelease and isinstance(event, QKeyEvent):
             # Heard in text fields too: the focus may have gone there while the key was down.
-            return not event.isAutoRepeat() and self.release(_name(event))
+            return not event.isAutoRepeat() and self._key_release(event)
         return False
 
     def _key_press(self, watched: QObject, event: QKeyEvent) -> bool:
         """A key went down somewhere in the window."""
         # A spin box lets letters through that are no numbers; they are no strokes either.
-        if typing(QApplication.focusWidget()) or (isinstance(watched, QWidget) and typing(watched)):
+        focus = QApplication.focusWidget()
+        if typing(focus) or (isinstance(watched, QWidget) and typing(watched)):
             return False
-        if not self._shown():
+        if kept(focus, event) or not self._shown():
             return False
         if event.key() == Qt.Key.Key_Escape:
             return self.cancel()
@@ -150,9 +149,18 @@ class KeyStrokes(QObject):
         if plain != Qt.KeyboardModifier.NoModifier:
             return False
         key = _name(event)
-        if event.isAutoRepeat():
+        if self._repeats.repeats(event):
             return self._action(key) is not None
         return self.press(key)
+
+    def _key_release(self, event: QKeyEvent) -> bool:
+        """A key seems to be up; where the segment ends is what it is now, however sure that is."""
+        key = _name(event)
+        if not self._holds(key):
+            return False
+        now, cursor, position = self._clock(), self.document.cursor, self._position()
+        self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
+        return True
 
     def _follow_focus(self, _: QWidget | None, now: QWidget | None) -> None:
         """Listen where the keys go now."""
@@ -196,6 +204,20 @@ class KeyStrokes(QObject):
         self.document.select(None)
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.cursor
+
+    def _holds(self, key: str) -> bool:
+        """Whether a key that began the stroke is still down."""
+        return self._held is not None and self._held[0] == key
+
+    def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
+        """End the stroke of a key that was held."""
+        if self._held is None or not self._holds(key):
+            return
+        _, pressed, began = self._held
+        self._held = None
+        held = 1000 * (now - pressed) >= settings.hold_ms()
+        if held and cursor != began and self.document.stroke is not None:
+            self._end(position)
 
     def _end(self, position: float) -> None:
         """End the stroke."""

@@ -143,7 +143,7 @@ class Transport(QWidget):
         snap = self._button(
             row,
             "magnet",
-            self.tr("Snap to frames, samples, edges and contacts (Alt while dragging: not)"),
+            self.tr("Snap to contacts, edges, frames and samples (Alt while dragging: not)"),
             lambda: None,
         )
         snap.setCheckable(True)

@@ -176,6 +176,7 @@ class VideoPanel(PictureView):
         """Where frames come from; made when the first video is met."""
         if self._frames is None:
             self._frames = Frames(self)
+            self.fits.connect(self._frames.fit)
             self._frames.opened.connect(self._opened)
             self._frames.failed.connect(self._failed)
             self._frames.remarked.connect(self._remarked)
@@ -256,7 +257,10 @@ class VideoPanel(PictureView):
             self.update()
             return
         self._shown = number
-        self.set_image(image)
+        fitted = None
+        if image is not None and sharp and self._frames is not None:
+            fitted = self._frames.fitted(number)
+        self.set_image(image, fitted)
         self.frame_shown.emit(number)
 
     def showEvent(self, event: QShowEvent) -> None:

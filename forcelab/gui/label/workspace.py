@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
@@ -11,9 +12,7 @@ from PySide6.QtWidgets import (
     QDockWidget,
     QLabel,
     QMainWindow,
-    QSplitter,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -27,6 +26,7 @@ from forcelab.gui.label.ruler import Ruler
 from forcelab.gui.label.scalogram import ScalogramPanel
 from forcelab.gui.label.segments import SegmentTable
 from forcelab.gui.label.strokes import KeyStrokes
+from forcelab.gui.label.timeline import Timeline
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.label.video import VideoPanel
@@ -75,14 +75,15 @@ class LabelWorkspace(QMainWindow):
         self.tracks.play_requested.connect(self.player.play_stretch)
         self.toggles: dict[str, QAction] = {}
         self._sought = ""
-        self._splitter = QSplitter(Qt.Orientation.Vertical)
-        self._splitter.setChildrenCollapsible(False)
-        self._add_panel("tracks", self.tr("Tracks"), self.tracks, 0)
-        self._add_panel("force", self.tr("Forces"), self.force, 5)
-        self._add_panel("scalogram", self.tr("Scalogram"), self.scalogram, 3)
+        panels = (self.tracks, self.force, self.scalogram)
+        self._timeline = Timeline(Ruler(document), panels, (0, 5, 3), self.overview, self.transport)
+        self._splitter = self._timeline.splitter
+        self._add_panel("tracks", self.tr("Tracks"), self.tracks)
+        self._add_panel("force", self.tr("Forces"), self.force)
+        self._add_panel("scalogram", self.tr("Scalogram"), self.scalogram)
         self._stack = QStackedWidget()
         self._stack.addWidget(self._nothing())
-        self._stack.addWidget(self._timeline())
+        self._stack.addWidget(self._timeline)
         self.setCentralWidget(self._stack)
         self._docks: dict[str, QDockWidget] = {}
         self._add_dock("video", self.tr("Video"), self.video)
@@ -166,11 +167,9 @@ class LabelWorkspace(QMainWindow):
 
     # Inside
 
-    def _add_panel(self, name: str, text: str, panel: QWidget, share: int) -> None:
-        """Stack a panel on the time axis; its action shows and hides it."""
-        self._splitter.addWidget(panel)
-        self._splitter.setStretchFactor(self._splitter.count() - 1, share)
-        self._add_action(name, text, panel.setVisible)
+    def _add_panel(self, name: str, text: str, panel: QWidget) -> None:
+        """Have an action show and hide a panel of the timeline."""
+        self._add_action(name, text, partial(self._timeline.set_wanted, panel))
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels; its action shows and hides it."""
@@ -224,19 +223,6 @@ class LabelWorkspace(QMainWindow):
         for name, dock in self._docks.items():
             wanted = name != "video" or self.video.wanted
             dock.setVisible(wanted and self.toggles[name].isChecked())
-
-    def _timeline(self) -> QWidget:
-        """Ruler, panels, overview and transport."""
-        column = QVBoxLayout()
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(Ruler(self.document))
-        column.addWidget(self._splitter, 1)
-        column.addWidget(self.overview)
-        column.addWidget(self.transport)
-        whole = QWidget()
-        whole.setLayout(column)
-        return whole
 
     def _stack_shown(self) -> bool:
         """Whether the tracks can be painted on, here or where they were lent to."""

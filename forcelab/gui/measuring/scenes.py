@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from forcelab.gui.measuring import recordings
+from forcelab.gui.measuring.capturing import measuring_capture
 from forcelab.gui.measuring.films import FILMS, Film
 from forcelab.gui.measuring.opening import measuring_opening
 from forcelab.gui.measuring.panning import measuring_panning
@@ -40,6 +41,8 @@ class Amount:
         Of the program, and of each project.
     demonstrations : int
         In the project that has many.
+    live : int
+        Frames of the Capture workspace, with each of what it can show.
     size : tuple of int
         Of the window, in pixels.
     """
@@ -54,12 +57,20 @@ class Amount:
     starts: int = 9
     openings: int = 10
     demonstrations: int = 1000
+    live: int = 600
     size: tuple[int, int] = SIZE
 
 
 FULL = Amount()
 QUICK = Amount(
-    samples=(1_000_000,), gestures=4, frames=600, moves=60, strokes=20, starts=5, openings=5
+    samples=(1_000_000,),
+    gestures=4,
+    frames=600,
+    moves=60,
+    strokes=20,
+    starts=5,
+    openings=5,
+    live=150,
 )
 
 
@@ -123,6 +134,7 @@ def _scenes(
         start,
         strokes,
         opening,
+        partial(measuring_capture, folder, frames=wanted.live, size=wanted.size),
         *(partial(video, film) for film in wanted.films),
         *(partial(panning, count) for count in wanted.samples),
     ]

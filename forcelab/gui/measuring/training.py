@@ -109,8 +109,9 @@ def tabulate(
         tuple(rows),
         (before, load()),
         (
-            "Memory: against the window before its first training. Processes: besides the one that "
-            "starts trainings and the one that tidies up after it, which stay with the window.",
+            "Memory: against the window that has panned, but never trained. Processes: besides the "
+            "one that starts trainings and the one that tidies up after it, which stay with the "
+            "window. CPU time is that of the thread that paints, so other programs are not in it.",
         ),
         levels,
     )
@@ -153,23 +154,28 @@ class _Bench:
         self._wanted = wanted
         self._result: Any = None
         self._on = f"2 x {wanted.samples:,} samples"
-        self._memory = self._all_there()[0]  # before there was any training
+        self._memory = 0.0
 
     def panning(self) -> Generator[Progress, None, tuple[Latency, ...]]:
         """How late the event loop is while panning, alone and while a training is at work."""
         name, alone = "event loop's lateness, panning", "the same without training"
+        own, own_alone = "window's own CPU time a step", "its CPU time without training"
         yield Progress(1, 4, alone)
-        quiet = self._pan()
+        quiet, quiet_own = self._pan()
+        # What panning has made and keeps, such as pixmaps, is no cost of trainings.
+        self._memory = self._all_there()[0]
         yield Progress(1, 4, name)
         job, trail = self._train("mlp")
         self._until(lambda: any(step.phase == "fold" for step in trail))
-        late = self._pan()
+        late, late_own = self._pan()
         if not job.running:
             raise InputError("The training was over before the panning; measure on more samples.")
         self._cancel(job)
         return (
             Latency(name, self._on, late, LATE, alternative=alone),
             Latency(alone, self._on, quiet),
+            Latency(own, self._on, late_own, LATE, alternative=own_alone),
+            Latency(own_alone, self._on, quiet_own),
         )
 
     def cancelling(self) -> Generator[Progress, None, tuple[Latency, ...]]:
@@ -235,8 +241,17 @@ class _Bench:
         self._until(lambda: not job.running)
         return time.perf_counter() - begin
 
-    def _pan(self) -> tuple[float, ...]:
-        """Seconds that the event loop is late while the window pans to and fro."""
+    def _pan(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Pan to and fro.
+
+        Returns
+        -------
+        late : tuple of float
+            Seconds that the event loop is late.
+        own : tuple of float
+            CPU seconds that the window's thread takes for each step; whatever else the machine
+            does is not in them.
+        """
         from forcelab.gui.measuring.stage import Lateness, rest
 
         document = self._window.document
@@ -244,16 +259,17 @@ class _Bench:
         start, step = low, MOVED * VISIBLE
         document.set_span(start, start + VISIBLE)
         rest(1.0)  # the window never settles while it trains
-        end = time.perf_counter() + self._wanted.seconds
+        end, own = time.perf_counter() + self._wanted.seconds, []
         with Lateness() as lateness:
             while time.perf_counter() < end:
-                begin = time.perf_counter()
+                begin, worked = time.perf_counter(), time.thread_time()
                 if not low <= start + step <= high - VISIBLE:
                     step = -step
                 start += step
                 document.set_span(start, start + VISIBLE)
                 rest(max(0.001, PACE - (time.perf_counter() - begin)))
-        return tuple(lateness.samples)
+                own.append(time.thread_time() - worked)
+        return tuple(lateness.samples), tuple(own)
 
     def _until(self, holds: Any) -> None:
         """Run the event loop until something holds, and look every millisecond."""

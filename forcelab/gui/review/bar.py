@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QHBoxLayout,
     QLabel,
     QMenu,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -26,7 +22,10 @@ from forcelab.gui.review.bar_dialogs import ask_choice, ask_settings
 from forcelab.gui.review.bar_texts import progress_text, run_text, standing_text
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.narrow_list import NAME, NarrowList
+from forcelab.gui.review.run_choice import RunChoice
 from forcelab.gui.review.task_choice import choice_name
+from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
 
@@ -35,6 +34,8 @@ __all__ = ["TrainBar"]
 
 #: Pixels left and right of the row.
 EDGE = 6
+#: From which width of the bar on in pixels up to twice as many characters of the tasks are seen.
+ROOMY = 1200
 
 
 class TrainBar(QWidget):
@@ -82,22 +83,23 @@ class TrainBar(QWidget):
         column.addLayout(self._row)
         column.addWidget(self.trouble_row)
         learning.changed.connect(self.refresh)
-        learning.runs_changed.connect(self._list_runs)
+        learning.runs_changed.connect(self._count_runs)
         document.listing_changed.connect(self.refresh)
         document.project_changed.connect(self.refresh)
-        document.outcome_changed.connect(self._outcome_changed)
         keys().changed.connect(self._name_keys)
         themes().changed.connect(self._colour)
         self._name_keys()
         self._colour()
-        self._list_runs()
+        self._count_runs()
         self.refresh()
 
     # What it is made of
 
     def _make(self) -> None:
         """All that stands in the row."""
-        self.task = self._box(self.tr("Task to train on"), self._task_chosen)
+        self.task = NarrowList()
+        self.task.set_name(self.tr("Task to train on"))
+        self.task.activated.connect(self._task_chosen)
         self.train = QPushButton(self.tr("Train"))
         self.train.clicked.connect(self.learning.train)
         self.automatic = QCheckBox(self.tr("by itself"))
@@ -119,8 +121,7 @@ class TrainBar(QWidget):
         self.cancel = QPushButton(self.tr("Cancel"))
         self.cancel.setAccessibleName(self.tr("Cancel the training"))
         self.cancel.clicked.connect(self.learning.cancel)
-        self.runs = self._box(self.tr("Which run is reviewed"), self._run_chosen)
-        self.runs.setMinimumContentsLength(24)
+        self.runs = RunChoice(self.document, self.learning)
         self.compare = QPushButton(self.tr("Compare…"))
         self.compare.setAccessibleName(self.tr("Compare two runs"))
         self.compare.clicked.connect(self.compare_asked)
@@ -152,17 +153,6 @@ class TrainBar(QWidget):
         row.addWidget(self.trouble, 1)
         row.addWidget(self.dismiss, 0, Qt.AlignmentFlag.AlignTop)
 
-    def _box(self, name: str, chosen: Callable[[int], object]) -> QComboBox:
-        """A list to choose from, which may become narrow."""
-        box = QComboBox()
-        box.setAccessibleName(name)
-        box.setToolTip(name)
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        box.setMinimumContentsLength(12)
-        box.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        box.activated.connect(chosen)
-        return box
-
     # Showing
 
     def sizeHint(self) -> QSize:
@@ -191,7 +181,7 @@ class TrainBar(QWidget):
         self.automatic.blockSignals(True)
         self.automatic.setChecked(learning.automatic)
         self.automatic.blockSignals(False)
-        self.train.setEnabled(bool(learning.task) and not learning.training)
+        self.train.setEnabled(learning.ready and not learning.training)
         self._show_preset()
         self.standing.set_text(*standing_text(learning.edits))
         self._show_progress()
@@ -202,13 +192,13 @@ class TrainBar(QWidget):
     def _show_preset(self) -> None:
         """Print what it is trained with on the button that changes it."""
         name = self.tr("Settings…")
-        if self.learning.task:
+        if self.learning.ready:
             preset, changed = self.learning.called
             told = self.tr("Settings: {0}, changed…") if changed else self.tr("Settings: {0}…")
             name = told.format(preset)
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
-        self.settings.setEnabled(bool(self.learning.task))
+        self.settings.setEnabled(self.learning.ready)
 
     def _show_progress(self) -> None:
         """Show how far the training is."""
@@ -226,6 +216,10 @@ class TrainBar(QWidget):
     def _fit(self) -> None:
         """Hide what has no room, the least needed first; how it stands is always seen."""
         training = self.learning.training
+        name = self.task.currentText()
+        self.task.setToolTip(f"{self.task.accessibleName()}: {name}" if name else "")
+        roomy = self.width() >= ROOMY
+        self.task.setMinimumContentsLength(min(max(len(name), NAME), 2 * NAME) if roomy else NAME)
         texts = [self.standing, self.told] if training else [self.standing]
         needed: list[QWidget] = [self.task]
         needed += [self.progress, self.cancel] if training else [self.train]
@@ -270,6 +264,10 @@ class TrainBar(QWidget):
         if self.compare.isHidden():
             self._menu.addAction(self.tr("Compare two runs…"), self.compare_asked.emit)
 
+    def _count_runs(self) -> None:
+        """Two runs can be compared, one cannot."""
+        self.compare.setEnabled(len(self.learning.runs) > 1)
+
     def _name_keys(self) -> None:
         """Say the key where one looks for it."""
         key = keys().shown("train")
@@ -292,15 +290,15 @@ class TrainBar(QWidget):
         if [self.task.itemData(i) for i in range(self.task.count() - 1)] != list(tasks):
             self.task.clear()
             for task in tasks:
-                self.task.addItem(task or self.tr("no task"), task)
+                self.task.addItem(shown_task(task), task)
             self.task.addItem(self.tr("Tasks and tests…"), None)
         self.task.setEnabled(bool(tasks))
         self.task.setCurrentIndex(max(self.task.findData(learning.task), 0) if tasks else -1)
         if tasks and learning.task in tasks:
             at = self.task.findData(learning.task)
             for index, task in enumerate(tasks):
-                self.task.setItemText(index, task or self.tr("no task"))
-            self.task.setItemText(at, choice_name(*learning.chosen) or self.tr("no task"))
+                self.task.setItemText(index, shown_task(task))
+            self.task.setItemText(at, choice_name(*learning.chosen))
 
     def _task_chosen(self, index: int) -> None:
         """Turn to a task, or choose several."""
@@ -318,31 +316,6 @@ class TrainBar(QWidget):
     def open_settings(self) -> None:
         """Let the coder choose how recognisers are trained."""
         ask_settings(self.learning, self.window())
-
-    def _list_runs(self) -> None:
-        """The runs that are kept, the latest first."""
-        self.runs.clear()
-        for kept in self.learning.runs:
-            self.runs.addItem(run_text(kept), kept.number)
-        self.runs.setEnabled(bool(self.learning.runs))
-        self.runs.setPlaceholderText(self.tr("no run yet"))
-        texts = map(run_text, self.learning.runs)
-        widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
-        self.runs.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
-        self.compare.setEnabled(len(self.learning.runs) > 1)
-        self._outcome_changed()
-
-    def _outcome_changed(self) -> None:
-        """Show which run is reviewed."""
-        outcome = self.document.outcome
-        self.runs.setCurrentIndex(-1 if outcome is None else self.runs.findData(outcome.number))
-
-    def _run_chosen(self, index: int) -> None:
-        """Review another run."""
-        number = self.runs.itemData(index)
-        if number is not None:
-            self.learning.show_run(int(number))
-        self._outcome_changed()  # until it is there, and where it cannot be read
 
 
 def _wide(widget: QWidget) -> int:

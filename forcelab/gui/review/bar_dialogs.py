@@ -12,7 +12,7 @@ __all__ = ["ask_choice", "ask_settings"]
 
 def ask_choice(learning: Learning, window: QWidget) -> None:
     """Let the coder choose what is trained on and what is tested."""
-    if not learning.task:
+    if not learning.ready:
         return
     from forcelab.gui.review.task_choice import TaskChoiceDialog
 
@@ -24,7 +24,7 @@ def ask_choice(learning: Learning, window: QWidget) -> None:
 
 def ask_settings(learning: Learning, window: QWidget) -> None:
     """Let the coder choose how recognisers are trained."""
-    if not learning.task:
+    if not learning.ready:
         return
     from forcelab.gui.review.settings_dialog import SettingsDialog
     from forcelab.gui.review.settings_facts import facts_of

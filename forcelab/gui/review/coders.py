@@ -25,6 +25,7 @@ from forcelab.gui.review.coders_matrix import CoderMatrix, word
 from forcelab.gui.review.coders_pair import PairDetails, sentence
 from forcelab.gui.review.consensus_bar import ConsensusBar
 from forcelab.gui.review.seen import blind_to
+from forcelab.gui.review.wanted import shown_task
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 
@@ -74,7 +75,7 @@ class CodersView(QWidget):
         self.pages.setAccessibleName(self.tr("Coders"))
         self.pages.addTab(self._agreement_page(), self.tr("Agreement"))
         self.pages.addTab(_scrolled(self.consensus), self.tr("Consensus"))
-        self.pages.addTab(self.alone, self.tr("Each coder"))
+        self.pages.addTab(_scrolled(self.alone), self.tr("Each coder"))
         room = QWidget()
         self._stack = QStackedLayout(room)
         self._stack.addWidget(self.pages)
@@ -120,7 +121,7 @@ class CodersView(QWidget):
             return
         self._list_tasks()
         self._listed = self._listing()
-        task = self.task.currentData() or None
+        task = self.task.currentData() if self.task.currentIndex() > 0 else None
         self._jobs.run(
             _compared(project.path, task, self.document.author, self.consensus.name),
             self._done,
@@ -199,12 +200,12 @@ class CodersView(QWidget):
         listed = tuple(self.task.itemData(i) for i in range(1, self.task.count()))
         if self.task.count() and listed == tasks:
             return
-        kept = self.task.currentData()
+        kept = self.task.currentData() if self.task.currentIndex() > 0 else None
         self.task.clear()
-        self.task.addItem(self.tr("All tasks"), "")
+        self.task.addItem(self.tr("All tasks"))
         for task in tasks:
-            self.task.addItem(task, task)
-        self.task.setCurrentIndex(max(self.task.findData(kept), 0))
+            self.task.addItem(shown_task(task), task)
+        self.task.setCurrentIndex(0 if kept is None else max(self.task.findData(kept), 0))
         self.task.setVisible(len(tasks) > 1)
 
     def _done(self, found: Agreement | None) -> None:

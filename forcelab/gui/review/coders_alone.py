@@ -64,9 +64,9 @@ class AloneView(QWidget):
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.durations.setShowGrid(False)
         self.durations.verticalHeader().hide()
-        self.durations.verticalHeader().setDefaultSectionSize(
-            round(1.6 * self.fontMetrics().height())
-        )
+        high = round(1.6 * self.fontMetrics().height())
+        self.durations.verticalHeader().setDefaultSectionSize(high)
+        self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         head = self.durations.horizontalHeader()
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         head.setHighlightSections(False)

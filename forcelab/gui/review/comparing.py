@@ -208,9 +208,18 @@ class ComparingDialog(QDialog):
         self.table.fit_columns(stretched=0)
         self.table.selectRow(row)
         self.table.setCurrentIndex(self.model.index(row, 0))
+        self.note.setText(self._note(comparison, stage))
+
+    def _note(self, comparison: Comparison, stage: str) -> str:
+        """On what the comparison rests."""
+        if not comparison.shared:
+            return self.tr(
+                "The two tested no demonstration in common, so there is nothing to set side by "
+                "side; choose two runs of the same task."
+            )
         reason = comparison.intervals[stage].reason
         shared = self.tr("Both tested {0} demonstrations.").format(len(comparison.shared))
-        self.note.setText(f"{shared} {reason}".strip())
+        return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:
         """Fill the table of demonstrations with the chosen metric."""

@@ -280,11 +280,15 @@ class ConsensusBar(QWidget):
         if (
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
-            and self._does(event) is not None
+            and self.keeps(event)
         ):
             event.accept()
             return True
         return super().event(event)
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of the buttons', and so paints no action."""
+        return self._does(event) is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Carry out what the key's button does."""

@@ -1,8 +1,7 @@
-"""The trainer of the window: what is trained on, how, since when, and what came of it last."""
+"""The trainer of the window: what is under way, since when, and what came of it last."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -12,12 +11,10 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import remembered
 from forcelab.gui.review.edit_count import EditCount
-from forcelab.gui.review.training_jobs import BACKGROUND, Given, Kept, Work
-from forcelab.gui.review.whose import whose_labels
+from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
+from forcelab.gui.review.wanted import Wanted
 
 if TYPE_CHECKING:
-    from forcelab.recognition.project_runs import Choice
-    from forcelab.recognition.settings import Settings
     from forcelab.review.outcome import Outcome
     from forcelab.review.steps import Step
 
@@ -29,11 +26,10 @@ QUIET = 5000
 TRAINING, LOADING, LISTING = "training", "outcome", "runs"
 
 
-class Learning(QObject):
+class Learning(Wanted):
     """Trains on a snapshot of the labels in the background, while the coder goes on.
 
-    The outcome that is reviewed stays until a new one is there. What is trained on and how is
-    remembered for each task of each project.
+    The outcome that is reviewed stays until a new one is there.
 
     Parameters
     ----------
@@ -46,21 +42,16 @@ class Learning(QObject):
 
     Attributes
     ----------
-    task : str
-        Whose settings and choice count; ``""`` where there is none.
     step : Step or None
         How far it is.
     trail : list of Step
         All steps of the training that is under way or was the last one.
-    trouble : str
-        Why the last training did not come about; empty where it did.
     automatic : bool
         Whether edits are followed by a training.
     runs : tuple of Kept
         What the project keeps that can be reviewed, the latest first.
     """
 
-    changed = Signal()
     losses_changed = Signal()
     runs_changed = Signal()
 
@@ -72,8 +63,8 @@ class Learning(QObject):
         *,
         work: Work = BACKGROUND,
     ) -> None:
-        super().__init__(parent)
-        self.document, self.jobs = document, jobs
+        super().__init__(document, parent)
+        self.jobs = jobs
         self._work = work
         self._counter = EditCount(document, work.edits, self)
         self._counter.counted.connect(self.changed)
@@ -82,7 +73,6 @@ class Learning(QObject):
         self._quiet.setSingleShot(True)
         self._quiet.setInterval(QUIET)
         self._quiet.timeout.connect(self._train_by_itself)
-        self._path: Path | None = None
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
@@ -90,17 +80,14 @@ class Learning(QObject):
 
     def _forget(self) -> None:
         """Begin with nothing."""
-        self.task = ""
+        self._want_nothing()
         self.document.set_training(False)
         self.step: Step | None = None
         self.trail: list[Step] = []
-        self.trouble = ""
         self.automatic = False
         self.runs: tuple[Kept, ...] = ()
-        self._settings: Settings | None = None
-        self._choice: Choice | None = None
 
-    # What is asked for
+    # How it stands
 
     @property
     def training(self) -> bool:
@@ -111,56 +98,6 @@ class Learning(QObject):
     def edits(self) -> int | None:
         """How many edits were made since what is reviewed was trained; None where nothing is."""
         return self._counter.edits
-
-    @property
-    def tasks(self) -> tuple[str, ...]:
-        """The tasks of the project."""
-        return tuple(dict.fromkeys(info.task for info in self.document.infos))
-
-    @property
-    def settings(self) -> Settings:
-        """How a recogniser is trained."""
-        if self._settings is None:
-            self._settings = remembered.recall_settings(self._path or Path(), self.task)
-        return self._settings
-
-    @property
-    def choice(self) -> Choice:
-        """What a recogniser is trained on; without an author, the coder's own labels come first."""
-        if self._choice is None:
-            self._choice = remembered.recall_choice(self._path or Path(), self.task)
-        return self._choice
-
-    @property
-    def called(self) -> tuple[str, bool]:
-        """The preset that the settings began with, and whether they were changed."""
-        return remembered.recall_called(self._path or Path(), self.task)
-
-    @property
-    def classifier(self) -> str:
-        """The classifier that is trained."""
-        if self._settings is not None:
-            return self._settings.classifier
-        values = remembered.recall_values(self._path or Path(), self.task) or {}
-        return str(values.get("classifier", remembered.FIRST_CLASSIFIER))
-
-    @property
-    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
-        """The tasks trained on, the one tested on, and whether actions stay apart."""
-        if self._choice is not None:
-            return self._choice.tasks, self._choice.test_task, self._choice.apart
-        tasks, test, _, apart = remembered.recall_parts(self._path or Path(), self.task)
-        return tasks, test, apart
-
-    def set_settings(self, settings: Settings) -> None:
-        """Train like this from now on."""
-        self._settings = settings
-        self._keep(settings)
-
-    def set_choice(self, choice: Choice) -> None:
-        """Train on this from now on."""
-        self._choice = choice
-        self._keep(choice)
 
     def set_automatic(self, automatic: bool) -> None:
         """Train by itself some seconds after edits, or only when told to."""
@@ -183,13 +120,6 @@ class Learning(QObject):
         self.changed.emit()
         self._show_latest()
 
-    def _keep(self, given: Settings | Choice | bool) -> None:
-        """Remember what was asked for."""
-        if self._path is not None:
-            remembered.remember(self._path, self.task, given)
-        self.trouble = ""
-        self.changed.emit()
-
     # Training
 
     def train(self) -> bool:
@@ -197,12 +127,12 @@ class Learning(QObject):
         if self.training:
             return False
         self._quiet.stop()
-        if self._path is None or not self.task:
+        if self._path is None or not self.ready:
             self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
             return False
         self.step, self.trail, self.trouble = None, [], ""
         self.document.set_training(True)
-        name = " + ".join(self.chosen[0])
+        name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
             self._work.train(self._path, self._given(), name, self.trail),
             self._trained,
@@ -235,34 +165,6 @@ class Learning(QObject):
         if self.trouble:
             self.trouble = ""
             self.changed.emit()
-
-    def _given(self) -> Given:
-        """What gives settings and choice; to build them loads much, so that is left to the job."""
-        assert self._path is not None
-        task, settings, choice = self.task, self._settings, self._choice
-        values = remembered.recall_values(self._path, task)
-        parts = remembered.recall_parts(self._path, task)
-        if choice is not None:
-            parts = choice.tasks, choice.test_task, choice.author, choice.apart
-        tasks, test, author, apart = parts
-        if author is None:
-            author = whose_labels(self.document, {*tasks, test})
-            self._say_whose(author)
-
-        def given() -> tuple[Settings, Choice]:
-            from forcelab.recognition.project_runs import Choice
-
-            made = remembered.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart)
-
-        return given
-
-    def _say_whose(self, author: str | None) -> None:
-        """Say that the labels of somebody else are taken."""
-        own = self.document.author
-        if author is not None and author != own:
-            told = self.tr("{0} has labelled nothing of this; training on the labels of {1}.")
-            self.document.say(told.format(own, author))
 
     def _progressed(self, step: object) -> None:
         """Take note of how far the training is."""

@@ -168,7 +168,7 @@ class LossCurves(QWidget):
 
     def empty_text(self) -> str:
         """What is said where there is no curve."""
-        if self._learning.task and self._learning.classifier != "mlp":
+        if self._learning.ready and self._learning.classifier != "mlp":
             return self.tr(
                 "The loss of each fold is drawn here while it trains; this classifier has none."
             )

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QKeyEvent, QPalette
 from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QCompleter,
     QHeaderView,
     QLabel,
+    QLineEdit,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -41,7 +47,17 @@ class MergeEditor(Editor):
         self.table.verticalHeader().hide()
         self.table.setTabKeyNavigation(False)
         self.table.setFixedHeight(round(7.5 * self.fontMetrics().height()))
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.AllEditTriggers)
+        self.table.setItemDelegate(_Offering(facts.spellings, self.table))
         self.table.itemChanged.connect(self._edited)
+        self.hint = QLabel(
+            self.tr(
+                "Click a line and write what was labelled and what it is to count as; an emptied "
+                "line is left out."
+            )
+        )
+        self.hint.setWordWrap(True)
+        self.hint.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self.remark = QLabel()
         self.remark.setWordWrap(True)
         self.remark.hide()
@@ -49,6 +65,7 @@ class MergeEditor(Editor):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(2)
         column.addWidget(self.table)
+        column.addWidget(self.hint)
         column.addWidget(self.remark)
         themes().changed.connect(self._flag)
         self.set_value(MergeMap())
@@ -129,6 +146,29 @@ class MergeEditor(Editor):
         self.remark.setVisible(bool(unknown))
         self.remark.setStyleSheet(f"color: {colours().warning}")
         self.remark.setText(self.tr("Nobody labelled here: {0}").format(", ".join(unknown)))
+
+
+class _Offering(QStyledItemDelegate):
+    """Cells to write in, which offer the spellings that were labelled."""
+
+    def __init__(self, spellings: Iterable[str], parent: QWidget) -> None:
+        super().__init__(parent)
+        self._spellings = sorted(spellings, key=str.lower)
+
+    def createEditor(
+        self,
+        parent: QWidget,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> QWidget:
+        """A line to write in."""
+        line = QLineEdit(parent)
+        line.setFrame(False)
+        offered = QCompleter(self._spellings, line)
+        offered.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        offered.setFilterMode(Qt.MatchFlag.MatchContains)
+        line.setCompleter(offered)
+        return line
 
 
 class _Table(QTableWidget):

@@ -26,7 +26,7 @@ from forcelab.gui.review.pairs_rows import (
     entries_of,
     entry_of,
 )
-from forcelab.gui.review.pairs_tools import AxisStrip, LegendStrip, PairsTools
+from forcelab.gui.review.pairs_tools import AxisStrip, LegendRoom, LegendStrip, PairsTools
 from forcelab.gui.review.pairs_words import Looks, actions_of, missing
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.saving import ask_picture
@@ -135,7 +135,7 @@ class PairsView(QWidget):
         rows = QVBoxLayout(self._rows)
         rows.setContentsMargins(0, 0, 0, 0)
         rows.setSpacing(0)
-        for widget in (self.legend, self.area, self.strip):
+        for widget in (LegendRoom(self.legend), self.area, self.strip):
             rows.addWidget(widget)
         rows.setStretchFactor(self.area, 1)
         self._stack = QStackedWidget()

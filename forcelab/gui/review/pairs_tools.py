@@ -12,6 +12,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLineEdit,
     QMenu,
+    QScrollArea,
     QSizePolicy,
     QToolButton,
     QWidget,
@@ -26,7 +27,7 @@ from forcelab.gui.review.pairs_layout import MARGIN
 from forcelab.gui.review.pairs_rows import Order, Wanted
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["AxisStrip", "LegendStrip", "PairsTools"]
+__all__ = ["AxisStrip", "LegendRoom", "LegendStrip", "PairsTools"]
 
 ROWS, ORDER, STRETCHED = "review/pairs/rows", "review/pairs/order", "review/pairs/stretched"
 #: How the choice of a coder's row is remembered, apart from the stages.
@@ -153,7 +154,15 @@ class PairsTools(QWidget):
 
 
 class LegendStrip(QWidget):
-    """The numbered legend above the pairs."""
+    """The numbered legend above the pairs.
+
+    Signals
+    -------
+    fitted()
+        It has taken the height of its lines.
+    """
+
+    fitted = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -189,7 +198,42 @@ class LegendStrip(QWidget):
 
     def _fit(self) -> None:
         """Take the height of the lines."""
-        self.setFixedHeight(round(self._legend.height) + 10)
+        height = round(self._legend.height) + 10
+        if height != self.minimumHeight():
+            self.setFixedHeight(height)
+            self.fitted.emit()
+
+
+class LegendRoom(QScrollArea):
+    """The room of the legend: that of some lines, beyond which it scrolls.
+
+    Parameters
+    ----------
+    legend : LegendStrip
+    parent : QWidget, optional
+    """
+
+    #: Pixels: as many lines as leave room for the pairs, and the first line.
+    MOST, LEAST = 76, 30
+
+    def __init__(self, legend: LegendStrip, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._legend = legend
+        self.setWidget(legend)
+        self.setWidgetResizable(True)
+        self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Maximum)
+        legend.fitted.connect(self.updateGeometry)
+
+    def sizeHint(self) -> QSize:
+        """All lines, if they are few."""
+        return QSize(160, min(self._legend.height(), self.MOST))
+
+    def minimumSizeHint(self) -> QSize:
+        """One line: in a small window the timeline needs the room."""
+        return QSize(60, min(self._legend.height(), self.LEAST))
 
 
 class AxisStrip(QWidget):

@@ -1,4 +1,4 @@
-"""Unlabelled demonstrations, the most uncertain first, and taking predictions over."""
+"""Unlabelled demonstrations, the one to label next first, and taking predictions over."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.review.proposals_model import NAME, UNCERTAINTY, BarDelegate, ProposalModel
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.shortcuts import keys
@@ -62,6 +63,9 @@ class ProposalsView(QWidget):
         self._shown: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
+        self.order = QLabel()
+        self.order.setWordWrap(True)
+        self.order.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._empty = QLabel()
         self._empty.setWordWrap(True)
         self._empty.setMargin(12)
@@ -73,6 +77,7 @@ class ProposalsView(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(4)
+        column.addWidget(self.order)
         column.addLayout(self._pages, 1)
         column.addLayout(self._accepting())
         document.outcome_changed.connect(self._refresh)
@@ -104,7 +109,7 @@ class ProposalsView(QWidget):
         """The rows."""
         table = QTableView()
         table.setModel(self.model)
-        table.setAccessibleName(self.tr("Unlabelled demonstrations, the most uncertain first"))
+        table.setAccessibleName(self.tr("Unlabelled demonstrations, the one to label next first"))
         self._bars = BarDelegate(table)
         table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
         table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -249,6 +254,23 @@ class ProposalsView(QWidget):
         """Show what was found."""
         self._found = found
         self._list()
+        self._say_order()
+
+    def _say_order(self) -> None:
+        """Say which demonstration comes first, and why."""
+        from forcelab.review.proposing import weighed
+
+        if weighed(self._found):
+            text = self.tr(
+                "Label the first one next: the recogniser is uncertain of it, and many of the "
+                "others are like it."
+            )
+        else:
+            text = self.tr(
+                "The most uncertain comes first. Train again to weigh each by how many of the "
+                "others are like it, so that odd ones do not come first."
+            )
+        self.order.setText(text)
 
     def _listing_changed(self) -> None:
         """Who is blind where may have changed."""
@@ -266,15 +288,19 @@ class ProposalsView(QWidget):
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""
         author = self.document.author
-        return {
-            info.id: info.labelled[author] / info.duration
-            for info in self.document.infos
-            if author in info.labelled and info.duration
+        seconds = {
+            info.id: (info.labelled.get(author, 0.0), info.duration) for info in self.document.infos
         }
+        open_one = self.document.id
+        if open_one in seconds:  # what the list tells of it is as old as the last reading
+            now = spans_of(self.document.segments).seconds
+            seconds[open_one] = now, seconds[open_one][1]
+        return {id_: min(done / all_, 1.0) for id_, (done, all_) in seconds.items() if done * all_}
 
     def _say_empty(self) -> None:
         """Say why there is nothing to see, where there is nothing."""
         self._pages.setCurrentIndex(0 if self.model.rows else 1)
+        self.order.setVisible(bool(self.model.rows))
         outcome = self.document.outcome
         if outcome is None:
             text = self.tr("Train a recogniser: it proposes labels for what is unlabelled.")

@@ -106,11 +106,15 @@ class ProposalModel(QAbstractTableModel):
 
     def _tip(self, row: Proposal) -> str:
         """What the figures mean."""
-        return self.tr(
+        text = self.tr(
             "{name} ({task}), {seconds:.1f} s: of moments as uncertain as these, tested "
             "demonstrations had so many wrong that about {wrong:.1f} s are expected to be wrong "
             "here. Labelling it is expected to put these right."
         ).format(name=row.name, task=row.task, seconds=row.seconds, wrong=row.wrong)
+        if row.typicality is None:
+            return text
+        typical = self.tr("It is {0:.0f} % like all that are listed.")
+        return f"{text} {typical.format(100 * row.typicality)}"
 
 
 class BarDelegate(QStyledItemDelegate):

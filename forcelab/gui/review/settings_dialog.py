@@ -20,10 +20,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.commands import translated
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.review.settings_form import SettingsForm
+from forcelab.gui.review.settings_words import of_preset, summary
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -71,6 +71,9 @@ class SettingsDialog(QDialog):
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.summary.setAccessibleName(self.tr("What the preset uses"))
+        self.about = QLabel()
+        self.about.setWordWrap(True)
+        self.about.setAccessibleName(self.tr("What the preset is"))
         self.scales, self.cost = QLabel(), QLabel()
         for label in (self.scales, self.cost):
             label.setWordWrap(True)
@@ -80,6 +83,7 @@ class SettingsDialog(QDialog):
         self._pages.addWidget(self._form_page())
         column = QVBoxLayout(self)
         column.addLayout(self._preset_row())
+        column.addWidget(self.about)
         column.addWidget(self._pages, 1)
         column.addWidget(_line())
         column.addWidget(self.scales)
@@ -104,6 +108,8 @@ class SettingsDialog(QDialog):
         self.presets.setAccessibleName(self.tr("Preset"))
         for name in PRESETS:
             self.presets.addItem(name, name)
+            tip = of_preset(name)
+            self.presets.setItemData(self.presets.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
         self.changed_label = QLabel(self.tr("changed"))
         self.change = QPushButton(self.tr("&Change…"))
@@ -168,6 +174,7 @@ class SettingsDialog(QDialog):
         """Show settings: a preset as a summary, anything else in the form."""
         at = self.presets.findData(settings.preset)
         self.presets.setCurrentIndex(max(at, 0))
+        self.about.setText(of_preset(str(self.presets.currentData())))
         self.form.set_settings(settings)
         if changed(settings):
             self.open_form()
@@ -186,7 +193,7 @@ class SettingsDialog(QDialog):
             self._bring_into_view()
             return
         self.changed_label.setVisible(changed(self.chosen))
-        self.summary.setText(_summary(self.chosen, self.facts))
+        self.summary.setText(summary(self.chosen, self.facts))
         self.scales.setText(self._scales(self.chosen))
         self.cost.setText(self._cost(self.chosen))
 
@@ -223,39 +230,13 @@ class SettingsDialog(QDialog):
         cost = self.facts.cost(settings)
         if not cost.samples:
             return self.tr("{0} features; nothing is labelled yet.").format(cost.features)
-        return self.tr("{0} features, {1} labelled samples to train on").format(
+        return self.tr("{0} features, {1} labelled time steps to train on").format(
             cost.features, f"{cost.samples:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
         )
 
     def _colour(self) -> None:
         """The theme's colours."""
         self.changed_label.setStyleSheet(f"color: {colours().warning}")
-
-
-def _summary(settings: Settings, facts: Facts) -> str:
-    """What settings use, a line each; what is not used is left out."""
-    from forcelab.recognition.settings import Settings as _Settings
-
-    assert isinstance(settings, _Settings)
-    values = {field.name: getattr(settings, field.name) for field in FIELDS}
-    lines = []
-    for field in FIELDS:
-        value = values[field.name]
-        if not field.applies(values) or (value is None and field.name != "channels"):
-            continue
-        if field.name == "channels":
-            shown = ", ".join(value or facts.channels) or "–"
-        elif field.kind == "merge":
-            shown = ", ".join(f"{source} → {target}" for source, target in value.items())
-        elif field.kind == "choice":
-            shown = translated(dict(field.options)[value])
-        elif field.kind == "flag":
-            shown = "✓" if value else ""
-        else:
-            shown = f"{value:g} {translated(field.unit) if field.unit else ''}".strip()
-        if shown:
-            lines.append(f"{field.shown}: {shown}")
-    return "\n".join(lines)
 
 
 def _scrolled(page: QWidget) -> QScrollArea:

@@ -135,7 +135,7 @@ class FlagEditor(Editor):
 
     def __init__(self, field: Field, parent: QWidget | None = None) -> None:
         super().__init__(field, parent)
-        self.box = QCheckBox(self.tr("use them"))
+        self.box = QCheckBox(self.tr("on"))
         self.box.setAccessibleName(field.shown)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -93,10 +94,10 @@ class TaskChoice(QWidget):
             labelled, there = self._counts(task)
             check = QCheckBox(
                 self.tr("{task} ({labelled} of {all} labelled)").format(
-                    task=task or self.tr("no task"), labelled=labelled, all=there
+                    task=shown_task(task), labelled=labelled, all=there
                 )
             )
-            check.setAccessibleName(self.tr("Train on {0}").format(task))
+            check.setAccessibleName(self.tr("Train on {0}").format(shown_task(task)))
             check.setChecked(task in choice.tasks)
             check.toggled.connect(self._follow)
             column.addWidget(check)
@@ -110,7 +111,7 @@ class TaskChoice(QWidget):
         self.test_task = QComboBox()
         self.test_task.setAccessibleName(self.tr("Task to test on"))
         for task in self.tasks:
-            self.test_task.addItem(task, task)
+            self.test_task.addItem(shown_task(task), task)
         at = self.test_task.findData(choice.test_task)
         across = choice.test_task is not None and at >= 0
         other = next((t for t in self.tasks if t not in choice.tasks), "")
@@ -258,9 +259,9 @@ class TaskChoiceDialog(QDialog):
 
 def choice_name(tasks: Sequence[str], test_task: str | None, apart: bool) -> str:
     """What is trained and tested, in a few characters: ``"hard + soft → foam"``."""
-    title = " + ".join(tasks)
+    title = " + ".join(map(shown_task, tasks))
     if test_task is not None:
-        return f"{title} → {test_task}"
+        return f"{title} → {shown_task(test_task)}"
     if apart:
         return QCoreApplication.translate("forcelab", "{0}, kept apart").format(title)
     return title

@@ -31,9 +31,10 @@ Page = TypeVar("Page", bound=QWidget)
 
 #: What each side gets at first: pairs and lists; pairs and the place; lists and the video.
 BESIDE, BELOW, LISTS = (11, 9), (2, 3), (3, 2)
-#: Least width and height of the lists, in pixels: what the most demanding of them needs, so that
-#: nothing moves when that is built.
-LEAST = (304, 353)
+#: Least width and height of the lists, in pixels, whichever are built, so that nothing moves when
+#: another one is: the window fits a screen of 960 x 540. Where there is less than they need, they
+#: scroll.
+LEAST = (276, 192)
 
 
 class ReviewWorkspace(QWidget):

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.review.elided import Elided
+from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.tradeoff.measuring import Measuring
 from forcelab.gui.tradeoff.points import ERRORS, TIMES, Kind
@@ -152,7 +153,7 @@ class TradeoffBar(QWidget):
         if [self.task.itemData(i) for i in range(self.task.count())] != list(tasks):
             self.task.clear()
             for task in tasks:
-                self.task.addItem(task or self.tr("no task"), task)
+                self.task.addItem(shown_task(task), task)
         self.task.setEnabled(len(tasks) > 1)
         self.task.setCurrentIndex(self.task.findData(learning.task))
 

@@ -11,6 +11,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.review.whose import whose_labels
 from forcelab.gui.tradeoff.jobs import BACKGROUND, Work
 from forcelab.gui.tradeoff.points import named
@@ -121,7 +122,7 @@ class Measuring(QObject):
     @property
     def current(self) -> int | None:
         """The row of the settings that the task is trained with; None where there is none."""
-        if self.measured is None or not self.task:
+        if self.measured is None or not self.learning.ready:
             return None
         return self.measured.place_of(self.learning.settings)
 
@@ -140,7 +141,7 @@ class Measuring(QObject):
     def measure(self) -> None:
         """Begin to measure, in a process of its own."""
         project = self.document.project
-        if self.running or project is None or not self.task:
+        if self.running or project is None or not self.learning.ready:
             return
         self.running, self.progress, self.trouble = True, None, ""
         self._jobs.run(
@@ -165,8 +166,8 @@ class Measuring(QObject):
         row, settings = self.measured.rows[place], self.measured.variants[place].settings
         self._before, self._adopted = self.learning.settings, settings
         self.learning.set_settings(settings)
-        told = self.tr("'{0}' is trained with “{1}” from now on.").format(self.task, named(row))
-        self.document.say(told)
+        told = self.tr("'{0}' is trained with “{1}” from now on.")
+        self.document.say(told.format(shown_task(self.task), named(row)))
         self.changed.emit()
 
     def go_back(self) -> None:
@@ -174,7 +175,7 @@ class Measuring(QObject):
         if self._before is not None:
             before, self._before = self._before, None
             self.learning.set_settings(before)
-            told = self.tr("'{0}' is trained as before.").format(self.task)
+            told = self.tr("'{0}' is trained as before.").format(shown_task(self.task))
             self.document.say(told)
             self.changed.emit()
 
@@ -202,7 +203,7 @@ class Measuring(QObject):
     def _read(self) -> None:
         """Show what was measured the last time."""
         path, task, viewer = self._of
-        if path is not None and task:
+        if path is not None and self.learning.ready:
             self.reading = True
             work = self._work.latest(path, task, viewer)
             self._jobs.run(work, self._show, self._unread, key=READING)
@@ -233,7 +234,7 @@ class Measuring(QObject):
         if measured.task == self.task:
             self._show(measured)
         else:
-            told = self.tr("Recognition of '{0}' is measured.").format(measured.task)
+            told = self.tr("Recognition of '{0}' is measured.").format(shown_task(measured.task))
             self.document.say(told)
 
     def _failed(self, error: Exception) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSignalBlocker, Qt
-from PySide6.QtWidgets import QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.gui.review.rows import TextModel, TextRows
+from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.tradeoff.bar import TradeoffBar
 from forcelab.gui.tradeoff.measuring import Measuring
 from forcelab.gui.tradeoff.plot import TradeoffPlot
@@ -63,10 +64,11 @@ class TradeoffWorkspace(QWidget):
         self._split.setSizes([1000 * share for share in SHARES])
         self._pages = QStackedWidget()
         page = QWidget()
-        middle = QVBoxLayout(page)
+        # As high as the page: one that is aligned is cut where it needs a line more.
+        middle = QHBoxLayout(page)
         middle.addStretch(1)
-        middle.addWidget(self.empty, 0, Qt.AlignmentFlag.AlignHCenter)
-        middle.addStretch(2)
+        middle.addWidget(self.empty)
+        middle.addStretch(1)
         self._pages.addWidget(page)
         self._pages.addWidget(self._split)
         whole = QVBoxLayout(self)
@@ -112,7 +114,7 @@ class TradeoffWorkspace(QWidget):
             return self.tr("Open a project to see what recognising its actions costs.")
         if not state.learning.tasks:
             return self.tr("There is no demonstration yet; import or record some first.")
-        task = state.task or self.tr("no task")
+        task = shown_task(state.task)
         if state.labelled < 2:
             return self.tr(
                 "To measure how well settings recognise '{task}', two labelled demonstrations are "

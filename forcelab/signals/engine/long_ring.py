@@ -30,7 +30,7 @@ COLUMNS = 1 << 11
 STRETCH = 1 << 14
 
 
-def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) -> Complex:
+def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) -> list[Complex]:
     """Half of the spectrum of a real ring.
 
     Parameters
@@ -44,29 +44,32 @@ def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) 
 
     Returns
     -------
-    ndarray, shape (M, P / 2 + 1)
-        ``X[j P + k]``; those for k above P / 2 are conjugates of others, as the ring is real.
+    list of ndarray, shape (P / 2 + 1,) each
+        ``X[j P + k]`` for all j < M; those for k above P / 2 are conjugates of others, as the
+        ring is real.
     """
-    part = length // PARTS
-    table = np.empty((PARTS, part // 2 + 1), dtype=kind)
-    index = PARTS * np.arange(part)
+    index = PARTS * np.arange(length // PARTS)
+    table: list[Complex] = []
     for r in range(0, PARTS, ROWS):
         rows = np.stack([ring(index + i) for i in range(r, r + ROWS)])
-        table[r : r + ROWS] = fft.rfft(rows, axis=-1)
-    for columns, turned in _turns(length, table.shape[1]):
-        table[:, columns] = fft.fft(table[:, columns] * np.conj(turned), axis=0)
+        table += [row.astype(kind) for row in fft.rfft(rows, axis=-1)]
+    for columns, turned in _turns(length, 0, len(table[0])):
+        part = np.stack([row[columns] for row in table])
+        for row, found in zip(table, fft.fft(part * np.conj(turned), axis=0), strict=True):
+            row[columns] = found
     return table
 
 
 def from_spectrum(
-    table: Complex, length: int, response: Callable[[slice], Complex]
+    table: list[Complex], length: int, response: Callable[[slice], Complex]
 ) -> Iterator[tuple[int, Complex]]:
     """The ring of a spectrum times a response, in pieces.
 
     Parameters
     ----------
-    table : ndarray, shape (M, P / 2 + 1)
-        From :func:`spectrum`.
+    table : list of ndarray
+        From :func:`spectrum`. It is used up, and is empty in the end: both it and what is made of
+        it would take a third more memory.
     length : int
         L.
     response : callable
@@ -79,31 +82,38 @@ def from_spectrum(
     piece : ndarray, shape (m,)
         The samples from there on.
     """
-    part = length // PARTS
-    half = part // 2
-    combs = np.empty((PARTS, part), dtype=table.dtype)
-    for j in range(PARTS):
-        bins = np.empty(part, dtype=table.dtype)
-        bins[: half + 1] = table[j]
-        bins[half + 1 :] = np.conj(table[PARTS - 1 - j, half - 1 : 0 : -1])
-        for k in range(0, part, STRETCH):
-            here = bins[k : k + STRETCH]
-            here *= response(slice(j * part + k, j * part + k + len(here)))
-        # Every M-th bin beside each other.
-        combs[:, j * part // PARTS : (j + 1) * part // PARTS] = bins.reshape(-1, PARTS).T
+    part, width = length // PARTS, length // PARTS**2
+    half, kind = part // 2, table[0].dtype
+    blocks: dict[int, Complex] = {}
+    for j in range(PARTS // 2):
+        first, last = table.pop(0), table.pop()  # each other's mirror images
+        for place, own, mirrored in ((j, first, last), (PARTS - 1 - j, last, first)):
+            bins = np.empty(part, dtype=kind)
+            bins[: half + 1] = own
+            bins[half + 1 :] = np.conj(mirrored[half - 1 : 0 : -1])
+            for k in range(0, part, STRETCH):
+                here = bins[k : k + STRETCH]
+                here *= response(slice(place * part + k, place * part + k + len(here)))
+            # Every M-th bin beside each other.
+            blocks[place] = bins.reshape(-1, PARTS).T.copy()
     for r in range(0, PARTS, ROWS):
-        combs[r : r + ROWS] = fft.ifft(combs[r : r + ROWS], axis=-1, overwrite_x=True)
-    for columns, turned in _turns(length, part):
-        block = fft.ifft(combs[:, columns] * turned.astype(table.dtype), axis=0)
-        for r in range(PARTS):
-            yield r * part + columns.start, block[r]
+        rows = np.concatenate([blocks[j][r : r + ROWS] for j in range(PARTS)], axis=1)
+        rows = fft.ifft(rows, axis=-1, overwrite_x=True)
+        for j in range(PARTS):
+            blocks[j][r : r + ROWS] = rows[:, j * width : (j + 1) * width]
+    for j in range(PARTS):
+        for columns, turned in _turns(length, j * width, (j + 1) * width):
+            within = slice(columns.start - j * width, columns.stop - j * width)
+            block = fft.ifft(blocks[j][:, within] * turned.astype(kind), axis=0)
+            for r in range(PARTS):
+                yield r * part + columns.start, block[r]
 
 
-def _turns(length: int, count: int) -> Iterator[tuple[slice, NDArray[np.complex128]]]:
-    """``exp(2 pi i r k / L)`` for all r < M, and k in stretches of 0 .. `count`."""
+def _turns(length: int, begin: int, end: int) -> Iterator[tuple[slice, NDArray[np.complex128]]]:
+    """``exp(2 pi i r k / L)`` for all r < M, and k in stretches of `begin` .. `end`."""
     r = np.arange(PARTS)[:, None]
-    first = np.exp(2j * np.pi * r * np.arange(COLUMNS) / length)
-    for start in range(0, count, COLUMNS):
-        columns = slice(start, min(start + COLUMNS, count))
+    first = np.exp(2j * np.pi * r * np.arange(min(COLUMNS, end - begin)) / length)
+    for start in range(begin, end, COLUMNS):
+        columns = slice(start, min(start + COLUMNS, end))
         turned = np.exp(2j * np.pi * r * start / length)
         yield columns, turned * first[:, : columns.stop - start]

@@ -164,22 +164,19 @@ class Ring:
         self, values: Real, length: int, members: list[tuple[int, float]], sink: Sink
     ) -> Iterator[list[Callable[[], None]]]:
         """One scale of one channel after the other: each takes much memory."""
-        kind = np.complex64 if self._single else np.complex128
         for c in range(len(values)):
-            table = spectrum(partial(_in_ring, values[c], length), length, kind)
             for j, scale in members:
-                yield [partial(self._transform_long, table, length, scale, sink, c, j)]
+                yield [partial(self._transform_long, values[c], length, scale, sink, c, j)]
 
     def _transform_long(
-        self,
-        table: NDArray[np.complexfloating[Any, Any]],
-        length: int,
-        scale: float,
-        sink: Sink,
-        c: int,
-        j: int,
+        self, values: Real, length: int, scale: float, sink: Sink, c: int, j: int
     ) -> None:
-        """One scale of one channel; responses are never there as a whole."""
+        """One scale of one channel; responses are never there as a whole.
+
+        The spectrum is taken anew for each scale. To keep it would cost a third more memory.
+        """
+        kind = np.complex64 if self._single else np.complex128
+        table = spectrum(partial(_in_ring, values, length), length, kind)
 
         def response(bins: slice) -> Complex:
             return _response(self._wavelet, scale, length, np.arange(bins.start, bins.stop))

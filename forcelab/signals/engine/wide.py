@@ -34,7 +34,7 @@ Complex = NDArray[np.complex128]
 WIDEST_STEP = 256
 #: Points of all grids of one batch, and samples that are interpolated and handed on at once.
 POINTS = 1 << 18
-SAMPLES = 1 << 14
+SAMPLES = 1 << 15
 
 
 @dataclass(frozen=True)

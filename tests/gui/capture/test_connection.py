@@ -14,7 +14,8 @@ from forcelab.project import Project
 class Broken:
     """A recogniser that fails at a step."""
 
-    glimpse = None
+    glimpse = recogniser = None
+    latency = 0.1
 
     def __init__(self, step):
         self.step = step

@@ -23,11 +23,12 @@ def tab_text(window):
 
 
 def answer(monkeypatch, role):
-    """The next question is answered by the button of a role; gives the texts that were asked."""
+    """Questions are answered by the button of a role; gives what was asked, two texts each."""
     asked = []
 
     def execute(box):
         asked.append(box.text())
+        asked.append(box.informativeText())
         (button,) = (b for b in box.buttons() if box.buttonRole(b) == role)
         button.click()
 
@@ -57,15 +58,46 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
 def test_who_closes_the_window_while_recording_is_asked(window, recording, study, monkeypatch):
     asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     window.commands["quit"].trigger()
-    assert asked == ["'LEGO 01' is being recorded."]
+    assert asked == [
+        "'LEGO 01' is being recorded.",
+        "If the window is closed, the recording ends and is kept.",
+    ]
     assert window.isVisible()
     assert recording.session.recording
     monkeypatch.setattr(QCloseEvent, "spontaneous", lambda _: True)  # by the window's own button
     window.close()
-    assert len(asked) == 2
+    assert len(asked) == 4
     assert window.isVisible()
     asked = answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     window.close()
+    assert not window.isVisible()
+    with Project.open(study) as project:
+        assert [info.name for info in project.demonstrations()] == ["LEGO 01"]
+
+
+def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
+    window, recording, study, until, monkeypatch
+):
+    asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
+    away = study.with_suffix(".away")
+    study.rename(away)
+    until(lambda: recording.session.state.in_memory > 0, PATIENCE)
+    window.commands["quit"].trigger()
+    assert asked[0] == "'LEGO 01' is being recorded."
+    assert "is kept" not in asked[1]
+    assert "kB that the disk refuses are in memory and lost then" in asked[1]
+    window.commands["record"].trigger()
+    until(lambda: recording.session.phase is Phase.STUCK, PATIENCE)
+    assert "'LEGO 01' is not lost: mend that and press F9" in recording.standing.sentences.text()
+    window.show_workspace("label")
+    until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet", PATIENCE)
+    assert window.windowTitle().startswith("● 'LEGO 01' is not kept yet · ")
+    window.commands["quit"].trigger()
+    assert asked[2] == "'LEGO 01' was recorded and could not be kept."
+    assert window.isVisible()
+    away.rename(study)
+    answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
+    window.commands["quit"].trigger()
     assert not window.isVisible()
     with Project.open(study) as project:
         assert [info.name for info in project.demonstrations()] == ["LEGO 01"]

@@ -10,6 +10,7 @@ from forcelab.gui.capture.recognising import RECOGNISING, Choice, Loaded
 from forcelab.gui.capture.recognition import promise_text
 from forcelab.gui.capture.scalogram import DRAWING
 from forcelab.live.promise import promised
+from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.settings import preset
@@ -118,7 +119,7 @@ def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, u
     until(lambda: labelled(page) and page.scalogram.strip is not None, PATIENCE)
     window.show_workspace("label")
     until(lambda: DRAWING not in window.jobs.busy, PATIENCE)
-    assert page.scalogram.strip is None
+    assert page.scalogram.settled
     until(lambda: track._paused, PATIENCE)
     before = track.glimpse
     samples = page.session._recorder.state().devices[0].samples
@@ -127,14 +128,40 @@ def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, u
     window.commands["record"].trigger()  # what is recorded is recognised, seen or not
     until(lambda: page.session.recording and track.glimpse is not before, PATIENCE)
     until(lambda: labelled(page), PATIENCE)
+    before = page.scalogram.strip
     window.show_workspace("capture")
-    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    assert page.scalogram.strip is not None  # the last picture, until there is a new one
+    until(lambda: page.scalogram.strip is not before, PATIENCE)
     choose(page, 0)
     page.scalogram.choose("")
     until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy), PATIENCE)
     assert not track.on
     assert page.scalogram.isHidden()
     assert page.recognition.isHidden()
+
+
+def test_a_recording_begins_with_a_recogniser_that_was_made_before(
+    window, connected, until, monkeypatch
+):
+    page, track = connected, connected.session._connection.track
+    choose(page, 1)
+    until(lambda: labelled(page) and track.lacking is None, PATIENCE)
+
+    def late(_):
+        raise AssertionError("made while somebody waits for the recording to begin")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(LiveRecognition, "renewed", late)
+        window.commands["record"].trigger()
+        until(lambda: page.session.recording, PATIENCE)
+    assert track.lacking is not None  # none is made while a recording runs
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: track.lacking is None, PATIENCE)
+    before = track._spare
+    page.recogniser.latency.setValue(page.recogniser.latency.value() + 50)
+    until(lambda: track._spare not in (None, before), PATIENCE)
+    assert track.renewed().latency == pytest.approx(before.latency + 0.05)
 
 
 def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected, until):
@@ -213,3 +240,18 @@ def test_what_a_latency_costs_a_recogniser_that_looks_in_windows_is_said():
     sentence = "Windows see 148 ms ahead, the decoder waits for 140 ms more."
     assert promise_text(slow) == sentence
     assert "points of accuracy" in promise_text(hasty)
+
+
+def test_of_long_sentences_the_last_one_is_whole_and_the_others_have_a_line_each(connected):
+    page, standing = connected, connected.standing
+    page.resize(1024, 600)
+    told = [f"{which}: " + "the disk is full; " * 20 for which in ("first", "second", "third")]
+    for sentence in told:
+        page.session.say(sentence)
+    shown = standing.sentences.text().split("\n")
+    assert shown[2] == told[2]
+    wide = standing.sentences.width()
+    for short, sentence in zip(shown[:2], told[:2], strict=True):
+        assert short.startswith(sentence[:20])
+        assert standing.fontMetrics().horizontalAdvance(short) <= wide
+    assert standing.sentences.toolTip().split("\n") == told

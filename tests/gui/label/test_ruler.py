@@ -90,6 +90,17 @@ def test_the_cursors_time_stands_over_it_with_the_decimals_of_a_pixel(ruler, doc
     assert ruler.cursor_text() == "7.500000 s"
 
 
+@pytest.mark.parametrize("width", [640, 696, 701, 767, 1003])
+def test_at_either_end_cursor_and_its_time_are_seen(document, ruler, width):
+    ruler.resize(width, ruler.height())
+    for end in document.bounds:
+        document.seek(end)
+        image = pixels(ruler.grab().toImage())
+        red = (image == np.array(QColor(colours().cursor).getRgb()[:3])).all(axis=2)
+        assert red[4].sum() > 20, (width, end)  # the tag
+        assert red[-3].any(), (width, end)  # the line
+
+
 def test_a_long_span_is_told_in_minutes(document, ruler):
     times = np.arange(0.0, 300.0, 0.1)
     channels = (Channel("fx1", "N"),)

@@ -12,10 +12,13 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.label import scalogram_reading as reading
 from forcelab.gui.label.scalogram import ScalogramPanel
 from forcelab.gui.label.scalogram_drawing import amount, cone_scales
 from forcelab.gui.label.scalogram_scales import PAPER
 from forcelab.recognition.settings import preset
+from forcelab.signals import scalogram as signals
+from forcelab.signals import scalogram_tiles
 from forcelab.signals.cwt import cone_of_influence, cwt
 from forcelab.signals.wavelets import DOG, Morlet
 
@@ -143,6 +146,43 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
     assert open_panel._range() == before
     open_panel.set_steady(False)
     assert open_panel._range() != before
+
+
+@pytest.fixture
+def long_from_little(monkeypatch):
+    """Few samples make a long recording, of several chunks."""
+    monkeypatch.setattr(signals, "LONG", 1 << 12)
+    monkeypatch.setattr(scalogram_tiles, "CHUNK", 1 << 12)
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_a_long_recording_is_coarse_first_and_says_so(panel, document, jobs, until, monkeypatch):
+    document.look(tone(60_000))
+    seen = []
+    take = panel._take
+    monkeypatch.setattr(panel, "_take", lambda picture: seen.append(picture) or take(picture))
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None)
+    assert seen[0].coarse
+    assert "coarse" in reading.note(seen[0])
+    assert not panel.picture.coarse
+    assert "largest of 150 samples" in reading.note(panel.picture)
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_what_is_not_seen_yet_is_ready_when_somebody_pans(panel, document, jobs, until):
+    document.look(tone(60_000))
+    document.set_span(0.0, 20.0)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None)
+    until(lambda: not jobs.busy)
+    picture = panel.picture
+    assert picture.end == pytest.approx(20.0)
+    assert picture.view.tiles(picture.scales).complete
+    document.set_span(30.0, 55.0)
+    until(lambda: panel.settled)
+    assert panel.picture.view is picture.view
+    assert not panel.picture.coarse
 
 
 def test_the_value_under_the_pointer_is_that_of_the_transform(open_panel, document, until):

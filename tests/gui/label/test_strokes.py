@@ -378,3 +378,30 @@ def test_a_held_arrow_is_left_to_lists_though_an_action_has_no_key(document, des
     desk.list.setCurrentRow(0)
     desk.press(Qt.Key.Key_Down, repeat=True)
     assert desk.list.currentRow() == 1
+
+
+def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, until):
+    monkeypatch.setattr("forcelab.gui.repeats.QGuiApplication.platformName", lambda: "xcb")
+    desk = Desk(document)
+
+    def send(kind, at):
+        event = QKeyEvent(kind, GRAB, NONE, "")
+        event.setTimestamp(at)
+        QApplication.sendEvent(desk.panel, event)
+
+    document.seek(1.0)
+    send(QEvent.Type.KeyPress, 1000)
+    for at in range(1660, 1900, 40):  # repetition that Qt has not known as such
+        desk.now = at / 1000
+        document.seek(1.0 + (at - 1000) / 1000)
+        send(QEvent.Type.KeyRelease, at)
+        send(QEvent.Type.KeyPress, at)
+    assert shown(document) == []
+    desk.now = 2.0
+    document.seek(2.0)
+    send(QEvent.Type.KeyRelease, 2000)
+    document.seek(2.3)  # what is waited for does not move the end
+    until(lambda: bool(shown(document)))
+    assert [(start, end) for start, end, *_ in shown(document)] == [(1.0, 2.0)]
+    desk.window.close()
+    desk.window.deleteLater()

@@ -9,9 +9,12 @@ from PySide6.QtCore import QCoreApplication, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
 
+import forcelab.gui.label.frame_thread
+import forcelab.gui.label.picture_view
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.gui.label.frames import Frames
+from forcelab.gui.label.picture_view import scaled
 from forcelab.gui.label.preview import VideoPreview
 from forcelab.gui.label.video import VideoPanel
 
@@ -345,6 +348,41 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     breathe()
     assert ready == told  # what was given is not told again
     frames.close()
+
+
+def test_a_step_to_a_neighbour_scales_nothing_in_the_gui_s_thread(
+    panel, document, video, monkeypatch
+):
+    scaling = []
+    for module in (forcelab.gui.label.frame_thread, forcelab.gui.label.picture_view):
+        monkeypatch.setattr(
+            module,
+            "scaled",
+            lambda *given: scaling.append(threading.current_thread()) or scaled(*given),
+        )
+    document.show(video)
+    wait(lambda: document.frame_times is not None)
+
+    def seek(number):
+        document.seek(float(document.frame_times[number]))
+
+    for number in (20, 100):  # at the first the decoder is told in which size
+        seek(number)
+        wait(lambda n=number: panel.settled and on_screen(panel) == n)
+    frames = panel._frames
+    wait(lambda: all(frames.fitted(number) is not None for number in range(98, 103)))
+    scaling.clear()
+    for number in (101, 102, 101, 100, 99):
+        seek(number)
+        assert on_screen(panel) == number
+    assert threading.main_thread() not in scaling
+    panel.resize(520, 300)  # no frame is there in this size
+    assert on_screen(panel) == 99
+    assert threading.main_thread() in scaling
+    assert frames.fitted(99) is None
+    panel.zoom_by(2.0)
+    panel.grab()
+    assert frames._decoder.size.isEmpty()
 
 
 def test_the_preview_shows_the_frame_that_is_stepped_to_when_it_is_given_at_once(app, video):

@@ -156,7 +156,7 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
-    bar._run_chosen(1)
+    bar.runs.activated.emit(1)
     until(lambda: document.outcome.number == 1)
     assert bar.runs.currentData() == 1
 

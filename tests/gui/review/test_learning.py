@@ -294,3 +294,41 @@ def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(
 
     assert learning.classifier == preset(remembered.FIRST).classifier
     assert learning.called == (remembered.FIRST, False)
+
+
+def test_demonstrations_of_no_task_are_trained_too(app, until):
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review.bar import TrainBar
+    from forcelab.gui.review.learning import Learning
+
+    work, jobs = FakeWork(), Jobs()
+    with study(tasks=("",)) as document:
+        work.result = outcome_of(document.project, task="", title="no task")
+        learning = Learning(document, jobs, work=work)
+        bar = TrainBar(document, learning)
+        until(lambda: not jobs.busy)
+        assert bar.train.isEnabled()
+        assert bar.task.currentText() == "no task"
+        assert learning.train()
+        until(lambda: not learning.training)
+        assert document.outcome is work.result
+        _, _, choice, name = work.asked[0]
+        assert (choice.tasks, name) == (("",), "no task")
+        document.close()
+        jobs.close()
+
+
+def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, until):
+    from forcelab.gui.document import Document
+    from forcelab.gui.jobs import Jobs
+    from forcelab.gui.review.learning import Learning
+    from forcelab.project import Project
+
+    Project.create(tmp_path / "empty.forcelab").close()
+    document, jobs = Document("Ann"), Jobs()
+    document.open_project(tmp_path / "empty.forcelab")
+    learning = Learning(document, jobs, work=FakeWork())
+    assert not learning.train()
+    assert "import demonstrations" in learning.trouble
+    document.close()
+    jobs.close()

@@ -194,6 +194,16 @@ def test_the_legend_is_numbered_in_the_order_of_occurrence(shown, study):
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
 
 
+def test_a_legend_of_many_actions_leaves_room_for_the_pairs(shown, study):
+    names = tuple(f"action number {i} of a long name" for i in range(24))
+    human = tuple(Segment(0.4 * i, 0.4 * (i + 1), name) for i, name in enumerate(names))
+    made = outcome(reviewed(study.infos[0].id, "d 1", human=human), actions=names)
+    view = shown(made, size=(520, 400))
+    assert view.legend.height() > view.height() / 2  # it could not stand there in full
+    assert view.area.height() > view.height() / 3
+    assert view.minimumSizeHint().height() < 200
+
+
 def test_only_visible_rows_are_painted_and_none_twice(shown):
     many = outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(200)))
     view = shown(many, size=(600, 300))

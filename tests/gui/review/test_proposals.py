@@ -1,7 +1,10 @@
 """Proposals: what to label next, and taking predictions over as edits that can be undone."""
 
+from dataclasses import replace
+
 import pytest
 from learning_bench import PREDICTED, certainty, outcome_of, study
+from PySide6.QtCore import Qt
 
 from forcelab.review.outcome import Reviewed
 
@@ -52,6 +55,22 @@ def test_the_most_uncertain_comes_first(view, document, until):
     until(lambda: len(view.model.rows) == 3)
     assert [row.name for row in view.model.rows] == ["stylus 02", "03", "stylus 01"]
     assert view.model.data(view.model.index(0, 1)) == "32 %"
+
+
+def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, document, until):
+    assert not view.order.isVisible()
+    document.set_outcome(proposed(document))
+    until(lambda: len(view.model.rows) == 3)
+    assert view.order.isVisible()
+    assert view.order.text().startswith("The most uncertain comes first. Train again")
+    shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
+    outcome = proposed(document)
+    kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
+    document.set_outcome(replace(outcome, proposals=kept))
+    until(lambda: [row.name for row in view.model.rows] == ["03", "stylus 02", "stylus 01"])
+    assert "many of the others are like it" in view.order.text()
+    tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
+    assert tip.endswith("It is 90 % like all that are listed.")
 
 
 def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
@@ -112,8 +131,6 @@ def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
 
 
 def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
-    from dataclasses import replace
-
     outcome = outcome_of(document.project)
     (one,) = outcome.proposals
     stages = {"filtered": tuple(replace(s, action=f"{s.action}_{one.task}") for s in one.predicted)}
@@ -142,10 +159,10 @@ def test_how_much_is_labelled_by_now_is_shown(view, document, until):
     until(lambda: len(view.model.rows) == 1)
     document.open_demonstration(document.outcome.proposals[0].id)
     assert view.model.data(view.model.index(0, 3)) == "–"
-    view.in_view.click()
-    document.refresh_info()
-    view._follow()
+    view.in_view.click()  # at once, though the list of demonstrations is read again only later
     assert view.model.data(view.model.index(0, 3)) == "70 %"
+    document.undo()
+    assert view.model.data(view.model.index(0, 3)) == "–"
 
 
 def test_nothing_is_ranked_while_hidden(document, jobs):

@@ -2,6 +2,9 @@
 
 import pytest
 from learning_bench import study
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QLineEdit
 
 from forcelab.merging import MergeMap
 from forcelab.recognition.project_runs import Choice
@@ -43,6 +46,20 @@ def test_a_preset_is_a_summary_until_it_is_changed(dialog):
     dialog.back.click()
     assert dialog.chosen == PRESETS["paper"]
     assert dialog.summary.isVisible()
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_preset_is_told_and_can_be_taken(dialog, name):
+    at = dialog.presets.findData(name)
+    dialog.presets.setCurrentIndex(at)
+    dialog.presets.activated.emit(at)
+    assert dialog.about.text().endswith(".")
+    assert dialog.presets.itemData(at, Qt.ItemDataRole.ToolTipRole) == dialog.about.text()
+    assert not dialog.changed_label.isVisible()
+    assert ("Stride" in dialog.summary.text()) == (PRESETS[name].stride > 1)
+    assert "Classifier" in dialog.summary.text()
+    dialog.ok.click()
+    assert dialog.chosen == PRESETS[name]
 
 
 def test_opening_the_form_alone_changes_nothing(dialog):
@@ -148,6 +165,30 @@ def test_the_merge_map_is_a_table_that_flags_what_nobody_labelled(dialog):
     merge.table.item(2, 0).setText("hodl")
     merge.table.item(2, 1).setText("grab")
     assert "twice" in dialog.form.trouble
+
+
+def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
+    dialog.change.click()
+    editor = dialog.form.editors["merge"]
+    dialog.activateWindow()
+    app.processEvents()
+    assert editor.hint.isVisible()
+    dialog._area.ensureWidgetVisible(editor.table)
+    where = editor.table.visualItemRect(editor.table.item(0, 0)).center()
+    QTest.mouseClick(editor.table.viewport(), Qt.MouseButton.LeftButton, pos=where)
+    line = QApplication.focusWidget()
+    assert isinstance(line, QLineEdit), "a click was to begin the writing"
+    offered = line.completer()
+    offered.setCompletionPrefix("ho")
+    assert [offered.currentCompletion(), offered.completionCount()] == ["hodl", 2]
+    QTest.keyClicks(line, "hodl")
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    until(lambda: editor.lines() == [("hodl", "")])
+    assert dialog.isVisible(), "Return in a cell is not the dialog's"
+    assert "needs two names" in dialog.form.troubles["merge"].text()
+    editor.table.item(0, 1).setText("hold")
+    assert dialog.chosen.merge == MergeMap({"hodl": "hold"})
+    assert editor.table.rowCount() == 2
 
 
 def test_the_demonstrations_say_what_there_is(app):

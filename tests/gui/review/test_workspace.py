@@ -10,6 +10,9 @@ from pathlib import Path
 
 import films
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 from synthetic import synthetic_set
 from trained_project import FAST
 
@@ -265,3 +268,52 @@ print([name for name in heavy if name in sys.modules])
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until):
+    with Project.open(study) as project:
+        one = project.demonstrations("foam")[0]
+        track = project.track(one.id, "Ada").segments
+        other = (replace(track[0], action="release"), *track[1:])
+        project.edit(one.id, "Ben", (), other, "made")
+    window = windows(study, "review", one.name)
+    workspace = window.review.workspace
+    titles = [workspace.lists.tabText(at) for at in range(workspace.lists.count())]
+    workspace.lists.setCurrentIndex(titles.index("Coders"))
+    coders = workspace.coders
+    coders.pages.setCurrentIndex(1)
+    until(lambda: coders.consensus.consensus is not None and not window.jobs.busy)
+    bar = coders.consensus
+    QTest.mouseClick(bar.buttons.begin, Qt.MouseButton.LeftButton)
+    document = window.document
+    assert "2" in [action.key for action in document.vocabulary]
+    place, before = bar.current, document.segments
+    keyboard = QApplication.focusWidget()
+    assert keyboard is not None
+    assert bar.isAncestorOf(keyboard)
+    QTest.keyClick(keyboard, Qt.Key.Key_2)
+    assert document.stroke is None
+    assert document.segments == before
+    assert document.project.track(one.id, "Ada").segments == before
+    decided = document.project.track(one.id, "consensus").segments
+    assert (place.start, "release") in [(s.start, s.action) for s in decided]
+    # Anywhere else the same key paints as ever.
+    window.label.tracks.setFocus()
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_2)
+    assert document.stroke is not None or document.segments != before
+
+
+def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
+    window = windows(study, "review")
+    learning = window.review.learning
+    learning.set_settings(FAST)
+    assert learning.train()
+    until(lambda: not learning.training and not window.jobs.busy, PATIENCE)
+    lists = window.review.workspace.lists
+    for place in range(lists.count()):
+        lists.setCurrentIndex(place)
+    for place in range(window._tabs.count()):
+        window._tabs.setCurrentIndex(place)
+        until(lambda: window.settled, PATIENCE)
+        window.resize(960, 540)
+        assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"

@@ -284,8 +284,8 @@ def test_a_long_ring_is_the_fourier_transform_of_the_whole():
     response = np.exp(2j * np.random.default_rng(1).uniform(0, 7, n))
     table = spectrum(lambda places: x[places], n, np.complex128)
     whole = np.fft.fft(x)
-    expected = whole.reshape(PARTS, -1)[:, : table.shape[1]]
-    np.testing.assert_allclose(table, expected, rtol=0, atol=1e-12)
+    expected = whole.reshape(PARTS, -1)[:, : len(table[0])]
+    np.testing.assert_allclose(np.stack(table), expected, rtol=0, atol=1e-12)
     found = np.empty(n, dtype=complex)
     for start, piece in from_spectrum(table, n, lambda bins: response[bins]):
         found[start : start + len(piece)] = piece
@@ -296,12 +296,12 @@ def test_a_cut_scale_of_a_long_recording_takes_little_memory_beside_the_result(m
     monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 1 << 12)
     n = 1 << 20
     x = condition(walk(n)[None]).values
-    plan = Plan(n, [2.0], Morlet(), 1e-7, True)
+    plan = Plan(n, [2.0, 2.5], Morlet(), 1e-7, True)
     tracemalloc.start()
     found = plan.coefficients(x)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < found.nbytes + 22 * n
+    assert peak < found.nbytes + 17 * n
 
 
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():

@@ -1,0 +1,259 @@
+"""The thread that decodes a video for the window: what is asked for, its neighbours, sketches."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PySide6.QtCore import QSize, SignalInstance
+from PySide6.QtGui import QImage
+
+from forcelab.errors import InputError
+from forcelab.gui.label.picture_view import scaled
+
+if TYPE_CHECKING:
+    from forcelab.video.reader import Frame, VideoReader
+    from forcelab.video.sketches import Sketches
+
+__all__ = ["FrameThread"]
+
+#: Frames decoded ahead in the direction of travel while nothing is asked for, and around a frame
+#: at which the cursor rests.
+AHEAD, AROUND = 12, 3
+#: Bytes that pictures of the neighbours may take.
+ROOM = 96 * 2**20
+#: A frame that is asked for is still decoded when a later one is asked for while the decoder is
+#: this near, so that playback faster than the decoder shows some frames rather than none.
+NEAR = 12
+#: Seconds without a request after which sketches are made.
+REST = 0.3
+
+
+class FrameThread:
+    """A thread that reads one video.
+
+    Attributes
+    ----------
+    size : QSize
+        In which pictures are to be ready, too; empty for none. Set by the GUI's thread.
+    """
+
+    def __init__(self, path: Path, told: SignalInstance) -> None:
+        self.path = path
+        self.thread = threading.Thread(target=self._run, name=f"video {path.name}", daemon=True)
+        self._told = told
+        self._changed = threading.Condition()
+        self._ended = False
+        self._wanted: tuple[int, int] | None = None
+        self.size = QSize()
+        self._pixels = 1  # of a frame
+        self._given = -1  # the frame that was given at once
+        # Of the frame that was asked for last and of its neighbours, by their number.
+        self._images: dict[int, QImage] = {}
+        self._fitted: dict[int, QImage] = {}
+        self._served = (0, 0)
+        self._served_at = time.monotonic()
+        self._sketches: Sketches | None = None
+        self._sketching: Generator[None, None, None] | None = None
+
+    def want(self, number: int, direction: int) -> QImage | None:
+        """Take a request in place of the one before; gives the picture if it is there."""
+        with self._changed:
+            image = self._images.get(number)
+            self._given = -1 if image is None else number
+            self._wanted = (number, direction)
+            self._changed.notify()
+        return image
+
+    def fitted(self, number: int) -> QImage | None:
+        """The picture of a frame in the size that is wanted; None where it is not there."""
+        with self._changed:
+            image = self._fitted.get(number)
+        return image if image is not None and image.size() == self.size else None
+
+    def end(self) -> None:
+        """Stop at the next frame."""
+        with self._changed:
+            self._ended = True
+            self._changed.notify()
+
+    def _tell(self, what: str, *values: object) -> None:
+        """Send to the GUI's thread."""
+        try:
+            self._told.emit(self, what, values)
+        except RuntimeError:  # what PySide raises when the C++ object was deleted
+            self._ended = True
+
+    def _run(self) -> None:
+        """Read the video until the end is asked for; whoever holds this later holds no pictures."""
+        try:
+            reader = self._open()
+            if reader is not None:
+                with reader:
+                    self._read(reader)
+        except (InputError, ImportError, OSError) as error:
+            self._tell("failed", _sentence(error, self.path))
+        finally:
+            if self._sketching is not None:
+                self._sketching.close()
+            self._sketches = self._sketching = None
+            self._images, self._fitted = {}, {}
+
+    def _read(self, reader: VideoReader) -> None:
+        """Serve requests, in between look at the neighbours of the last one and make sketches."""
+        from forcelab.video.sketches import Sketches
+
+        self._sketches = Sketches(self.path, reader.index)
+        if self._sketches.worthwhile:
+            self._sketching = self._sketches.sketching()
+        size = reader.size  # asked for once, as it takes a look at the first frame
+        self._pixels = size[0] * size[1]
+        self._tell("opened", reader.times, size)
+        if reader.remark:
+            self._tell("remarked", reader.remark)
+        while not self._ended:
+            if self._wanted is not None:
+                self._serve(reader)
+            elif not self._look_around(reader) and not self._sketch():
+                with self._changed:
+                    if self._wanted is None and not self._ended:
+                        self._changed.wait(REST if self._sketching else None)
+
+    def _open(self) -> VideoReader | None:
+        """Open the video; the first frame is shown while a long index is read."""
+        from forcelab.video.index import indexing, open_video
+        from forcelab.video.reader import VideoReader, as_rgb
+
+        job, shown = indexing(self.path), False
+        while not self._ended:
+            try:
+                progress = next(job)
+            except StopIteration as stop:
+                return VideoReader(self.path, stop.value)
+            if not shown:
+                shown = True
+                capture = open_video(self.path)
+                read, picture = capture.read()
+                capture.release()
+                if read:
+                    self._tell("frame_ready", 0, _image(as_rgb(picture)))
+            self._tell("indexed", progress.done, progress.total)
+        return None
+
+    def _serve(self, reader: VideoReader) -> None:
+        """Decode the frame that is asked for, unless another one is asked for meanwhile."""
+        with self._changed:
+            assert self._wanted is not None
+            (number, direction), self._wanted = self._wanted, None
+            given = number == self._given
+        number = min(max(number, 0), len(reader) - 1)
+        self._served, self._served_at = (number, direction), time.monotonic()
+        if given:
+            return
+        if reader.kept(number) is None and not number - NEAR <= reader.position < number:
+            sketch = self._sketches.get(number) if self._sketches is not None else None
+            if sketch is not None:
+                self._tell("sketch_ready", number, _image(sketch))
+        try:
+            frame = self._reach(reader, number, None, patient=True)
+        except InputError as error:
+            self._tell("missed", number, str(error))
+            return
+        if frame is not None:
+            image = _image(frame)
+            self._keep(number, image, self._around(reader)[0])
+            self._tell("frame_ready", number, image)
+
+    @property
+    def prepared(self) -> bool:
+        """Whether all sketches are made that will be."""
+        return self._sketches is not None and self._sketching is None
+
+    def _sketch(self) -> bool:
+        """Make one sketch; False if there is none to make, or not yet."""
+        if self._sketching is None or time.monotonic() - self._served_at < REST:
+            return False
+        try:
+            next(self._sketching)
+        except (StopIteration, InputError):
+            self._sketching = None
+        return True
+
+    def _around(self, reader: VideoReader) -> tuple[list[int], int]:
+        """The neighbours of the last frame, the nearest first, and how many on a side there are."""
+        number, direction = self._served
+        last = len(reader) - 1
+        # The frame, both sides and what is passed fit together; a picture is a third larger.
+        pixels = self._pixels + max(self.size.width() * self.size.height(), 0)
+        room = min(reader.capacity // 4, max(1, ROOM // (2 * 4 * pixels)))
+        ahead = min(AHEAD if direction > 0 else AROUND, room)
+        behind = min(AHEAD if direction < 0 else AROUND, room)
+        around = [*range(number + 1, min(number + ahead, last) + 1)]
+        around += range(number - 1, max(number - behind, 0) - 1, -1)
+        return around, room
+
+    def _look_around(self, reader: VideoReader) -> bool:
+        """Decode one neighbour of the last frame; False if all of them are there."""
+        number, direction = self._served
+        around, room = self._around(reader)
+        for other in around:
+            if other not in self._images:
+                try:
+                    frame = self._reach(reader, other, room if other < number else 0, patient=False)
+                    if frame is not None:
+                        self._keep(other, _image(frame), around)
+                except InputError:
+                    self._served = (number, 0) if direction else (number, direction)
+                    return False  # it is told when it is asked for
+                return True
+        return False
+
+    def _keep(self, number: int, image: QImage, around: list[int]) -> None:
+        """Keep a picture, and let go of those that are no neighbours of the last frame any more."""
+        size = self.size
+        fitted = None if size.isEmpty() else scaled(image, size)
+        near = {self._served[0], *around}
+        with self._changed:
+            self._images = {at: kept for at, kept in self._images.items() if at in near}
+            self._fitted = {at: kept for at, kept in self._fitted.items() if at in near}
+            self._images[number] = image
+            if fitted is not None:
+                self._fitted[number] = fitted
+
+    def _reach(
+        self, reader: VideoReader, number: int, passed: int | None, *, patient: bool
+    ) -> Frame | None:
+        """Decode up to a frame; None if it is not wanted any more."""
+        reaching = reader.reaching(number, passed)
+        while not self._ended:
+            wanted = self._wanted
+            near = number - NEAR <= reader.position < number
+            if wanted is not None and not (patient and near and wanted[0] >= number):
+                return None
+            try:
+                next(reaching)
+            except StopIteration as stop:
+                frame: Frame = stop.value
+                return frame
+        return None
+
+
+def _image(frame: Frame) -> QImage:
+    """A picture of its own in the form that Qt paints fastest."""
+    height, width = frame.shape[:2]
+    frame = np.ascontiguousarray(frame)
+    image = QImage(frame.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+    return image.convertToFormat(QImage.Format.Format_RGB32)
+
+
+def _sentence(error: Exception, path: Path) -> str:
+    """What is said of a video that cannot be opened."""
+    if isinstance(error, ImportError):
+        return f"'{path.name}' cannot be shown: OpenCV is not there ({error}); run forcelab doctor."
+    if isinstance(error, OSError):
+        return f"'{path}' cannot be read: {error.strerror or error}; check its rights and its disk."
+    return str(error)

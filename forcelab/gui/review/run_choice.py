@@ -1,0 +1,62 @@
+"""The list of the runs that are kept, in which the one that is reviewed is chosen."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from forcelab.gui.document import Document
+from forcelab.gui.review.bar_texts import run_text
+from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.narrow_list import NarrowList
+
+__all__ = ["RunChoice"]
+
+#: Characters of a run that are always seen.
+SHOWN = 24
+
+
+class RunChoice(NarrowList):
+    """The runs, the latest first.
+
+    Parameters
+    ----------
+    document : Document
+    learning : Learning
+    parent : QWidget, optional
+    """
+
+    def __init__(
+        self, document: Document, learning: Learning, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.document, self.learning = document, learning
+        self.set_name(self.tr("Which run is reviewed"))
+        self.setMinimumContentsLength(SHOWN)
+        self.activated.connect(self._chosen)
+        learning.runs_changed.connect(self.refresh)
+        document.outcome_changed.connect(self._show_reviewed)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """List the runs that there are."""
+        self.clear()
+        for kept in self.learning.runs:
+            self.addItem(run_text(kept), kept.number)
+        self.setEnabled(bool(self.learning.runs))
+        self.setPlaceholderText(self.tr("no run yet"))
+        texts = map(run_text, self.learning.runs)
+        widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
+        self.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
+        self._show_reviewed()
+
+    def _show_reviewed(self) -> None:
+        """Show which run is reviewed."""
+        outcome = self.document.outcome
+        self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
+
+    def _chosen(self, index: int) -> None:
+        """Review another run."""
+        number = self.itemData(index)
+        if number is not None:
+            self.learning.show_run(int(number))
+        self._show_reviewed()  # until it is there, and where it cannot be read

@@ -1,0 +1,63 @@
+"""Settings in words: what a preset is, and what settings use."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
+from forcelab.gui.review.settings_facts import Facts
+from forcelab.gui.review.settings_fields import FIELDS
+
+if TYPE_CHECKING:
+    from forcelab.recognition.settings import Settings
+
+__all__ = ["of_preset", "summary"]
+
+_PRESETS = {
+    "paper": QT_TRANSLATE_NOOP(
+        "forcelab", "The published method, unchanged: to compare with what was published."
+    ),
+    "released": QT_TRANSLATE_NOOP(
+        "forcelab",
+        "What the authors' published code does where it differs from their text: slower movements "
+        "and stronger filters.",
+    ),
+    "fast": QT_TRANSLATE_NOOP(
+        "forcelab",
+        "As best, but without peaks, trained on every fifth decision and not calibrated.",
+    ),
+    "best": QT_TRANSLATE_NOOP(
+        "forcelab",
+        "The most accurate on the paper's recordings, with probabilities that can be believed.",
+    ),
+}
+
+
+def of_preset(name: str) -> str:
+    """What a preset is, in one sentence; empty for one that has none."""
+    return translated(_PRESETS[name]) if name in _PRESETS else ""
+
+
+def summary(settings: Settings, facts: Facts) -> str:
+    """What settings use, a line each; what is not used is left out."""
+    values = {field.name: getattr(settings, field.name) for field in FIELDS}
+    lines = []
+    for field in FIELDS:
+        value = values[field.name]
+        if not field.applies(values) or (value is None and field.name != "channels"):
+            continue
+        if field.name == "stride" and value == 1:
+            continue  # all of them
+        if field.name == "channels":
+            shown = ", ".join(value or facts.channels) or "–"
+        elif field.kind == "merge":
+            shown = ", ".join(f"{source} → {target}" for source, target in value.items())
+        elif field.kind == "choice":
+            shown = translated(dict(field.options)[value])
+        elif field.kind == "flag":
+            shown = "✓" if value else ""
+        else:
+            shown = f"{value:g} {translated(field.unit) if field.unit else ''}".strip()
+        if shown:
+            lines.append(f"{field.shown}: {shown}")
+    return "\n".join(lines)

@@ -1,0 +1,147 @@
+"""What is trained on and how: of the task that is at hand, as the coder chose it last."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QCoreApplication, QObject, Signal
+
+from forcelab.gui.document import Document
+from forcelab.gui.review import remembered
+from forcelab.gui.review.training_jobs import Given
+from forcelab.gui.review.whose import whose_labels
+
+if TYPE_CHECKING:
+    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.settings import Settings
+
+__all__ = ["Wanted", "shown_task"]
+
+
+def shown_task(task: str) -> str:
+    """What a task is called on the screen; demonstrations may be of none."""
+    return task or QCoreApplication.translate("forcelab", "no task")
+
+
+class Wanted(QObject):
+    """Settings and choice of the task at hand, remembered for each task of each project.
+
+    Parameters
+    ----------
+    document : Document
+    parent : QObject, optional
+
+    Attributes
+    ----------
+    task : str
+        Whose settings and choice count. Demonstrations of no task are of the task ``""``, so ask
+        :attr:`ready` whether there is one.
+    trouble : str
+        Why the last training did not come about; empty where it did.
+    """
+
+    changed = Signal()
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.document = document
+        self._path: Path | None = None
+        self._want_nothing()
+
+    def _want_nothing(self) -> None:
+        """Begin with no task."""
+        self.task = ""
+        self.trouble = ""
+        self._settings: Settings | None = None
+        self._choice: Choice | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is anything of the task."""
+        return self._path is not None and self.task in self.tasks
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """The tasks of the project."""
+        return tuple(dict.fromkeys(info.task for info in self.document.infos))
+
+    @property
+    def settings(self) -> Settings:
+        """How a recogniser is trained."""
+        if self._settings is None:
+            self._settings = remembered.recall_settings(self._path or Path(), self.task)
+        return self._settings
+
+    @property
+    def choice(self) -> Choice:
+        """What a recogniser is trained on; without an author, the coder's own labels come first."""
+        if self._choice is None:
+            self._choice = remembered.recall_choice(self._path or Path(), self.task)
+        return self._choice
+
+    @property
+    def called(self) -> tuple[str, bool]:
+        """The preset that the settings began with, and whether they were changed."""
+        return remembered.recall_called(self._path or Path(), self.task)
+
+    @property
+    def classifier(self) -> str:
+        """The classifier that is trained."""
+        if self._settings is not None:
+            return self._settings.classifier
+        values = remembered.recall_values(self._path or Path(), self.task) or {}
+        return str(values.get("classifier", remembered.FIRST_CLASSIFIER))
+
+    @property
+    def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
+        """The tasks trained on, the one tested on, and whether actions stay apart."""
+        if self._choice is not None:
+            return self._choice.tasks, self._choice.test_task, self._choice.apart
+        tasks, test, _, apart = remembered.recall_parts(self._path or Path(), self.task)
+        return tasks, test, apart
+
+    def set_settings(self, settings: Settings) -> None:
+        """Train like this from now on."""
+        self._settings = settings
+        self._keep(settings)
+
+    def set_choice(self, choice: Choice) -> None:
+        """Train on this from now on."""
+        self._choice = choice
+        self._keep(choice)
+
+    def _keep(self, given: Settings | Choice | bool) -> None:
+        """Remember what was asked for."""
+        if self._path is not None:
+            remembered.remember(self._path, self.task, given)
+        self.trouble = ""
+        self.changed.emit()
+
+    def _given(self) -> Given:
+        """What gives settings and choice; to build them loads much, so that is left to the job."""
+        assert self._path is not None
+        task, settings, choice = self.task, self._settings, self._choice
+        values = remembered.recall_values(self._path, task)
+        parts = remembered.recall_parts(self._path, task)
+        if choice is not None:
+            parts = choice.tasks, choice.test_task, choice.author, choice.apart
+        tasks, test, author, apart = parts
+        if author is None:
+            author = whose_labels(self.document, {*tasks, test})
+            self._say_whose(author)
+
+        def given() -> tuple[Settings, Choice]:
+            from forcelab.recognition.project_runs import Choice
+
+            made = remembered.settings_of(values, task) if settings is None else settings
+            return made, Choice(tasks, test, author, apart)
+
+        return given
+
+    def _say_whose(self, author: str | None) -> None:
+        """Say that the labels of somebody else are taken."""
+        own = self.document.author
+        if author is not None and author != own:
+            told = self.tr("{0} has labelled nothing of this; training on the labels of {1}.")
+            self.document.say(told.format(own, author))

@@ -1,0 +1,166 @@
+"""What recognising left-out demonstrations took and how well it went, whoever recognised them."""
+
+from __future__ import annotations
+
+import gc
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.measure.rows import Row
+from forcelab.recognition.evaluation import tested_by
+from forcelab.recognition.examples import Examples, Labelled
+from forcelab.recognition.metrics import Counts, Scores, pool
+from forcelab.recognition.recogniser import Recogniser
+
+__all__ = [
+    "Seen",
+    "Spent",
+    "enough",
+    "left_out",
+    "recognise",
+    "reference",
+    "remembered",
+    "row_of",
+    "timed",
+]
+
+MadeT = TypeVar("MadeT")
+
+
+@dataclass
+class Spent:
+    """What came of a variant, fold by fold; CPU seconds."""
+
+    counts: list[Counts] = field(default_factory=list)
+    #: Per minute of signal, of each demonstration: features, and what comes after them.
+    features: list[float] = field(default_factory=list)
+    predict: list[float] = field(default_factory=list)
+    fit: float = 0.0
+    #: Minutes that were trained on.
+    trained: float = 0.0
+    peak_bytes: int = 0
+    refusal: str = ""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Demonstrations with their features, and what those cost."""
+
+    labelled: Sequence[Labelled]
+    examples: list[Examples]
+    #: CPU seconds of each.
+    seconds: list[float]
+    peak_bytes: int
+
+    @property
+    def minutes(self) -> list[float]:
+        """Of signal, of each demonstration."""
+        return [item.demonstration.duration / 60 for item in self.labelled]
+
+
+def enough(labelled: Sequence[Labelled]) -> list[Labelled]:
+    """Those that have a segment.
+
+    Raises
+    ------
+    InputError
+        If they are fewer than two.
+    """
+    used = [item for item in labelled if item.segments]
+    if len(used) < 2:
+        raise InputError(
+            f"Measuring recognition needs two labelled demonstrations; there "
+            f"{'is' if len(used) == 1 else 'are'} {len(used) or 'none'}."
+        )
+    return used
+
+
+def left_out(count: int, folds: int | None) -> list[list[int]]:
+    """The places of the demonstrations that are left out together, spread over all of them."""
+    groups = count if folds is None else min(max(folds, 2), count)
+    return [list(range(start, count, groups)) for start in range(groups)]
+
+
+def reference(demonstrations: int, groups: int) -> str:
+    """What so many demonstrations, left out in so many groups, are compared with."""
+    turns = "one left out at a time"
+    if groups < demonstrations:
+        turns = f"left out in {groups} groups in turn"
+    return f"the coder's labels of {demonstrations} demonstrations, {turns}"
+
+
+def recognise(
+    recogniser: Recogniser, seen: Seen, i: int, actions: tuple[str, ...], found: Spent
+) -> None:
+    """Recognise a demonstration that was left out, on the clock, and count its mistakes."""
+    if not found.counts:
+        _, peak = remembered(lambda: recogniser.predict_examples(seen.examples[i]))
+        found.peak_bytes = max(seen.peak_bytes, peak + seen.examples[i].features.nbytes)
+    prediction, taken = timed(lambda: recogniser.predict_examples(seen.examples[i]))
+    tested = tested_by(seen.labelled[i], seen.examples[i], prediction, actions)
+    found.counts.append(tested.counts("filtered"))
+    found.features.append(seen.seconds[i] / seen.minutes[i])
+    found.predict.append(taken / seen.minutes[i])
+
+
+def timed(make: Callable[[], MadeT]) -> tuple[MadeT, float]:
+    """What is made, and the CPU seconds that took."""
+    began = time.process_time()
+    made = make()
+    return made, time.process_time() - began
+
+
+def remembered(make: Callable[[], MadeT]) -> tuple[MadeT, int]:
+    """What is made, and the most memory that was held at once."""
+    gc.collect()
+    tracemalloc.start()
+    try:
+        return make(), tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def row_of(name: str, setting: str, spent: Spent, size: str, against: str) -> Row:
+    """The row of one way to recognise; `against` is its reference."""
+    scores = pool(size, spent.counts) if spent.counts and not spent.refusal else None
+    refusal = spent.refusal
+    if scores is not None and scores.f1["50"] is None:
+        refusal = "There is no segment to compare with."
+    if scores is None or refusal:
+        return Row(name, setting, size, against, refusal=refusal)
+    each = np.add(spent.features, spent.predict)
+    low, middle, high = np.percentile(each, [25, 50, 75]).tolist()
+    return Row(
+        name,
+        setting,
+        size,
+        against,
+        error=1.0 - (scores.f1["50"] or 0.0),
+        # A short demonstration may take less than the clock's tick.
+        seconds=max(middle, time.get_clock_info("process_time").resolution),
+        spread=high - low,
+        peak_bytes=spent.peak_bytes,
+        further=_further(scores, spent),
+    )
+
+
+def _further(scores: Scores, spent: Spent) -> dict[str, float]:
+    """All other figures that there are."""
+    figures = {
+        "accuracy": scores.accuracy,
+        "balanced": scores.balanced_accuracy,
+        "edit": scores.edit,
+        "F1@50": scores.f1["50"],
+        "boundary (ms)": scores.boundary_ms["median"],
+        "boundary p90 (ms)": scores.boundary_ms["p90"],
+        "features (s/min)": float(np.median(spent.features)),
+        "fit (s/min)": spent.fit / spent.trained,
+        "predict (s/min)": float(np.median(spent.predict)),
+    }
+    return {name: figure for name, figure in figures.items() if figure is not None}

@@ -1,0 +1,215 @@
+"""What wrong labels do: some segments of a task get another action at random.
+
+Each demonstration is recognised by who was trained on all the others, wrong labels and all, and
+scored with the right ones. Then a review lists the segments that it suspects, most suspect first:
+how many of the wrong ones stand in the first tenth of as many places as there are segments?
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.jobs import Progress, finish
+from forcelab.labels import Segments
+from forcelab.measure.recognition_spent import enough, remembered, timed
+from forcelab.measure.rows import Row
+from forcelab.recognition.evaluation import tested_by
+from forcelab.recognition.examples import Examples, Labelled, actions_of
+from forcelab.recognition.metrics import Counts, pool
+from forcelab.recognition.recogniser import Prediction
+from forcelab.recognition.settings import Settings
+from forcelab.recognition.training import fit_examples, preparing
+from forcelab.review.outcome import Reviewed
+from forcelab.review.suspicion import Heard, heard, suspect_segments
+
+__all__ = [
+    "DRAWS",
+    "ERROR_SWAPPED",
+    "LOOKED",
+    "MEASURED",
+    "SECONDS_SWAPPED",
+    "SHARE",
+    "measuring_swapped",
+    "swapped",
+]
+
+#: What the columns of the table hold.
+ERROR_SWAPPED, SECONDS_SWAPPED = "1 - accuracy, trained on wrong labels", "training (CPU s)"
+#: The share of the segments that get another action, how often they are drawn, and the share of
+#: the segments that somebody looks through to find them.
+SHARE, DRAWS, LOOKED = 0.05, 5, 0.1
+#: Presets that are measured.
+MEASURED = ("fast", "best")
+
+#: A segment by the id of its demonstration and its start.
+Place = tuple[str, float]
+
+
+@dataclass
+class _Found:
+    """What came of the draws."""
+
+    accuracies: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    wrong: int = 0
+    noticed: int = 0
+    peak_bytes: int = 0
+
+
+def swapped(
+    labelled: Sequence[Labelled], random: np.random.Generator, share: float = SHARE
+) -> tuple[list[Labelled], set[Place]]:
+    """Give some segments another action of the same task.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+    random : numpy.random.Generator
+    share : float
+        Of all segments; at least one is swapped.
+
+    Returns
+    -------
+    labelled : list of Labelled
+    places : set of (str, float)
+        The demonstration's id and the start of each swapped segment.
+
+    Raises
+    ------
+    InputError
+        If there are no two actions.
+    """
+    every = [(i, k) for i, item in enumerate(labelled) for k in range(len(item.segments))]
+    actions = sorted({segment.action for item in labelled for segment in item.segments})
+    if len(actions) < 2:
+        raise InputError("Labels can be swapped between two actions; label another one.")
+    result, places = list(labelled), set()
+    for number in random.choice(len(every), max(1, round(share * len(every))), replace=False):
+        i, k = every[number]
+        segments = list(result[i].segments)
+        others = [action for action in actions if action != segments[k].action]
+        segments[k] = replace(segments[k], action=str(random.choice(others)))
+        result[i] = replace(result[i], segments=tuple(segments))
+        places.add((result[i].demonstration.id, segments[k].start))
+    return result, places
+
+
+def measuring_swapped(
+    labelled: Sequence[Labelled],
+    size: str,
+    settings: Settings,
+    draws: int = DRAWS,
+) -> Generator[Progress, None, Row]:
+    """Measure what swapped labels do to one recogniser.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+        Those without a segment take no part.
+    size : str
+        What the row calls them.
+    settings : Settings
+        Of a recogniser that has probabilities.
+    draws : int
+        How often other segments are swapped.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Row
+        `further` holds how many points of accuracy the wrong labels cost (negative: none), how
+        many segments were swapped in all, and which share of them stands in the first tenth.
+
+    Raises
+    ------
+    InputError
+        If fewer than two demonstrations are labelled, or there are no two actions.
+    """
+    used = enough(labelled)
+    examples = yield from preparing(used, settings)
+    found, right = _Found(), _Found()
+    yield Progress(0, draws + 1, "right labels")
+    _drawn(used, used, set(), examples, settings, right)
+    for draw in range(draws):
+        yield Progress(draw + 1, draws + 1, f"swapped labels: {draw + 1}")
+        wrong, places = swapped(used, np.random.default_rng([settings.seed, draw]))
+        _drawn(used, wrong, places, examples, settings, found)
+    accuracy = float(np.mean(found.accuracies))
+    low, middle, high = np.percentile(found.seconds, [25, 50, 75]).tolist()
+    return Row(
+        "swapped",
+        settings.preset,
+        size,
+        f"the coder's labels of {len(used)} demonstrations; {100 * SHARE:.0f} % of the segments "
+        f"swapped, {draws} draws",
+        error=1 - accuracy,
+        seconds=max(middle, time.get_clock_info("process_time").resolution),
+        spread=high - low,
+        peak_bytes=right.peak_bytes,
+        further={
+            "points lost": 100 * (right.accuracies[0] - accuracy),
+            "swapped": float(found.wrong),
+            "in the first tenth": found.noticed / found.wrong,
+        },
+    )
+
+
+def _drawn(
+    right: Sequence[Labelled],
+    wrong: Sequence[Labelled],
+    places: set[Place],
+    examples: Sequence[Examples],
+    settings: Settings,
+    found: _Found,
+) -> None:
+    """Train on some labels, score with the right ones, and look the suspects through."""
+    learnt = [
+        replace(example, segments=item.merged(settings.merge).segments)
+        for example, item in zip(examples, wrong, strict=True)
+    ]
+    actions = actions_of(examples)
+    counts: list[Counts] = []
+    everything: list[Heard] = []
+    taken = 0.0
+    for i, item in enumerate(wrong):
+        others = [*learnt[:i], *learnt[i + 1 :]]
+        recogniser, fitted = timed(lambda: finish(fit_examples(others, settings)))  # noqa: B023
+        taken += fitted
+        if not found.peak_bytes:
+            _, found.peak_bytes = remembered(lambda: recogniser.predict_examples(examples[0]))  # noqa: B023
+        prediction = recogniser.predict_examples(examples[i], certainty=True)
+        counts.append(tested_by(right[i], examples[i], prediction, actions).counts("filtered"))
+        everything.append(_heard(item, learnt[i].segments, prediction, actions))
+    found.accuracies.append(pool("", counts).accuracy or 0.0)
+    found.seconds.append(taken)
+    suspects = [(d.demonstration, d.start) for d in suspect_segments(everything, actions)]
+    looked = math.ceil(LOOKED * sum(len(one.segments) for one in everything))
+    found.wrong += len(places)
+    found.noticed += len(places & set(suspects[:looked]))
+
+
+def _heard(
+    item: Labelled, segments: Segments, prediction: Prediction, actions: tuple[str, ...]
+) -> Heard:
+    """What the model says about the labels of one demonstration."""
+    demonstration = item.demonstration
+    seen = Reviewed(
+        demonstration.id,
+        demonstration.name,
+        demonstration.task,
+        float(demonstration.times[0]),
+        float(demonstration.times[-1]),
+        segments,
+        {"filtered": prediction.segments},
+        prediction.certainty,
+    )
+    return heard(seen, segments, actions)

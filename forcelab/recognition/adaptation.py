@@ -1,0 +1,268 @@
+"""Offsets, scales and places of sensors matched to the training demonstrations, without labels.
+
+Another person presses harder, another device counts otherwise, and after a repair the two sensors
+of a pair of tongs may have changed places. What somebody's demonstrations, or those of a task,
+have in common is matched to what the training demonstrations have in common:
+
+* the *offset* of each recorded channel, the median of its first 0.2 s, when nothing is held;
+* the *scale* of each recognition channel, the 95th percentile of its distances from rest; both
+  axes of a tangential force are scaled alike;
+* the *sensors*: each assignment of the recorded sensors to those of training is judged by how
+  likely it makes the relative sizes of the channels and their correlations, as the training
+  demonstrations have them: independent Student distributions around their medians, whose widths
+  are their spread and what calibration may be off. Sensors are only taken as swapped where that is
+  :data:`MARGIN` more likely, in logarithm for each demonstration.
+
+All is estimated over all test demonstrations together, so that they keep what tells one from the
+other.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.windows import REST, SIZE
+from forcelab.signals.channels import channel_map
+from forcelab.signals.grid import on_grid
+
+__all__ = ["MARGIN", "Adaptation", "matching"]
+
+Real = NDArray[np.float64]
+
+#: Logarithm of how much likelier an assignment must be than that of the names, per demonstration:
+#: some seven times, as swapping what is right costs far more than leaving what is wrong.
+MARGIN = 2.0
+#: Degrees of freedom of the Student distributions: one odd demonstration must not decide. Few are
+#: too few to fit them; 4 as in Lange, Little and Taylor, "Robust statistical modeling using the t
+#: distribution", JASA 84, 1989.
+FREEDOM = 4.0
+#: Standard deviation of a size's logarithm by calibration (a quarter of a force), and of Fisher's z
+#: of a correlation by circumstances: assumed, so that few and alike demonstrations of training do
+#: not make everything else look impossible.
+CALIBRATION, CIRCUMSTANCES = 0.25, 0.4
+#: A channel that would need more than this factor is dead, and stays as it is: neither persons nor
+#: calibrations differ by as much, and its noise would be made a force.
+LARGEST = 20.0
+#: With more sensors than this the names are believed: 5 have 120 assignments, of which one or the
+#: other looks likelier by chance.
+SENSORS = 4
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """What is done to test demonstrations before they are recognised.
+
+    Parameters
+    ----------
+    sources : mapping of str to str
+        For each recorded channel the one whose samples it takes; another one's where sensors are
+        swapped.
+    own, wanted : mapping of str to float
+        Level at rest of each source, and of each channel in training.
+    gain : mapping of str to float
+        Factor of each channel.
+    swapped : tuple of (str, str)
+        Sensors that changed places: the one in training, and the recorded one that stands for it.
+    likelier : float
+        Logarithm of how much likelier the best other assignment of sensors is than that of the
+        names, per demonstration; minus infinity where there is no other.
+    """
+
+    sources: Mapping[str, str]
+    own: Mapping[str, float]
+    wanted: Mapping[str, float]
+    gain: Mapping[str, float]
+    swapped: tuple[tuple[str, str], ...] = ()
+    likelier: float = -np.inf
+
+    def adapted(self, item: Labelled) -> Labelled:
+        """A demonstration of the test set as the training set's sensors would have seen it."""
+        demonstration = item.demonstration
+        names = [channel.name for channel in demonstration.channels]
+        columns = {name: demonstration.signals[:, i] for i, name in enumerate(names)}
+        signals = np.array(demonstration.signals)
+        for i, name in enumerate(names):
+            source = self.sources.get(name)
+            if source is not None:
+                moved = columns[source] - self.own[source]
+                signals[:, i] = self.wanted[name] + self.gain[name] * moved
+        made = Demonstration(
+            demonstration.name,
+            demonstration.task,
+            demonstration.times,
+            signals,
+            demonstration.channels,
+            grid_rate=demonstration.grid_rate,
+        )
+        return replace(item, demonstration=made)
+
+    @property
+    def sentence(self) -> str:
+        """What was done, in one sentence."""
+        said = "no sensor is swapped"
+        if self.swapped:
+            pairs = " and ".join(f"{there} for {here}" for here, there in self.swapped)
+            said = f"sensors are swapped ({pairs}; log likelihood ratio {self.likelier:.1f})"
+        gains = sorted(self.gain.values())
+        return (
+            f"Adapted to the training demonstrations without labels: {said}, forces are scaled by "
+            f"{gains[0]:.2f} to {gains[-1]:.2f}."
+        )
+
+
+@dataclass(frozen=True)
+class _Look:
+    """What one demonstration is like; u recorded channels, q recognition channels."""
+
+    recorded: tuple[str, ...]
+    channels: tuple[str, ...]
+    #: Recorded channels of each recognition channel.
+    parts: Mapping[str, tuple[str, ...]]
+    rest: Real  # (u,)
+    size: Real  # (q,), above 0
+    related: Real  # (q, q), Fisher's z of the correlations
+
+
+def matching(train: Sequence[Labelled], test: Sequence[Labelled]) -> Adaptation:
+    """Match test demonstrations to training ones.
+
+    Parameters
+    ----------
+    train, test : sequence of Labelled
+        At least one each; labels are not looked at.
+
+    Raises
+    ------
+    InputError
+        If their channels differ.
+    """
+    known = [_look(item.demonstration) for item in train]
+    new = [_look(item.demonstration) for item in test]
+    first = known[0]
+    for look, item in zip([*known, *new], [*train, *test], strict=True):
+        if look.channels != first.channels or look.recorded != first.recorded:
+            raise InputError(
+                f"'{item.demonstration.name}' has the channels {', '.join(look.recorded)} but "
+                f"'{train[0].demonstration.name}' has {', '.join(first.recorded)}; adapt "
+                f"demonstrations with the same channels."
+            )
+    order, swapped, likelier = _assigned(known, new)
+    rest = _middle([look.rest for look in known])
+    own = _middle([look.rest for look in new])
+    sizes = np.exp(_middle([np.log(look.size) for look in known]))
+    others = np.exp(_middle([np.log(look.size) for look in new]))[order]
+    sources, gain = {}, {}
+    for i, channel in enumerate(first.channels):
+        factor = float(sizes[i] / others[i])
+        fine = 1 / LARGEST <= factor <= LARGEST
+        standing = first.parts[first.channels[order[i]]]
+        for name, source in zip(first.parts[channel], standing, strict=True):
+            sources[name], gain[name] = source, factor if fine else 1.0
+    return Adaptation(
+        sources,
+        dict(zip(first.recorded, own.tolist(), strict=True)),
+        dict(zip(first.recorded, rest.tolist(), strict=True)),
+        gain,
+        swapped,
+        likelier,
+    )
+
+
+def _middle(rows: Sequence[Real]) -> Real:
+    """The median of each column."""
+    return np.asarray(np.median(np.stack(rows), axis=0))
+
+
+def _look(demonstration: Demonstration) -> _Look:
+    """Look at one demonstration."""
+    names = [channel.name for channel in demonstration.channels]
+    channels = channel_map(demonstration.channels)
+    grid = on_grid(demonstration, None, channels.recorded)
+    rest = np.median(grid.signals[: max(1, round(REST * grid.rate))], axis=0)
+    away = np.abs(channels.apply(grid.signals - rest))
+    size = np.quantile(away, SIZE, axis=1)
+    size = np.where(size > 0, size, 1.0)
+    recorded = tuple(names[column] for column in channels.recorded)
+    # Logarithmic in large forces: a single peak says little of how channels move together.
+    ready = np.arcsinh(2 * away / size[:, None])
+    ready -= ready.mean(axis=1, keepdims=True)
+    lengths = np.sqrt((ready**2).sum(axis=1))
+    together = ready @ ready.T / np.maximum(np.outer(lengths, lengths), 1e-300)
+    return _Look(
+        recorded,
+        channels.names,
+        {
+            name: tuple(recorded[place] for place in columns)
+            for name, columns in zip(channels.names, channels.columns, strict=True)
+        },
+        rest,
+        size,
+        np.arctanh(np.clip(together, -0.999, 0.999)),
+    )
+
+
+def _assigned(
+    known: Sequence[_Look], new: Sequence[_Look]
+) -> tuple[NDArray[np.int64], tuple[tuple[str, str], ...], float]:
+    """Which recorded channel stands for each, the sensors that are swapped, and how likely."""
+    channels = known[0].channels
+    same = np.arange(len(channels))
+    sensors = _sensors(channels)
+    weakest = [np.exp(_middle([np.log(one.size) for one in looks])).min() for looks in (known, new)]
+    # A dead channel makes its sensor look like the weaker one.
+    if not 2 <= len(sensors) <= SENSORS or LARGEST * weakest[1] < weakest[0]:
+        return same, (), -np.inf
+    stated = _likelihood(known, new, same)
+    best, how, likelier = same, tuple(sensors), -np.inf
+    for turn in itertools.permutations(sensors):
+        if turn == tuple(sensors):
+            continue
+        order = same.copy()
+        for here, there in zip(sensors, turn, strict=True):
+            order[list(sensors[here])] = sensors[there]
+        found = _likelihood(known, new, order) - stated
+        if found > likelier:
+            best, how, likelier = order, turn, found
+    if likelier < MARGIN:
+        return same, (), likelier
+    pairs = zip(sensors, how, strict=True)
+    return best, tuple((here, there) for here, there in pairs if here != there), likelier
+
+
+def _sensors(channels: Sequence[str]) -> dict[str, tuple[int, int]]:
+    """Places of the tangential and the normal force of each 3-axis sensor."""
+    places = {name: i for i, name in enumerate(channels)}
+    found = {}
+    for name, i in places.items():
+        kind, _, sensor = name.partition(" ")
+        if kind == "tangential" and f"normal {sensor}" in places:
+            found[sensor] = (i, places[f"normal {sensor}"])
+    return found
+
+
+def _likelihood(known: Sequence[_Look], new: Sequence[_Look], order: NDArray[np.int64]) -> float:
+    """Logarithm of how likely an assignment is, per demonstration, but for a constant."""
+    same = np.arange(len(order))
+    seen = np.stack([_told(look, same) for look in known])
+    asked = np.stack([_told(look, order) for look in new])
+    q = len(order)
+    slack = np.repeat([CALIBRATION, CIRCUMSTANCES], [q, q * (q - 1) // 2])
+    width = np.sqrt(seen.var(axis=0) + slack**2)
+    off = (asked - np.median(seen, axis=0)) / width
+    logs = -0.5 * (FREEDOM + 1) * np.log1p(off**2 / FREEDOM)
+    return float(logs.sum(axis=1).mean())
+
+
+def _told(look: _Look, order: NDArray[np.int64]) -> Real:
+    """What tells sensors apart: sizes of channels beside each other, and what moves together."""
+    sizes = np.log(look.size[order])
+    related = look.related[np.ix_(order, order)]
+    return np.concatenate([sizes - sizes.mean(), related[np.triu_indices(len(order), 1)]])

@@ -1,0 +1,134 @@
+"""What all views of a channel share: its noise, its colours, what is kept of long spans."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.demonstration import Demonstration
+from forcelab.jobs import Progress
+from forcelab.signals.conditioning import noise_level
+from forcelab.signals.scalogram_picture import Level, magnitudes
+from forcelab.signals.scalogram_source import Source, open_source
+from forcelab.signals.scalogram_spots import means_of
+from forcelab.signals.scalogram_tiles import Tiles
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["Survey", "row_scales", "survey"]
+
+Real = NDArray[np.float64]
+
+#: Stretches of a demonstration that tell its range of colours, and the samples of each.
+_STRETCHES, _STRETCH = 8, 1 << 14
+#: Columns that a stretch is seen in.
+_LOOKED = 512
+#: Shares of all magnitudes below the darkest and the brightest colour, and their least distance.
+_DARKEST, _BRIGHTEST, _LEAST = 0.05, 0.999, 1.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Survey:
+    """What all views of a channel have in common, so that colours do not jump.
+
+    Once a long span was seen it keeps the channel's means, and the tiles of the scales that were
+    last asked for.
+
+    Parameters
+    ----------
+    source : Source
+        The channel on its grid.
+    noise : float
+        Standard deviation of the channel's white noise, in its unit.
+    low, high : float
+        Decimal logarithms of the magnitudes for the first and the last colour.
+    level : Level
+        Middle and size of the samples.
+    wavelet : Morlet
+    """
+
+    source: Source
+    noise: float
+    low: float
+    high: float
+    level: Level
+    wavelet: Morlet
+    _kept: list[Tiles] = field(default_factory=list, repr=False)
+    _means: list[Source] = field(default_factory=list, repr=False)
+
+    def tiles(self, scales: Real) -> Tiles:
+        """The tiles of some scales, as far as they are computed; those of others are dropped."""
+        if not self._kept or not np.array_equal(self._kept[0].scales, scales):
+            made = Tiles(self.source, self.noise, self.level, scales, self.wavelet)
+            self._kept[:] = [made]
+        return self._kept[0]
+
+    @property
+    def means(self) -> Source | None:
+        """The channel in means, once :meth:`averaging` has gone through it."""
+        return self._means[0] if self._means else None
+
+    def averaging(self) -> Generator[Progress, None, Source]:
+        """Compute the channel's means, once; a job."""
+        if not self._means:
+            self._means[:] = [(yield from means_of(self.source))]
+        return self._means[0]
+
+    def without_tiles(self) -> Survey:
+        """The same with no tile computed yet."""
+        return replace(self, _kept=[])
+
+
+def row_scales(rows: int, largest: float, smallest: float = 2.0) -> Real:
+    """Scales in the middles of `rows` even steps of the logarithm; shape (rows,)."""
+    ratio = largest / smallest
+    return np.asarray(smallest * ratio ** ((np.arange(rows) + 0.5) / rows), dtype=np.float64)
+
+
+def survey(
+    demonstration: Demonstration, channel: str, largest: float, wavelet: Morlet | None = None
+) -> Generator[Progress, None, Survey]:
+    """Look at stretches of a whole demonstration; a job of at most 5e5 samples.
+
+    Parameters
+    ----------
+    demonstration : Demonstration
+    channel : str
+        A recorded channel, or a recognition channel such as ``"tangential 1"``.
+    largest : float
+        The largest scale that will be shown, in samples.
+    wavelet : Morlet, optional
+
+    Raises
+    ------
+    InputError
+        If there is no such channel, or a stray stamp makes the grid too long.
+    """
+    source = yield from open_source(demonstration, channel)
+    mother = wavelet or Morlet()
+    length = min(_STRETCH, source.count)
+    stretches = min(_STRETCHES, -(-source.count // length))
+    scales = row_scales(24, largest)
+    noises: list[float] = []
+    found = []
+    low, high = math.inf, -math.inf
+    for first in np.linspace(0, source.count - length, stretches).astype(int).tolist():
+        values, known = source.read(first, first + length)
+        yield Progress(first, source.count, "range of colours")
+        if not known.any():
+            continue
+        low, high = min(low, float(values.min())), max(high, float(values.max()))
+        peak = int(np.frexp(np.max(np.abs(values)))[1])
+        noises.append(float(np.ldexp(noise_level(np.ldexp(values, -peak)), peak)))
+        columns = min(length, _LOOKED)
+        places = float(first), float(first + length)
+        picture = yield from magnitudes(source, noises[-1], places, scales, columns, mother)
+        found.append(picture[np.isfinite(picture)])
+    if not found:
+        return Survey(source, 0.0, -1.0, 0.0, Level(0.0, 0), mother)
+    noise = float(np.median(noises))
+    dark, bright = (float(v) for v in np.quantile(np.concatenate(found), (_DARKEST, _BRIGHTEST)))
+    return Survey(source, noise, min(dark, bright - _LEAST), bright, Level.of(low, high), mother)

@@ -1,0 +1,206 @@
+"""Largest powers of a channel's scalogram, kept, from which any span is put together.
+
+Of each scale the largest ``|W|^2`` of every 64 samples is kept, and of every 4, 16, ... of these
+cells: a column of the screen looks at eight of them at most, however much time it holds. Cells are
+computed once, chunk by chunk, first those that are seen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from forcelab.jobs import Progress
+from forcelab.signals.scalogram_columns import Columns
+from forcelab.signals.scalogram_frames import bank
+from forcelab.signals.scalogram_picture import Level, Picture, decimal
+from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_threads import in_threads
+from forcelab.signals.wavelets import Morlet
+
+__all__ = ["Tiles"]
+
+Real = NDArray[np.float64]
+Single = NDArray[np.float32]
+Flags = NDArray[np.bool_]
+
+#: Samples of a cell at least, and cells of a level in one of the next.
+CELL, RATIO = 64, 4
+#: Samples that are computed in one go: cells of the highest level lie within one.
+CHUNK = 1 << 18
+#: Bytes of all cells at most; of longer recordings cells are larger.
+MOST = 1 << 27
+#: Samples are kept from overflowing in single precision.
+_LARGEST = 1e15
+
+
+class Tiles:
+    """The cells of one channel at some scales.
+
+    Parameters
+    ----------
+    source : Source
+    noise : float
+        Standard deviation of the channel's white noise, in its unit.
+    level : Level
+        Of the channel's usual samples.
+    scales : ndarray, shape (k,)
+        In samples, rising.
+    wavelet : Morlet
+
+    Attributes
+    ----------
+    cell : int
+        Samples of a cell: a power of two, 64 for recordings up to 1e7 samples and 150 scales.
+    """
+
+    def __init__(
+        self, source: Source, noise: float, level: Level, scales: Real, wavelet: Morlet
+    ) -> None:
+        self.scales = scales
+        self.cell = CELL
+        while 4 * len(scales) * source.count * RATIO > (RATIO - 1) * MOST * self.cell:
+            self.cell *= 2
+        self._source, self._noise, self._level = source, noise, level
+        chunks = -(-source.count // CHUNK)
+        self._done = np.zeros(chunks, dtype=bool)
+        self._sizes = np.zeros(chunks)  # the largest sample of each chunk
+        cells = chunks * CHUNK // self.cell
+        self._known = np.zeros(cells, dtype=bool)
+        self._levels: list[Single] = []
+        count, size = cells, self.cell
+        while size <= CHUNK:
+            self._levels.append(np.zeros((len(scales), count), dtype=np.float32))
+            count, size = count // RATIO, size * RATIO
+        # One point beyond the last sample, on the widest grid.
+        self._groups = bank(scales, wavelet, CHUNK + 1, self.cell)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all cells: at most :data:`MOST` and what fills the last chunk."""
+        return sum(level.nbytes for level in self._levels)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all chunks are computed."""
+        return bool(self._done.all())
+
+    def serve(self, grid: Columns) -> bool:
+        """Whether columns are wide enough: their edges move by a quarter of one at most."""
+        return grid.width >= 2 * self.cell
+
+    def bounds(self, grid: Columns) -> tuple[int, NDArray[np.int64]]:
+        """Samples of the cells that columns are put together from, and the nearest edges.
+
+        Returns
+        -------
+        size : int
+        edges : ndarray of int64, shape (count + 1,)
+            In samples, multiples of `size`.
+        """
+        size = self.cell
+        while 2 * size * RATIO <= grid.width and size * RATIO <= CHUNK:
+            size *= RATIO
+        # Half a cell more or less is told from rounding: edges do not depend on the last bits.
+        return size, size * np.floor(grid.edges() / size + 0.5 + 1e-6).astype(np.int64)
+
+    def missing(self, first: float, last: float) -> list[int]:
+        """The chunks of a span, in samples, that are still to be computed."""
+        begin = max(0, int(first) // CHUNK)
+        end = min(len(self._done), -(-int(last + 1) // CHUNK))
+        return [chunk for chunk in range(begin, end) if not self._done[chunk]]
+
+    def building(self, chunks: list[int]) -> Generator[Progress, None, None]:
+        """Compute chunks; a job. What was computed when it is cancelled is kept."""
+        for i, chunk in enumerate(chunks):
+            for _ in self._build(chunk):
+                yield Progress(i, len(chunks), "scalogram of the whole recording")
+        yield Progress(len(chunks), len(chunks), "scalogram of the whole recording")
+
+    def _build(self, chunk: int) -> Generator[Progress, None, None]:
+        """Compute one chunk."""
+        first = chunk * CHUNK
+        half = max(group.half for group in self._groups)
+        end = max(group.reading - group.half for group in self._groups)
+        values, known = self._source.read(first - half, first + end)
+        self._level.sized(values)
+        np.clip(values, -_LARGEST, _LARGEST, out=values)
+        yield Progress(0, 1, "reading")
+        count = CHUNK // self.cell
+        cells = slice(chunk * count, (chunk + 1) * count)
+
+        def take(rows: slice, step: int, power: Single) -> None:
+            self._levels[0][rows, cells] = _cells(power, step, self.cell, count)
+
+        for group in self._groups:
+            yield from in_threads(group.tasks(values[half - group.half :], take), "cells")
+        for finer, coarser in zip(self._levels, self._levels[1:], strict=False):
+            part = finer[:, cells].reshape(len(finer), -1, RATIO)
+            cells = slice(cells.start // RATIO, cells.stop // RATIO)
+            coarser[:, cells] = part.max(axis=-1)
+        told = slice(half, half + CHUNK)
+        self._known[chunk * count : (chunk + 1) * count] = (
+            known[told].reshape(-1, self.cell).any(axis=1)
+        )
+        self._sizes[chunk] = np.abs(values[told]).max() + abs(
+            math.ldexp(self._level.shift, -self._level.exponent)
+        )
+        self._done[chunk] = True
+
+    def picture(self, grid: Columns) -> tuple[Picture, Flags]:
+        """Put a picture together.
+
+        Parameters
+        ----------
+        grid : Columns
+            Which :meth:`serve` accepts. Edges move to the nearest cell.
+
+        Returns
+        -------
+        values : ndarray of float32, shape (k, count)
+            Decimal logarithms of the largest magnitudes in the channel's unit; NaN where nothing
+            is known.
+        done : ndarray of bool, shape (count,)
+            Which columns are computed; the others mean nothing.
+        """
+        size, edges = self.bounds(grid)
+        cells = self._levels[round(math.log(size / self.cell, RATIO))]
+        edges = np.clip(edges // size, 0, cells.shape[1])
+        firsts = np.minimum(edges[:-1], cells.shape[1] - 1)
+        end = max(int(edges[-1]), int(firsts[-1]) + 1)
+        power = np.maximum.reduceat(cells[:, :end], firsts, axis=1)
+        finest = size // self.cell
+        known = np.maximum.reduceat(self._known[: end * finest], firsts * finest)
+        begin = firsts * size // CHUNK
+        final = (np.maximum(edges[1:], firsts + 1) * size - 1) // CHUNK
+        missing = np.concatenate(([0], np.cumsum(~self._done)))
+        done = missing[final + 1] == missing[begin]
+        largest = float(self._sizes[begin[0] : final[-1] + 1].max())
+        values = decimal(power, self._noise, self.scales, self._level.exponent, known, largest)
+        return values, done
+
+
+def _cells(power: Single, step: int, cell: int, count: int) -> Single:
+    """The largest power of each cell, of points from the first cell's first sample on."""
+    rows = len(power)
+    if step >= cell:
+        # The first and the last sample of each cell, on the straight lines between points.
+        each = step // cell
+        before = power[:, : count // each, np.newaxis]
+        rise = power[:, 1 : count // each + 1, np.newaxis] - before
+        at = np.arange(0, step, cell, dtype=np.float32) / np.float32(step)
+        ends = at + np.float32((cell - 1) / step)
+        found = np.maximum(before + rise * at, before + rise * ends)
+        return np.asarray(found.reshape(rows, -1))
+    each = cell // step
+    # Faster than the largest along a short axis.
+    found = np.maximum.reduceat(power[:, : count * each], np.arange(0, count * each, each), axis=1)
+    if step > 1:
+        # The cell's last sample, between its last point and the next cell's first.
+        last = power[:, each - 1 : count * each : each] / step
+        last += power[:, each : count * each + 1 : each] * np.float32(1 - 1 / step)
+        np.maximum(found, last, out=found)
+    return found

@@ -1,0 +1,58 @@
+import pytest
+from PySide6.QtWidgets import QWidget
+
+from forcelab.gui.label.timeline import Timeline
+
+
+class Part(QWidget):
+    def __init__(self, height):
+        super().__init__()
+        self.setMinimumSize(100, height)
+
+
+@pytest.fixture
+def parts():
+    heights = {"ruler": 20, "tracks": 50, "force": 80, "scalogram": 60, "overview": 40, "bar": 30}
+    return {name: Part(height) for name, height in heights.items()}
+
+
+@pytest.fixture
+def timeline(app, parts):
+    panels = (parts["tracks"], parts["force"], parts["scalogram"])
+    around = QWidget()  # a window of its own would not become lower than what it shows
+    around.resize(500, 500)
+    bar = parts["bar"]
+    made = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], bar, around)
+    around.show()
+    yield made
+    around.close()
+
+
+def seen(timeline, parts, height):
+    timeline.resize(400, height)
+    assert timeline.height() == height
+    return "".join(name[0] for name, part in parts.items() if not part.isHidden())
+
+
+def test_in_a_low_window_the_least_needed_give_way_and_come_back(timeline, parts):
+    assert timeline.minimumSizeHint().height() == 100
+    heights = (400, 290, 230, 100, 230, 290, 400)
+    assert [seen(timeline, parts, height) for height in heights] == [
+        "rtfsob", "rtfsb", "rtfb", "rtb", "rtfb", "rtfsb", "rtfsob"
+    ]  # fmt: skip
+
+
+def test_what_is_not_wanted_leaves_its_room_to_others(timeline, parts):
+    timeline.set_wanted(parts["force"], False)
+    assert seen(timeline, parts, 240) == "rtsob"
+    timeline.set_wanted(parts["force"], True)
+    assert seen(timeline, parts, 240) == "rtfb"
+    timeline.set_wanted(parts["tracks"], False)
+    assert "t" not in seen(timeline, parts, 400)
+
+
+def test_a_part_that_grows_takes_the_room_of_others(timeline, parts, until):
+    assert seen(timeline, parts, 400) == "rtfsob"
+    parts["tracks"].setMinimumHeight(160)
+    until(parts["overview"].isHidden)
+    assert seen(timeline, parts, 400) == "rtfsb"

@@ -1,0 +1,154 @@
+"""Sensors that are swapped and scaled are set right without labels; others are left alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.recognition.adaptation import MARGIN, matching
+from forcelab.recognition.evaluation import across
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.settings import preset
+
+RATE = 200.0
+#: Of the two sensors' axes: one side of the tongs is held loosely.
+UNEVEN = np.array([1.0, 1.0, 1.0, 0.35, 0.35, 0.35])
+SWAP = [3, 4, 5, 0, 1, 2]
+GAIN = np.array([1.5, 1.5, 1.3, 1.7, 1.7, 1.9])
+OFFSET = np.array([0.4, -0.3, 0.6, -0.2, 0.1, -0.5])
+SETTINGS = preset("fast").replace(amplitude="absolute", decoder="filters", classifier="logistic")
+
+
+def made(item, change):
+    demonstration = item.demonstration
+    return replace(
+        item,
+        demonstration=Demonstration(
+            demonstration.name,
+            demonstration.task,
+            demonstration.times,
+            change(np.array(demonstration.signals)),
+            demonstration.channels,
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def people():
+    items = [Labelled(*item) for item in synthetic_set(10, RATE)]
+    uneven = [made(item, lambda signals: signals * UNEVEN) for item in items]
+    return uneven[:6], uneven[6:]
+
+
+def accuracy(evaluation, which="filtered"):
+    return evaluation.scores(which)[0].accuracy
+
+
+def test_accuracy_is_restored_where_sensors_are_swapped_and_scaled(people):
+    train, test = people
+    turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in test]
+    right = accuracy(finish(across(train, test, SETTINGS)))
+    evaluation = finish(across(train, turned, SETTINGS, adapt=True))
+    assert accuracy(evaluation, "unadapted") == accuracy(finish(across(train, turned, SETTINGS)))
+    assert accuracy(evaluation, "unadapted") < right - 0.1
+    assert accuracy(evaluation) > right - 0.03
+    (said,) = [sentence for sentence in evaluation.remarks if "Adapted" in sentence]
+    assert "sensors are swapped (2 for 1 and 1 for 2" in said
+    whole = evaluation.to_json()
+    assert whole["unadapted"]["pooled"]["accuracy"] < whole["filtered"]["pooled"]["accuracy"]
+    # What is tested stays the recording: its id, its stamps and its labels.
+    assert [one.id for one in evaluation.tested] == [item.demonstration.id for item in turned]
+
+
+def test_with_matching_sensors_nothing_is_swapped(people):
+    for train, test in (people, people[::-1]):
+        found = matching(train, test)
+        assert not found.swapped
+        assert found.likelier < 0
+        assert "no sensor is swapped" in found.sentence
+    scaled = [made(item, lambda signals: signals * GAIN + OFFSET) for item in people[1]]
+    assert not matching(people[0], scaled).swapped
+    even = [Labelled(*item) for item in synthetic_set(6, RATE)]
+    assert not matching(even[:3], even[3:]).swapped
+
+
+def test_alike_demonstrations_stay_as_they_are(people):
+    train, _ = people
+    found = matching(train, train)
+    for item in train:
+        again = found.adapted(item).demonstration
+        assert np.allclose(again.signals, item.demonstration.signals, atol=1e-12)
+    assert set(found.gain.values()) == {1.0}
+
+
+def test_levels_and_scales_come_to_those_of_training(people):
+    train, _ = people
+    turned = [made(item, lambda signals: signals[:, SWAP] * GAIN + OFFSET) for item in train]
+    found = matching(train, turned)
+    assert found.likelier > MARGIN
+    for item, wanted in zip(turned, train, strict=True):
+        again = found.adapted(item).demonstration
+        assert again.channels == item.demonstration.channels
+        # Normal forces are set right to the sample; a hypotenuse of unequal gains nearly so.
+        for column in (2, 5):
+            assert np.allclose(
+                again.signals[:, column], wanted.demonstration.signals[:, column], atol=1e-9
+            )
+
+
+def test_labels_are_not_looked_at(people):
+    train, test = people
+    bare = [replace(item, segments=()) for item in (*train, *test)]
+    assert matching(bare[: len(train)], bare[len(train) :]) == matching(train, test)
+
+
+def test_a_dead_channel_is_not_blown_up(people):
+    train, test = people
+
+    def dead(signals):
+        signals[:, 2] = 1e-6 * np.random.default_rng(0).standard_normal(len(signals))
+        return signals
+
+    found = matching(train, [made(item, dead) for item in test])
+    assert found.gain["fz1"] == 1.0
+
+
+def test_missing_samples_stay_missing(people):
+    train, test = people
+
+    def holed(signals):
+        signals[50:60, 1] = np.nan
+        return signals
+
+    again = matching(train, test).adapted(made(test[0], holed)).demonstration
+    assert np.isnan(again.signals[50:60, 1]).all()
+    assert np.isfinite(again.signals[:, 0]).all()
+
+
+def test_other_channels_are_refused(people):
+    train, test = people
+    demonstration = test[0].demonstration
+    other = Demonstration(
+        "x", "", demonstration.times, demonstration.signals[:, :1], [Channel("p")]
+    )
+    with pytest.raises(InputError, match="'x' has the channels p but .* has fx1"):
+        matching(train, [Labelled(other)])
+
+
+def test_channels_without_sensors_are_scaled_and_never_swapped():
+    random = np.random.default_rng(0)
+    times = np.arange(400) / 100.0
+
+    def one(name, gain):
+        signals = random.standard_normal((400, 2)) * gain
+        signals[:20] = 0
+        return Labelled(Demonstration(name, "", times, signals, [Channel("a"), Channel("b")]))
+
+    found = matching([one("x", 1.0)], [one("y", np.array([3.0, 0.5]))])
+    assert not found.swapped
+    assert found.gain["a"] == pytest.approx(1 / 3, rel=0.2)
+    assert found.gain["b"] == pytest.approx(2, rel=0.2)

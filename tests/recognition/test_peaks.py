@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+
+from forcelab.recognition import learning
+from forcelab.recognition.examples import Labelled
+from forcelab.recognition.peaks import SPANS, peak_features, peak_names
+from forcelab.recognition.settings import preset
+from forcelab.recognition.training import train
+from forcelab.recognition.windows import smoothed
+
+WINDOW = 0.02
+RATE = 100.0
+
+
+def walk(seed, channels=2, n=300):
+    return np.random.default_rng(seed).normal(size=(channels, n)).cumsum(axis=1) + 30.0
+
+
+def test_features_are_those_of_direct_searches():
+    channels, places = walk(0), np.array([0, 1, 17, 150, 298, 299])
+    found = peak_features(channels, RATE, WINDOW, places).reshape(6, 4, 2, 3)
+    for i, channel in enumerate(channels):
+        level = smoothed(channel, RATE, (WINDOW,), np.arange(300))[0][0]
+        for j, span in enumerate(SPANS):
+            reach = round(span * RATE)
+            for p, place in enumerate(places):
+                before = level[max(place - reach, 0) : place + 1]
+                after = level[place : place + reach + 1]
+                expected = [before.max(), after.max(), before.min(), after.min()]
+                np.testing.assert_allclose(found[p, :, i, j], np.array(expected) - level[place])
+
+
+def test_a_peak_is_ahead_until_it_is_behind():
+    t = np.arange(400) / RATE
+    channels = np.exp(-0.5 * ((t - 2.0) / 0.2) ** 2)[None]
+    before, after = peak_features(channels, RATE, WINDOW, np.array([180, 220])).T[[1, 4]]
+    assert (before[0], after[1]) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert min(after[0], before[1]) > 0.3
+
+
+@pytest.mark.parametrize("gain", [0.03, 1.0, 40.0, 1e148])
+def test_in_own_units_a_gain_and_offsets_do_not_matter(gain):
+    channels, places = walk(1, 3), np.arange(0, 300, 7)
+    plain = peak_features(channels, RATE, WINDOW, places, own=True)
+    offset = gain * np.array([[0.0], [5.0], [-9.0]])
+    changed = peak_features(gain * channels + offset, RATE, WINDOW, places, own=True)
+    np.testing.assert_allclose(changed, plain, rtol=1e-6, atol=1e-6)
+
+
+def test_in_own_units_channels_keep_their_proportion():
+    channels, places = walk(2), np.arange(300)
+    absolute = peak_features(channels, RATE, WINDOW, places)
+    own = peak_features(channels, RATE, WINDOW, places, own=True)
+    moved = absolute != 0
+    assert np.ptp(own[moved] / absolute[moved]) < 1e-9
+
+
+def test_a_constant_channel_and_a_single_sample_have_no_peaks():
+    channels = np.array([np.full(200, -7.3), np.sin(np.arange(200) / 20)])
+    found = peak_features(channels, RATE, WINDOW, np.arange(200), own=True)
+    assert np.all(found.reshape(200, 4, 2, 3)[:, :, 0] == 0)
+    assert np.all(peak_features(channels[:, :1], RATE, WINDOW, np.array([0]), own=True) == 0)
+
+
+def test_missing_samples_are_bridged():
+    channels = np.linspace(0, 1, 400)[None].copy()
+    whole = peak_features(channels, RATE, WINDOW, np.arange(400))
+    channels[0, 100:120] = np.nan
+    found = peak_features(channels, RATE, WINDOW, np.arange(400))
+    np.testing.assert_allclose(found, whole, atol=1e-12)
+
+
+def test_every_column_has_a_name():
+    names = peak_names(("a", "b"))
+    assert len(set(names)) == peak_features(walk(3), RATE, WINDOW, np.arange(2)).shape[1]
+    assert names[0] == "highest before, a, 200 ms"
+    assert names[-1] == "lowest after, b, 1500 ms"
+
+
+@pytest.mark.parametrize("amplitude", ["absolute", "chosen"])
+def test_a_recogniser_looks_at_peaks_whatever_unit_is_chosen(monkeypatch, amplitude):
+    monkeypatch.setattr(learning, "TREES", 5)
+    settings = preset("fast").replace(amplitude=amplitude, peaks=True)
+    items = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
+    recogniser = train(items, settings)
+    channels = len(recogniser.channels)
+    first = settings.replace(peaks=False).width(channels)
+    peaks = np.arange(first, settings.width(channels))
+    assert len(peaks) == len(peak_names(recogniser.channels))
+    assert np.isin(peaks, recogniser.classifier.columns).all()
+    assert len(recogniser.classifier.columns) == len(peaks) + 3 * channels * len(settings.windows)
