@@ -80,6 +80,7 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         channels = [tuple(Channel(*pair) for pair in one["channels"]) for one in told]
         names, holds = [str(one["name"]) for one in told], [bool(one["holds"]) for one in told]
         rates = [float(one.get("rate", 0.0)) for one in told]
+        begun = float(header.get("monotonic", -np.inf))
         cameras: list[Mapping[str, Any]] = list(header["cameras"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"The journal does not say what was recorded ({error}).") from error
@@ -96,8 +97,9 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         if when is not None:
             stamps[f"clock_{i}"] = np.array([when.offset, when.rate, when.residual])
         host = block.arrived if when is None else when.host
+        before = holds[i] and len(host) > 0 and bool(host[0] <= begun)
         away = tuple(recorded.away)
-        streams.append(Stream(host, block.values, holds[i], when is not None, away))
+        streams.append(Stream(host, block.values, holds[i], when is not None, away, before))
     told_lost = [_lost(names[i], streams[i], stamps.get(f"ticks_{i}")) for i in range(len(names))]
     remarks += [sentence for sentence in told_lost if sentence]
     times, signals, start = joined(streams, names)

@@ -33,6 +33,9 @@ class Stream:
         Whether the stamps come from a clock; else from arrivals.
     away : tuple of (float, float)
         From when to when (s) it was unplugged.
+    before : bool
+        Whether the first value of one that holds was there before anything was recorded: then it
+        holds for samples, too, that were on their way when recording began.
     """
 
     host: NDArray[np.float64]
@@ -40,6 +43,7 @@ class Stream:
     holds: bool = False
     even: bool = True
     away: tuple[tuple[float, float], ...] = ()
+    before: bool = False
 
 
 def joined(
@@ -142,6 +146,8 @@ def _onto(host: NDArray[np.float64], stream: Stream, out: NDArray[np.float64]) -
         return
     if stream.holds:
         after = np.searchsorted(own, host, side="right")
+        if stream.before:
+            after = np.maximum(after, 1)
         known = after > 0
         out[known] = values[after[known] - 1]
         for gone, back in stream.away:

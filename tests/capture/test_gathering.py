@@ -120,6 +120,20 @@ def test_what_holds_keeps_its_value_except_while_it_was_unplugged(tmp_path):
     assert np.isnan([at(1.1), at(1.9), at(2.4)]).all()
 
 
+@pytest.mark.parametrize(("begun", "missing"), [(0.008, 0), (0.002, 5)])
+def test_what_was_held_before_the_recording_holds_for_samples_that_were_on_their_way(
+    tmp_path, begun, missing
+):
+    times = START + np.arange(1000) / 1000
+    block = Block(np.array([START + 0.0045]), None, np.array([[1.0]]))
+    records = [encoded(Kind.BLOCK, block_bytes(block), 1), *samples(times, three(times), late=0)]
+    opening = device("q", [["opening", "mm"]], holds=True)
+    told = contents([device(), opening], records, monotonic=START + begun)
+    held = gather(told, tmp_path).demonstration.signals[:, 3]
+    assert np.isnan(held[:missing]).all()
+    assert (held[missing:] == 1.0).all()
+
+
 @pytest.mark.parametrize(
     ("devices", "expected"),
     [
