@@ -1,4 +1,4 @@
-"""Clocks: sample counters and taps become seconds on the force recording's clock.
+"""Clocks: other devices' times, such as of taps, become seconds on the force recording's clock.
 
 Time is float64 seconds from the start of the force recording. Every other clock (a video's, a
 device's sample counter) is carried onto it by a :class:`ClockMap`, never by a nominal rate.
@@ -14,7 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.errors import InputError
 
-__all__ = ["ClockFit", "ClockMap", "fit_clock", "unwrap_counter"]
+__all__ = ["ClockFit", "ClockMap", "fit_clock"]
+
+#: Seconds between two clocks' zeros at most, and how many times as fast one may run: beyond, a
+#: number is mistyped.
+_FARTHEST, _FASTEST = 1e12, 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,17 +36,17 @@ class ClockMap:
     Raises
     ------
     InputError
-        If a number is not finite or the rate is not positive.
+        If the offset is beyond 1e12 s, or the rate not from 1e-6 to 1e6.
     """
 
     offset: float = 0.0
     rate: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.offset) and np.isfinite(self.rate) and self.rate > 0):
+        if not (abs(self.offset) <= _FARTHEST and 1 / _FASTEST <= self.rate <= _FASTEST):
             raise InputError(
-                f"A clock needs a finite offset and a positive rate, not offset {self.offset} s "
-                f"and rate {self.rate}."
+                f"A clock needs a finite offset and a positive rate, up to {_FARTHEST:g} s and "
+                f"{_FASTEST:g}, not offset {self.offset:g} s and rate {self.rate:g}."
             )
 
     def to_force(self, device: ArrayLike) -> NDArray[np.float64]:
@@ -105,32 +109,3 @@ def fit_clock(device: Sequence[float], force: Sequence[float]) -> ClockFit:
     rate = float(spread @ (f - f.mean())) / power
     clock = ClockMap(offset=float(f.mean() - rate * d.mean()), rate=rate)
     return ClockFit(clock, residual=float(np.sqrt(np.mean((clock.to_force(d) - f) ** 2))))
-
-
-def unwrap_counter(counts: ArrayLike, modulus: int = 65_536) -> NDArray[np.int64]:
-    """Undo the wrapping of a device's sample counter.
-
-    Parameters
-    ----------
-    counts : array_like of int, shape (n,)
-        Counter readings in order of arrival, each in ``[0, modulus)``.
-    modulus : int
-        Number of values after which the counter starts again at zero.
-
-    Returns
-    -------
-    ndarray of int64, shape (n,)
-        A counter that only grows, starting at ``counts[0]``. Steps are taken as the smallest
-        non-negative ones; a loss of more than one whole turn cannot be seen in the counter.
-
-    Raises
-    ------
-    InputError
-        If a reading lies outside ``[0, modulus)``.
-    """
-    c = np.asarray(counts, dtype=np.int64)
-    if c.size and (c.min() < 0 or c.max() >= modulus):
-        raise InputError(f"Counter readings must lie in 0..{modulus - 1}.")
-    if c.size == 0:
-        return c
-    return np.concatenate([c[:1], c[0] + np.cumsum(np.diff(c) % modulus)])

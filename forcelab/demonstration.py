@@ -18,6 +18,8 @@ __all__ = ["GAP_PERIODS", "Channel", "Demonstration", "VideoReference"]
 
 #: Neighbouring stamps further apart than this many sample periods have a gap between them.
 GAP_PERIODS = 5.0
+#: Least and largest mean distance of neighbouring stamps in seconds; beyond, a unit is wrong.
+NEAREST, FARTHEST = 1e-9, 1e9
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +99,8 @@ class Demonstration:
     Raises
     ------
     InputError
-        If the shapes disagree, the stamps do not increase, or two channels share a name.
+        If the shapes disagree, the stamps do not increase, are less than a nanosecond or more than
+        30 years apart on average, or two channels share a name.
 
     Notes
     -----
@@ -135,6 +138,12 @@ class Demonstration:
             raise InputError(
                 f"{where}: time does not increase at sample {i + 1} "
                 f"({times[i]:.9g} s, then {times[i + 1]:.9g} s)."
+            )
+        step = (float(times[-1]) - float(times[0])) / (times.size - 1)
+        if not NEAREST <= step <= FARTHEST:
+            raise InputError(
+                f"{where}: its samples are {step:.3g} s apart, which no recording has; check the "
+                f"unit of its stamps, or its rate."
             )
         if self.grid_rate is not None and not 0 < self.grid_rate < np.inf:
             raise InputError(f"{where}: the rate must be positive, not {self.grid_rate} Hz.")

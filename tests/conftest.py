@@ -1,39 +1,49 @@
 """What every test needs: Qt draws off screen where there is no display, and leaves nothing."""
 
+import gc
 import os
+import shutil
 import sys
+from pathlib import Path
 
+import aside
 import pytest
 from hypothesis import settings
 
 #: The files that take longest begin first, so that no process is left with one in the end.
 LONG = (
     "recognition/test_evaluation.py",
-    "test_house_rules.py",
-    "test_readme.py",
-    "simulation/test_tasks.py",
-    "measure/test_simulated_beside_real.py",
     "gui/test_measuring.py",
-    "recognition/test_extremes.py",
+    "simulation/test_tasks.py",
+    "gui/test_texts.py",
+    "test_readme.py",
     "cli/test_commands.py",
-    "review/test_suspicion.py",
-    "recognition/test_storage.py",
-    "measure/test_recognition_swapped.py",
-    "cli/test_simulate.py",
-    "cli/test_evaluate.py",
-    "cli/test_stopping.py",
-    "cli/test_capture.py",
-    "cli/test_gui.py",
-    "e2e/test_kills.py",
     "e2e/test_review.py",
-    "formats/table/test_reader.py",
-    "formats/archive/test_archive.py",
-    "recognition/test_classifiers.py",
-    "cli/test_capture_recogniser.py",
+    "measure/test_simulated_beside_real.py",
+    "cli/test_evaluate.py",
     "simulation/test_production.py",
-    "gui/capture/test_live_views.py",
-    "gui/review/test_workspace.py",
+    "cli/test_plan.py",
+    "cli/test_measure.py",
+    "cli/test_capture_recogniser.py",
+    "test_house_rules.py",
+    "review/test_suspicion.py",
+    "cli/test_capture.py",
+    "cli/test_simulate.py",
+    "cli/test_gui.py",
+    "cli/test_stopping.py",
+    "e2e/test_kills.py",
+    "measure/test_recognition_swapped.py",
+    "recognition/test_storage.py",
+    "measure/test_contact.py",
+    "recognition/test_extremes.py",
+    "measure/test_capture.py",
+    "recognition/test_classifiers.py",
+    "formats/test_broken_input.py",
+    "formats/pdl/test_restricted_pickle.py",
+    "signals/test_scalogram.py",
 )
+#: Waits for what has gone on beside all others.
+LAST = "test_types.py"
 
 if not os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -42,6 +52,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 # Many tests start the program: it is compiled once, also where a machine asks for no bytecode.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# Every commit waits for the disk, and no test can pull the plug: where there is room, folders of
+# tests lie in memory.
+MEMORY = Path("/dev/shm")
+if os.access(MEMORY, os.W_OK) and shutil.disk_usage(MEMORY).free > 2**30:
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY))
 # How long an example takes tells of what else a machine does.
 settings.register_profile("busy", deadline=None)
 settings.load_profile("busy")
@@ -49,7 +64,21 @@ settings.load_profile("busy")
 
 def pytest_collection_modifyitems(items):
     ranks = {f"tests/{name}": rank for rank, name in enumerate(LONG)}
+    ranks[f"tests/{LAST}"] = len(LONG) + 1
     items.sort(key=lambda item: ranks.get(item.nodeid.partition("::")[0], len(LONG)))
+
+
+def pytest_collection_finish(session):
+    """Begin what goes on beside the tests, where its outcome is asked for."""
+    if not session.config.option.collectonly and any(i.path.name == LAST for i in session.items):
+        aside.begin()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def what_is_loaded_stays():
+    """No search for garbage goes through it again: it would take longer than many a test."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
+from made_once import made_once
 from painting_bench import MEMORY
 
 from forcelab.demonstration import Channel, Demonstration
@@ -117,13 +118,8 @@ class FakeWork:
         )
 
 
-@contextmanager
-def study(labelled=("01", "02"), tasks=("foam", "stylus")):
-    """A document of a project: of each task three demonstrations, some labelled by Ann."""
-    from forcelab.gui.document import Document
-
-    folder = tempfile.TemporaryDirectory(dir=MEMORY)
-    path = Path(folder.name) / "study.forcelab"
+def project(path, labelled, tasks):
+    """Of each task three demonstrations, some labelled by Ann."""
     with Project.create(path) as project:
         for number, task in enumerate(tasks):
             for place, name in enumerate(("01", "02", "03")):
@@ -131,6 +127,15 @@ def study(labelled=("01", "02"), tasks=("foam", "stylus")):
                 project.add(one)
                 if name in labelled:
                     project.edit(one.id, "Ann", (), TRACK, "made")
+
+
+@contextmanager
+def study(labelled=("01", "02"), tasks=("foam", "stylus")):
+    """A document of a project: of each task three demonstrations, some labelled by Ann."""
+    from forcelab.gui.document import Document
+
+    folder = tempfile.TemporaryDirectory(dir=MEMORY)
+    path = made_once(project, Path(folder.name) / "study.forcelab", tuple(labelled), tuple(tasks))
     document = Document("Ann")
     document.open_project(path)
     document.open_demonstration(document.infos[0].id)

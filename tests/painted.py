@@ -3,6 +3,7 @@
 from contextlib import contextmanager
 
 import numpy as np
+from made_once import made_once
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -18,16 +19,20 @@ TRACK = (
 )
 
 
-@contextmanager
-def opened(folder, segments=TRACK, seconds=10.0):
-    """A document in which Ada's track over ten seconds is open."""
+def study(path, segments, seconds):
+    """A project of two demonstrations; Ada has painted on the first one."""
     times = np.arange(int(seconds * 100)) / 100
     one = Demonstration("01", "foam", times, np.sin(times)[:, None], (Channel("f", "N"),))
     two = Demonstration("02", "foam", times, np.cos(times)[:, None], (Channel("f", "N"),))
-    path = folder / "study.forcelab"
     with Project.create(path) as project:
         track = (Track("Ada", segments),) if segments else ()
         project.add_all([Incoming(one, track), Incoming(two)])
+
+
+@contextmanager
+def opened(folder, segments=TRACK, seconds=10.0):
+    """A document in which Ada's track over ten seconds is open."""
+    path = made_once(study, folder / "study.forcelab", tuple(segments), seconds)
     document = Document("Ada")
     document.told = []  # what was said in the status line
     document.said.connect(lambda text, trouble: document.told.append((text, trouble)))

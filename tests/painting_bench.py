@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from made_once import made_once
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
@@ -30,22 +31,27 @@ def demonstration() -> Demonstration:
     return Demonstration("01", "foam", times, signals, (Channel("fz", "N"),))
 
 
+def study(path: Path, tracks: tuple[tuple[str, tuple[Segment, ...]], ...]) -> None:
+    """A project of one demonstration with these tracks."""
+    recording = demonstration()
+    with Project.create(path) as project:
+        project.add(recording)
+        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+        for author, track in tracks:
+            project.edit(recording.id, author, (), track, "made") if track else None
+
+
 @contextmanager
 def opened(segments: tuple[Segment, ...] = (), **others: tuple[Segment, ...]):
     """A document of a new project with these tracks; Ann is the coder."""
     from forcelab.gui.document import Document
 
     folder = tempfile.TemporaryDirectory(dir=MEMORY)
-    path = Path(folder.name) / "study.forcelab"
-    recording = demonstration()
-    with Project.create(path) as project:
-        project.add(recording)
-        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
-        for author, track in {"Ann": segments, **others}.items():
-            project.edit(recording.id, author, (), track, "made") if track else None
+    tracks = tuple((author, tuple(track)) for author, track in {"Ann": segments, **others}.items())
+    path = made_once(study, Path(folder.name) / "study.forcelab", tracks)
     document = Document("Ann")
     document.open_project(path)
-    assert document.open_demonstration(recording.id)
+    assert document.open_demonstration(document.infos[0].id)
     try:
         yield document
     finally:

@@ -35,6 +35,8 @@ def make(**changes: object) -> Demonstration:
         ({"name": " "}, "needs a name"),
         ({"times": TIMES[:1], "signals": SIGNALS[:1]}, "'LEGO 07' has fewer than two samples"),
         ({"times": []}, "fewer than two samples"),
+        ({"times": TIMES * 1e-300}, "1e-303 s apart.*unit of its stamps"),
+        ({"times": TIMES * 1e14}, r"1e\+11 s apart.*unit of its stamps"),
         ({"signals": SIGNALS[:7]}, r"shape \(7, 2\) do not fit 8 times and 2 channels"),
         ({"signals": SIGNALS.ravel()}, r"shape \(16,\) do not fit"),
         ({"channels": CHANNELS[:1]}, "do not fit 8 times and 1 channels"),

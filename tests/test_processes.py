@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import processes_work
 import psutil
 import pytest
 
@@ -14,25 +15,9 @@ from forcelab.errors import ForcelabError, InputError
 from forcelab.processes import shared
 
 
-def doubled(number):
-    time.sleep(0.05 * (number % 2))  # the odd ones take longer
-    return 2 * number, os.getpid()
-
-
-def refused(number):
-    if number == 2:
-        raise InputError("Number 2 cannot be done; leave it out.")
-    return number
-
-
-def interrupting_itself(number):
-    signal.raise_signal(signal.SIGINT)
-    return number
-
-
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_results_come_in_the_order_of_what_was_given(jobs):
-    made = list(shared(doubled, range(6), jobs))
+    made = list(shared(processes_work.doubled, range(6), jobs))
     assert [number for number, _ in made] == [0, 2, 4, 6, 8, 10]
     elsewhere = {process for _, process in made} - {os.getpid()}
     assert bool(elsewhere) == (jobs == 2)
@@ -41,27 +26,22 @@ def test_results_come_in_the_order_of_what_was_given(jobs):
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_error_of_one_arrives_as_it_was_raised(jobs):
     with pytest.raises(InputError, match=r"^Number 2 cannot be done; leave it out\.$"):
-        list(shared(refused, range(4), jobs))
+        list(shared(processes_work.refused, range(4), jobs))
 
 
 def test_stopping_early_leaves_the_rest_undone_and_the_next_call_works():
-    making = shared(doubled, range(1000), 2)
+    making = shared(processes_work.doubled, range(1000), 2)
     assert next(making)[0] == 0
     started = time.monotonic()
     making.close()
     assert time.monotonic() - started < 20  # all of them would take 12 s a process and more
-    assert [number for number, _ in shared(doubled, range(3), 2)] == [0, 2, 4]
+    assert [number for number, _ in shared(processes_work.doubled, range(3), 2)] == [0, 2, 4]
 
 
 def test_interrupts_of_the_terminal_reach_this_process_alone():
     before = signal.getsignal(signal.SIGINT)
-    assert list(shared(interrupting_itself, range(4), 2)) == [0, 1, 2, 3]
+    assert list(shared(processes_work.interrupting_itself, range(4), 2)) == [0, 1, 2, 3]
     assert signal.getsignal(signal.SIGINT) is before
-
-
-def lasting(number):
-    time.sleep(30)
-    return number
 
 
 def interrupting_the_start(numbers):
@@ -73,34 +53,23 @@ def interrupting_the_start(numbers):
 def test_an_interrupt_while_processes_start_is_not_lost():
     started = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
-        list(shared(lasting, interrupting_the_start(range(4)), 2))
+        list(shared(processes_work.lasting, interrupting_the_start(range(4)), 2))
     assert time.monotonic() - started < 20
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    assert [number for number, _ in shared(doubled, range(3), 2)] == [0, 2, 4]
-
-
-def killed(number):
-    if number == 1:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
+    assert [number for number, _ in shared(processes_work.doubled, range(3), 2)] == [0, 2, 4]
 
 
 def test_a_process_that_is_killed_is_told_in_a_sentence():
     with pytest.raises(ForcelabError, match=r"ended from outside.* short of memory"):
-        list(shared(killed, range(4), 2))
+        list(shared(processes_work.killed, range(4), 2))
 
 
 ORPHANS = """
-import os, time
-from test_processes import shared, waiting
+from forcelab.processes import shared
+from processes_work import waiting
 for _ in shared(waiting, range(2), 2):
     pass
 """
-
-
-def waiting(_):
-    print(os.getpid(), flush=True)
-    time.sleep(60)
 
 
 def test_the_processes_end_when_the_one_that_started_them_is_killed():

@@ -37,14 +37,14 @@ def test_every_command_prints_what_the_readme_shows(tmp_path):
 
 def test_the_script_in_the_readme_runs(tmp_path):
     script = re.search(r"```python\n(.*?)```", TEXT, re.S)[1]
-    few = sorted(Path(ASSETS).glob("*.csv"))[:4]  # of the six, which take twice as long
+    few = sorted(Path(ASSETS).glob("*.csv"))[3:]  # half of the six, which take four times as long
     (tmp_path / "assets").mkdir()
     for path in few:
         (tmp_path / "assets" / path.name).symlink_to(path)
     done = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
     )
-    assert float(re.fullmatch(r"4 demonstrations, accuracy (.*)\n", done.stdout)[1]) > 0.9
+    assert float(re.fullmatch(r"3 demonstrations, accuracy (.*)\n", done.stdout)[1]) > 0.9
 
 
 def test_ci_runs_the_readme_command_for_tests():

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["Counting"]
+
+#: Samples that can be missing at one go: a month of them at 1 kHz.
+FARTHEST = 2.0**31
 
 
 class Counting:
@@ -19,7 +24,7 @@ class Counting:
 
     def __init__(self, period: float) -> None:
         self.period = period
-        self._last: float | None = None
+        self._last: tuple[float, int] | None = None  # the last stamp that was one, and its tick
         self._tick = -1
 
     @classmethod
@@ -33,18 +38,32 @@ class Counting:
         return cls(period) if off.max() < 0.25 else None
 
     def feed(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Ticks of samples with these stamps (s)."""
+        """Ticks of samples with these stamps (s).
+
+        A stamp that is no number, or so late that the clock must have been set anew, is the next
+        tick.
+        """
         ticks = np.empty(len(times), dtype=np.int64)
         for i, stamp in enumerate(times.tolist()):
-            on = 1
-            if self._last is not None and stamp > self._last:
-                step = stamp - self._last
-                on = max(1, round(step / self.period))
-                # Stamps in whole milliseconds tell the period of fast devices only by and by.
-                self.period += 0.02 * (step / on - self.period)
-            self._last, self._tick = stamp, self._tick + on
+            self._tick += 1
+            if math.isfinite(stamp):
+                self._tick = max(self._tick, self._counted(stamp))
+                self._last = stamp, self._tick
             ticks[i] = self._tick
         return ticks
+
+    def _counted(self, stamp: float) -> int:
+        """The tick by a stamp alone; -1 where it tells none."""
+        if self._last is None:
+            return -1
+        last, tick = self._last
+        step = stamp - last
+        if not 0 < step < FARTHEST * self.period:
+            return -1
+        on = max(1, round(step / self.period))
+        # Stamps in whole milliseconds tell the period of fast devices only by and by.
+        self.period += 0.02 * (step / on - self.period)
+        return tick + on
 
     def restart(self) -> None:
         """Go on with a clock that may have started anew."""

@@ -61,7 +61,9 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         )
     if kind == "text":
         return TextLine(
-            path, baud=options.take("baud", int, 115_200), rate=options.take("rate", float, 0.0)
+            path,
+            baud=options.take("baud", int, 115_200),
+            rate=options.take("rate", float, 0.0, "a number, such as rate=80"),
         )
     return Encoder(
         path,
@@ -69,7 +71,7 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         unit=options.take("unit", str, ""),
         channel=options.take("channel", str, "opening"),
         rate=options.take("rate", float, 512.0),
-        reverse=options.take("reverse", _yes, False),
+        reverse=options.take("reverse", _yes, False, "yes or no"),
     )
 
 
@@ -103,16 +105,19 @@ class _Options:
                 )
             self._values[key] = value
 
-    def take(self, key: str, kind: Callable[[str], T], default: D) -> T | D:
-        """The value of an option, or what it is where nothing was said."""
+    def take(self, key: str, kind: Callable[[str], T], default: D, right: str = "") -> T | D:
+        """The value of an option, or what it is where nothing was said.
+
+        What is `right` stands in the sentence where something else was said.
+        """
         if key not in self._values:
             return default
         try:
             return kind(self._values[key])
         except ValueError as error:
             raise InputError(
-                f"'{key}={self._values[key]}' in '{self._name}' does not say a {key}; write a "
-                f"number, such as {key}={default}."
+                f"'{key}={self._values[key]}' in '{self._name}' does not say a {key}; write "
+                f"{right or f'a number, such as {key}={default}'}."
             ) from error
 
 

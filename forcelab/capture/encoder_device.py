@@ -38,6 +38,11 @@ class Encoder(LineDevice):
         Count the other way round.
     ports : callable
         All ports that there are.
+
+    Raises
+    ------
+    InputError
+        If the scale is zero or not finite, or the device has no such rate.
     """
 
     kind = "encoder"
@@ -55,6 +60,11 @@ class Encoder(LineDevice):
         ports: Ports = find_ports,
     ) -> None:
         super().__init__(path, BAUD, ports)
+        if not 0 < abs(scale) < np.inf:
+            raise InputError(
+                f"An encoder cannot be read at {scale:g} units a count; write a number that is not "
+                f"zero, such as scale=0.01."
+            )
         self._commands = set_up(threshold=1, rate=rate, reverse=reverse)
         self.rate = rate
         self.channels = (Channel(channel, unit),)

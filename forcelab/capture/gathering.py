@@ -22,6 +22,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.labels import Track, ordered
+from forcelab.project.cameras import Camera
 
 __all__ = ["Gathered", "channels_of_all", "gather"]
 
@@ -47,15 +48,15 @@ class Gathered:
         clock), ``ticks_i`` (where it has a counter) and ``clock_i``: offset (s), rate (s a tick)
         and residual (s); of camera i ``frames_i``, shape (m, 2): arrived and the camera's own
         stamp (s; NaN where it tells none); ``start`` (s, host's monotonic clock) of time 0.
-    further : tuple of (str, Path)
-        Names and videos of the cameras after the first one that gave pictures.
+    filmed : tuple of Camera
+        The cameras that gave pictures; the first one's video is the demonstration's.
     """
 
     demonstration: Demonstration
     track: Track | None
     remarks: tuple[str, ...]
     stamps: dict[str, NDArray[Any]]
-    further: tuple[tuple[str, Path], ...] = ()
+    filmed: tuple[Camera, ...] = ()
 
 
 def gather(contents: Contents, folder: Path) -> Gathered:
@@ -104,23 +105,23 @@ def gather(contents: Contents, folder: Path) -> Gathered:
     remarks += [sentence for sentence in told_lost if sentence]
     times, signals, start = joined(streams, names)
     stamps["start"] = np.array(start)
-    filmed: list[tuple[str, VideoReference]] = []
+    filmed: list[Camera] = []
     for i, camera in enumerate(cameras):
         frames = found.frames[i]
         stamps[f"frames_{i}"] = frames[:, :2]
         file = folder / str(camera["file"])
         if len(frames) and file.is_file():
-            filmed.append((str(camera["name"]), VideoReference(file, _video_clock(frames, start))))
+            video = VideoReference(file, _video_clock(frames, start))
+            filmed.append(Camera(str(camera["name"]), video))
         elif not len(frames):
             remarks.append(f"{camera['name']} gave no picture.")
         remarks += _unseen(str(camera["name"]), frames[:, 0])
-    video = filmed[0][1] if filmed else None
-    further = tuple((name, reference.path) for name, reference in filmed[1:])
+    first = filmed[0].video if filmed else None
     demonstration = Demonstration(
-        name, task, times, signals, channels_of_all(channels), video=video
+        name, task, times, signals, channels_of_all(channels), video=first
     )
     track = _marked(found.marks, start, demonstration.end, author)
-    return Gathered(demonstration, track, tuple(remarks), stamps, further)
+    return Gathered(demonstration, track, tuple(remarks), stamps, tuple(filmed))
 
 
 def _unseen(name: str, arrived: NDArray[np.float64]) -> list[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import struct
 import zlib
 from collections.abc import Callable, Generator, Iterator
@@ -138,18 +139,22 @@ class Contents:
         """The whole records from the first on."""
         pieces = self._source()
         try:
-            data = _after_version(pieces, self._name)
-            whole = True
-            for piece in itertools.chain((b"",), pieces):
-                data += piece
-                if whole:
-                    at = 0
-                    while (found := _record(data, at)) is not None:
-                        yield found
-                        at += _BEGIN + len(found.payload)
-                    data = data[at:]
-                    whole = _may_follow(data)
-            self._torn = len(data)
+            parts: list[bytes] = []
+            held, wanted = 0, 0.0  # bytes that are not in a record yet, and that the next one needs
+            for piece in itertools.chain((_after_version(pieces, self._name),), pieces):
+                held += len(piece)
+                if wanted == math.inf:
+                    continue  # what follows a damaged record is counted, not kept
+                parts.append(piece)
+                if held < wanted:
+                    continue
+                data, at = b"".join(parts), 0
+                while (found := _record(data, at)) is not None:
+                    yield found
+                    at += _BEGIN + len(found.payload)
+                parts, held = [data[at:]], len(data) - at
+                wanted = _wanted(parts[0])
+            self._torn = held
         finally:
             if isinstance(pieces, Generator):
                 pieces.close()  # and with it the file
@@ -244,9 +249,10 @@ def _record(data: bytes, at: int) -> Record | None:
     return Record(_KINDS[kind], device, payload)
 
 
-def _may_follow(data: bytes) -> bool:
-    """Whether what begins here may be a record that goes on in the next piece."""
+def _wanted(data: bytes) -> float:
+    """How many bytes the record needs that begins here and is not whole; infinity: it is none."""
     if len(data) < _BEGIN:
-        return True
+        return _BEGIN
     kind, _, length = _HEAD.unpack_from(data)
-    return kind in _KINDS and len(data) < _BEGIN + length
+    needed: int = _BEGIN + length
+    return needed if kind in _KINDS and len(data) < needed else math.inf

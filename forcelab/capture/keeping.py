@@ -10,8 +10,10 @@ from pathlib import Path
 from forcelab.capture.gathering import gather
 from forcelab.capture.journal import SUFFIX, Contents, read
 from forcelab.capture.unfinished import CAPTURES, unfinished
+from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project import Added, Project
+from forcelab.project.cameras import Camera, camera_stamps
 from forcelab.project.records import Incoming
 
 __all__ = [
@@ -103,12 +105,19 @@ def keep(path: Path, contents: Contents) -> Kept:
     )
     with Project.open(path) as project:
         (added,) = project.add_all([incoming])
-        project.attach_stamps(added.id, gathered.stamps)
-        beside = [(name, project.attach_beside(added.id, file)) for name, file in gathered.further]
+        beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
+        told = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
+        project.attach_stamps(added.id, gathered.stamps | told)
         heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
-    more = (f"The video of {name} lies beside the first one's: '{file}'." for name, file in beside)
+    more = (f"The video of {c.name} lies beside the first one's: '{c.video.path}'." for c in beside)
     remarks = (*gathered.remarks, *added.remarks, *more)
     return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
+
+
+def _beside(project: Project, id_: str, camera: Camera) -> Camera:
+    """Keep a further camera's video beside a recording."""
+    copy = project.attach_beside(id_, camera.video.path)
+    return Camera(camera.name, VideoReference(copy, camera.video.clock))
 
 
 def discard(path: Path, kept: Kept) -> None:

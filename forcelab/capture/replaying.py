@@ -24,6 +24,8 @@ __all__ = ["Replay", "Sensor", "sensors_of"]
 
 #: Counts that a packet can hold.
 LARGEST = 32_767
+#: Counts that tell a sample beyond them from one within.
+FARTHEST = 10 * LARGEST
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,9 @@ def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tupl
         newtons = np.asarray(demonstration.signals[:, recorded])
         missing: NDArray[np.bool_] = np.logical_not(np.isfinite(newtons).all(axis=1))
         worth = np.where(newtons < 0, calibration.negative, calibration.positive)
-        counts = np.round(np.where(missing[:, None], 0.0, newtons) / worth).astype(np.int64)
+        read = np.round(np.where(missing[:, None], 0.0, newtons) / worth)
+        # What is far beyond all that can be read has no whole number to be cut off.
+        counts = np.clip(read, -FARTHEST, FARTHEST).astype(np.int64)
         clipped = int((np.abs(counts) > LARGEST).any(axis=1).sum())
         called = tuple(demonstration.channels[column].name for column in recorded)
         sensors.append(Sensor(called, serial, counts, missing, clipped))

@@ -42,6 +42,11 @@ class TextLine(LineDevice):
         Samples a second, in Hz; measured by default.
     ports : callable
         All ports that there are.
+
+    Raises
+    ------
+    InputError
+        If the rate is negative or not finite.
     """
 
     kind = "text"
@@ -50,6 +55,11 @@ class TextLine(LineDevice):
         self, path: str, *, baud: int = 115_200, rate: float = 0.0, ports: Ports = find_ports
     ) -> None:
         super().__init__(path, baud, ports)
+        if not 0 <= rate < np.inf:
+            raise InputError(
+                f"A board that prints lines cannot print {rate:g} of them a second; leave its rate "
+                f"away, and it is measured."
+            )
         self.rate = rate
         self._parser = TextParser()
         self._counting: Counting | None = None
@@ -86,8 +96,13 @@ class TextLine(LineDevice):
         return Block(np.full(len(lines), arrived), ticks, values)
 
     def zero(self) -> None:
-        """Take the present readings for zero; see ``Device.zero``."""
-        self._offset = self._latest
+        """Take the present readings for zero; see ``Device.zero``.
+
+        A channel that has none at present keeps the zero it has.
+        """
+        if self._latest is not None:
+            before = np.zeros(len(self._latest)) if self._offset is None else self._offset
+            self._offset = np.where(np.isfinite(self._latest), self._latest, before)
 
     def _begin(self) -> None:
         """Wait until it is known what a line holds; what comes meanwhile is dropped."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from forcelab import __version__
@@ -32,6 +34,9 @@ A first session:
   forcelab train    lab.forcelab --task stylus --stride 10 --out stylus.skops
   forcelab predict  stylus.skops new.csv
 """
+
+#: Pixels a side that a window may have at most.
+LARGEST = 8192
 
 #: What ``forcelab measure`` knows.
 MEASURED = (
@@ -103,8 +108,8 @@ def _add_gui(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--workspace", choices=("label", "review", "capture", "tradeoff"), default="label"
     )
-    parser.add_argument("--at", metavar="SECONDS", type=float, help="where the cursor is")
-    parser.add_argument("--span", metavar="SECONDS", type=float, help="how much time is visible")
+    parser.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
+    parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
     parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
     parser.add_argument("--theme", choices=("light", "dark", "system"))
     parser.add_argument("--author", metavar="NAME", help="the coder (the one of last time)")
@@ -118,7 +123,25 @@ def _size(text: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{3,5})[xX](\d{3,5})", text)
     if match is None:
         raise argparse.ArgumentTypeError(f"'{text}' is no size such as 1280x800")
-    return int(match[1]), int(match[2])
+    width, height = int(match[1]), int(match[2])
+    if max(width, height) > LARGEST:
+        raise argparse.ArgumentTypeError(f"'{text}' is too large; {LARGEST} pixels are the most")
+    return width, height
+
+
+def _seconds(text: str) -> float:
+    """A time in seconds."""
+    with suppress(ValueError):
+        if math.isfinite(seconds := float(text)):
+            return seconds
+    raise argparse.ArgumentTypeError(f"'{text}' is no time in seconds")
+
+
+def _span(text: str) -> float:
+    """A length of time in seconds."""
+    if (seconds := _seconds(text)) > 0:
+        return seconds
+    raise argparse.ArgumentTypeError(f"'{text}' is no length of time above 0 s")
 
 
 def _add_actions(commands: Commands[argparse.ArgumentParser]) -> None:

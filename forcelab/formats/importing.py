@@ -119,6 +119,9 @@ def importing(
     whole = options.format in {None, "archive"} and len(paths) == 1 and Project.vacant(project)
     if whole and _is_archive(paths[0]):
         return (yield from _unpacking(project, paths[0], options))
+    if not Project.vacant(project):
+        with Project.open(project) as opened:
+            opened.refuse_read_only()  # before the work and not after it
     total = len(paths) + 1
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         options = replace(options, unpack=Path(scratch))

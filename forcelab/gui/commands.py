@@ -137,6 +137,7 @@ _PLAYING = _group(
     ("slower", QT_TRANSLATE_NOOP("forcelab", "Slower"), ("End", "-"), "once"),
     ("faster", QT_TRANSLATE_NOOP("forcelab", "Faster"), ("Home", "+"), "once"),
     ("normal_speed", QT_TRANSLATE_NOOP("forcelab", "Normal speed"), ("Backspace", "0"), "once"),
+    ("next_camera", QT_TRANSLATE_NOOP("forcelab", "Show the next camera"), ("F7",), "once"),
 )
 _LABELLING = _group(
     QT_TRANSLATE_NOOP("forcelab", "Labelling"),
@@ -158,7 +159,7 @@ _LABELLING = _group(
     ("fill_gaps", QT_TRANSLATE_NOOP("forcelab", "Fill gaps…"), ("Ctrl+G",), "once"),
     (
         "copy_from",
-        QT_TRANSLATE_NOOP("forcelab", "Copy from another author…"),
+        QT_TRANSLATE_NOOP("forcelab", "Copy from another track…"),
         ("Ctrl+Shift+C",),
         "once",
     ),

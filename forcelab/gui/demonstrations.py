@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, QTimer, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QModelIndex, QPoint, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
-    QPushButton,
     QStackedWidget,
-    QTreeView,
     QVBoxLayout,
     QWidget,
 )
@@ -25,6 +21,7 @@ from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.listing_menu import ListingMenu
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_painting import RowPainter
+from forcelab.gui.listing_parts import Empty, Search, Tree
 from forcelab.gui.listing_rows import SHOWN, Row, Shown, grouped, rows_of
 from forcelab.gui.theme import themes
 from forcelab.project import Assignment
@@ -60,12 +57,12 @@ class DemonstrationList(QWidget):
         self._soon.setSingleShot(True)
         self._soon.setInterval(PAUSE)
         self.model = ListingModel(self)
-        self.view = _Tree(self)
+        self.view = Tree(self)
         self.view.setModel(self.model)
         self.view.setItemDelegate(RowPainter(self.model, self.view))
         self.view.setAccessibleName(self.tr("Demonstrations by task"))
         self.menu = ListingMenu(document, self)
-        self.search = _Search()
+        self.search = Search()
         self.search.setPlaceholderText(self.tr("Search names and tasks"))
         self.search.setAccessibleName(self.tr("Search names and tasks"))
         self.search.setClearButtonEnabled(True)
@@ -80,7 +77,7 @@ class DemonstrationList(QWidget):
         for what in SHOWN:
             self.shown.addItem(names[what], what)
         self._count = QLabel()
-        self._empty = _Empty()
+        self._empty = Empty()
         self._lay_out()
         self._connect()
         self._read()
@@ -274,99 +271,3 @@ class DemonstrationList(QWidget):
         item = self.model.at(self.view.indexAt(where))
         if item is not None:
             self.menu.made_for(item).popup(self.view.viewport().mapToGlobal(where))
-
-
-class _Search(QLineEdit):
-    """The search; Escape clears it, Down leaves it for what was found."""
-
-    leaving = Signal()
-
-    def event(self, event: QEvent) -> bool:
-        """Keep Escape from the window, where it means something else."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-        ):
-            event.accept()
-            return True
-        return super().event(event)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape and Down; everything else edits."""
-        if event.key() == Qt.Key.Key_Escape and self.text():
-            self.clear()
-        elif event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
-            self.leaving.emit()
-        else:
-            super().keyPressEvent(event)
-
-
-class _Tree(QTreeView):
-    """The view; opens with Enter, and its menu with the menu key."""
-
-    opening = Signal(QModelIndex)
-    menu_asked = Signal(QPoint)
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.setHeaderHidden(True)
-        self.setIndentation(0)
-        self.setRootIsDecorated(False)
-        self.setExpandsOnDoubleClick(False)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
-        self.setFrameShape(QTreeView.Shape.NoFrame)
-        self.setMouseTracking(True)
-        self.setTabKeyNavigation(False)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter opens; the menu key shows the menu at the row and not at the pointer."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.opening.emit(self.currentIndex())
-        elif event.key() == Qt.Key.Key_Menu:
-            self.menu_asked.emit(self.visualRect(self.currentIndex()).center())
-        else:
-            super().keyPressEvent(event)
-
-
-class _Empty(QWidget):
-    """What is shown where there is no demonstration: why, and what to do."""
-
-    importing = Signal()
-    showing_all = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._label = QLabel()
-        self._label.setWordWrap(True)
-        self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton(self.tr("Import recordings…"))
-        self._import.clicked.connect(self.importing)
-        self._all = QPushButton(self.tr("Show all"))
-        self._all.clicked.connect(self.showing_all)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 16, 16, 16)
-        column.addStretch(1)
-        column.addWidget(self._label)
-        column.addSpacing(8)
-        for button in (self._import, self._all):
-            column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
-        column.addStretch(2)
-
-    def say(self, has_project: bool, has_demonstrations: bool) -> None:
-        """Say what is missing."""
-        self._import.setVisible(has_project and not has_demonstrations)
-        self._all.setVisible(has_demonstrations)
-        if has_demonstrations:
-            text = self.tr("No demonstration fits what is searched for and shown.")
-        elif has_project:
-            text = self.tr(
-                "This project has no demonstrations yet. Import recordings: tables (CSV), the "
-                "paper's databases or archives."
-            )
-        else:
-            text = self.tr("No project is open. Open one, or make a new one, from the menu.")
-        self._label.setText(text)

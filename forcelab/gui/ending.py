@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import signal
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QSocketNotifier, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 __all__ = ["ended_by_signals"]
@@ -46,7 +47,29 @@ def ended_by_signals(window: QWidget, application: QApplication) -> Iterator[Non
     for number in heard:
         signal.signal(number, hear)
     try:
-        yield
+        with _woken():
+            yield
     finally:
         for number, was in heard.items():
             signal.signal(number, was)
+
+
+@contextmanager
+def _woken() -> Iterator[None]:
+    """Within the block, a signal wakes the event loop.
+
+    Python only hears of signals while it runs, and in a window where nothing moves that is when
+    somebody next touches it.
+    """
+    ours, pythons = socket.socketpair()
+    with ours, pythons:
+        ours.setblocking(False)
+        pythons.setblocking(False)
+        notifier = QSocketNotifier(ours.fileno(), QSocketNotifier.Type.Read)
+        notifier.activated.connect(lambda: ours.recv(4096))
+        before = signal.set_wakeup_fd(pythons.fileno(), warn_on_full_buffer=False)
+        try:
+            yield
+        finally:
+            signal.set_wakeup_fd(before)
+            notifier.setEnabled(False)

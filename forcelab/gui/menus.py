@@ -18,8 +18,9 @@ translate = QCoreApplication.translate
 #: Commands that a line stands above: their menus are too long to be searched for one entry.
 _BEGINNING = frozenset(
     {"import", "next_demonstration", "quit", "full_screen", "zoom_in", "reset_layout", "pan_left"}
-    | {"to_start", "slower", "split", "undo", "snapping", "synchronise", "previous_segment"}
-    | {"start_earlier", "start_to_cursor", "next_review", "accept", "verdict_human"}
+    | {"to_start", "slower", "next_camera", "split", "undo", "snapping", "synchronise"}
+    | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
+    | {"verdict_human"}
 )
 
 

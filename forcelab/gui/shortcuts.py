@@ -17,6 +17,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.commands import COMMANDS, GROUPS, Command
+from forcelab.gui.held_shortcuts import held_shortcuts
 from forcelab.gui.typing_guard import guard
 from forcelab.vocabulary import KEYS, Vocabulary
 
@@ -147,14 +148,14 @@ class Keys(QObject):
 
     def reset_all(self) -> None:
         """Give all commands their default keys back."""
-        self._bound = _defaults()
+        self._bound = dict(_defaults())
         for id_ in self._bound:
             settings.forget(f"keys/{id_}")
         self.changed.emit()
 
     def reload(self) -> None:
         """Read the coder's keys anew; where they collide, the defaults count."""
-        defaults = _defaults()
+        defaults = dict(_defaults())
         read = {id_: settings.strings(f"keys/{id_}", keys) for id_, keys in defaults.items()}
         if sentence := collision(read):
             log.warning("The keys in the settings are not used: %s", sentence)
@@ -229,6 +230,8 @@ def _action(widget: QWidget, command: Command, handler: Callable[[], object]) ->
     action.setObjectName(command.id)
     action.setCheckable(command.checkable)
     action.setAutoRepeat(command.repeats)
+    if not command.repeats:
+        held_shortcuts().watch(action)
     action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
     action.triggered.connect(lambda _checked=False: handler())
     widget.addAction(action)
@@ -263,6 +266,7 @@ def _spelt(key: str) -> str:
     return portable if parsed.count() == 1 else ""
 
 
-def _defaults() -> dict[str, tuple[str, ...]]:
+@cache
+def _defaults() -> Mapping[str, tuple[str, ...]]:
     """The default keys of each command."""
     return {command.id: tuple(map(_spelt, command.keys)) for command in COMMANDS}

@@ -16,6 +16,9 @@ __all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "palette", 
 
 Choice = Literal["light", "dark", "system"]
 
+#: Widgets that get a frame of their own (:func:`framed`).
+FRAMED = ("QAbstractSpinBox", "QComboBox", "QCheckBox", "QRadioButton")
+
 
 @dataclass(frozen=True)
 class Colours(Theme):
@@ -160,6 +163,8 @@ class _Themes(QObject):
         """Give the application the colours of the choice."""
         self.colours = _chosen(self.choice)
         app.setPalette(palette(self.colours))
+        for kind in FRAMED:
+            app.setPalette(framed(self.colours), kind)  # type: ignore[arg-type]  # its stub is wrong
         app.setStyleSheet(_sheet(self.colours))
         self.changed.emit()
 
@@ -254,6 +259,16 @@ def palette(colours: Colours) -> QPalette:
     return made
 
 
+def framed(colours: Colours) -> QPalette:
+    """The palette of what one types or chooses in: its frame is seen in either theme.
+
+    Fusion draws it 1.4 times darker than what is behind, which nobody sees on dark panels.
+    """
+    made = palette(colours)
+    made.setColor(QPalette.ColorRole.Window, QColor(colours.frame).lighter(140))
+    return made
+
+
 def _sheet(colours: Colours) -> str:
     """What the palette cannot say: flat handles, tabs, docks, tool buttons and table headers.
 
@@ -286,15 +301,18 @@ def _sheet(colours: Colours) -> str:
     QHeaderView::section {{ background: {c.panel}; color: {c.muted}; border: none;
         border-bottom: 1px solid {c.frame}; padding: 0.35em 0.5em; text-align: left; }}
     QTableCornerButton::section {{ background: {c.panel}; border: none; }}
-    QCheckBox::indicator:unchecked, QRadioButton::indicator:unchecked {{
+    QCheckBox::indicator:unchecked, QRadioButton::indicator:unchecked,
+    QAbstractItemView::indicator:unchecked {{
         background: {c.background}; border: 1px solid {c.muted}; width: 11px; height: 11px; }}
-    QCheckBox::indicator:unchecked {{ border-radius: 3px; }}
+    QCheckBox::indicator:unchecked, QAbstractItemView::indicator:unchecked {{
+        border-radius: 3px; }}
     QRadioButton::indicator:unchecked {{ border-radius: 6px; }}
     QStatusBar::item {{ border: none; }}
     QLineEdit {{ background: {c.background}; border: 1px solid {c.frame}; border-radius: 3px;
         padding: 0.2em 0.3em; }}
     QLineEdit:focus {{ border-color: {c.accent}; }}
     QLineEdit:disabled {{ background: {c.panel}; }}
+    QAbstractSpinBox {{ min-height: 1.35em; }}
     QAbstractSpinBox QLineEdit, QComboBox QLineEdit, QAbstractItemView QLineEdit {{
         border: none; padding: 0; }}
     QCommandLinkButton {{ border: 1px solid transparent; border-radius: 4px; }}

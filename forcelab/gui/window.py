@@ -239,6 +239,7 @@ class Window(QMainWindow):
             "quit": lambda: self.capture.may_close(self) and self.close(),
             "full_screen": self._toggle_full_screen,
             "reset_layout": self._reset_layout,
+            "next_camera": self.label.cameras.show_next,
         }
         for workspace in WORKSPACES:
             handlers[f"workspace_{workspace.name}"] = partial(self.show_workspace, workspace.name)

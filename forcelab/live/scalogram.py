@@ -23,7 +23,7 @@ from forcelab.live.strip import Ring, Strip
 from forcelab.recognition.online_grid import CausalGrid, Steps
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
-from forcelab.signals.streaming import StreamingCwt, early_error
+from forcelab.signals.streaming import StreamingCwt
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["LiveScalogram", "channels_to_show"]
@@ -110,7 +110,6 @@ class LiveScalogram:
             raise InputError(
                 f"'{channel}' does not come evenly, so that it has no scalogram; choose another."
             )
-        self._period = 1.0 / rate
         largest = min(LARGEST, SHARE * seconds * rate / HALF_WIDTH)
         if largest < 2 * SMALLEST:
             raise InputError(
@@ -128,7 +127,7 @@ class LiveScalogram:
             if len(members) and late:
                 transform = StreamingCwt(self.scales[members], 1, wavelet, TOLERANCE, late)
                 self._rungs.insert(-1, _Rung(transform, members))
-        self._complete: Real = whole.complete.astype(np.float64) * self._period
+        self._complete: Real = whole.complete.astype(np.float64) / rate
         longest = int(whole.complete.max()) + 1
         self._grid = CausalGrid(len(recorded), rate, rate, 2 * longest)
         self._times = np.full(longest, np.nan)  # of the steps that some row still waits for
@@ -166,12 +165,6 @@ class LiveScalogram:
             sizes = np.abs(rung.transform.push(signal)[0]).astype(np.float32)
             self._write(rung, sizes, n, source)
         self._times = self._times[n:]
-
-    def expected_error(self) -> Real:
-        """Of the first estimate of each scale, as of ``early_error``; 0 where it is complete."""
-        delay = round(RUNGS[0] / self._period)
-        late = self._complete > delay * self._period
-        return np.where(late, early_error(delay / self.scales), 0.0)
 
     def _write(self, rung: _Rung, sizes: NDArray[np.float32], n: int, source: int) -> None:
         """Write magnitudes (k, n), each row's at the time of the steps that it is of."""

@@ -215,6 +215,7 @@ def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tu
             raise InputError(f"'{name}' has two tracks of one author; rename one.")
     if not given:
         return ()
+    database.refuse_read_only()
     root = database.folder / DEMONSTRATIONS
     others = ", and neither were the others" if len(given) > 1 else ""
     with files.told(f"Nothing was added to '{database.folder}'"), files.staging(root) as staging:

@@ -157,6 +157,26 @@ class ProjectComputed(ProjectCoding):
         """Every run, the first one first."""
         return self._runs.runs()
 
+    def forget_run(self, number: int, proposer: str) -> bool:
+        """Delete a run that another one has taken the place of, with its recogniser.
+
+        It stays where a verdict was given on it or labels were accepted from it: what people said
+        is kept for ever, with what they said it of.
+
+        Parameters
+        ----------
+        number : int
+            The run's.
+        proposer : str
+            As whom it proposed labels.
+
+        Returns
+        -------
+        bool
+            Whether it is gone.
+        """
+        return self._runs.forget_run(number, proposer)
+
     def run(self, number: int) -> StoredRun:
         """One run.
 

@@ -7,6 +7,7 @@ while the store is locked for writing, is it moved to its place.
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import json
 import os
@@ -44,6 +45,13 @@ __all__ = [
 #: Lies in a demonstration's folder until the store knows the demonstration.
 UNCOMMITTED = "uncommitted"
 
+_CURES = (
+    ((errno.ENOSPC, errno.EDQUOT), "make room on the disk"),
+    ((errno.EACCES, errno.EPERM), "look who may read and write there"),
+    ((errno.EROFS,), "copy it to where you may write"),
+    ((errno.EIO,), "look whether the disk is connected, and check it"),
+    ((errno.ENAMETOOLONG,), "choose a shorter name"),
+)
 _STAGING = ".incoming-"
 _PART = re.compile(r"\.forcelab-[0-9a-f]{16}\.part")
 _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
@@ -56,7 +64,8 @@ def told(what: str) -> Iterator[None]:
         yield
     except OSError as error:
         file = f" ('{error.filename}')" if error.filename else ""
-        raise InputError(f"{what}: {error.strerror or error}{file}.") from error
+        cure = next((f"; {cure}" for numbers, cure in _CURES if error.errno in numbers), "")
+        raise InputError(f"{what}: {error.strerror or error}{file}{cure}.") from error
 
 
 @contextlib.contextmanager

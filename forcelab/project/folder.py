@@ -121,6 +121,16 @@ class ProjectFolder:
         """Whether nothing of it may be changed here, as on a backup or another's share."""
         return self._db.read_only
 
+    def refuse_read_only(self) -> None:
+        """Make sure that it may be changed here, before the work for it is done.
+
+        Raises
+        ------
+        InputError
+            If it is :attr:`read_only`.
+        """
+        self._db.refuse_read_only()
+
     def close(self) -> None:
         """Let go of the store; nothing more can be asked."""
         self._db.close()

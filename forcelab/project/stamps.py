@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -58,13 +58,16 @@ def files_beside(database: Database, id_: str) -> tuple[Path, ...]:
     return tuple(sorted(home.glob(f"{BESIDE}*")))
 
 
-def stamps(database: Database, id_: str) -> dict[str, NDArray[Any]] | None:
-    """The arrays beside a demonstration; None where there are none."""
+def stamps(
+    database: Database, id_: str, names: Container[str] | None = None
+) -> dict[str, NDArray[Any]] | None:
+    """The arrays beside a demonstration, or those of some names; None where there are none."""
     path = database.folder / DEMONSTRATIONS / known_id(database, id_) / STAMPS
     try:
         # Given a path, NumPy leaves a file open that is no archive.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
-            return {name: found[name] for name in found.files}
+            wanted = (name for name in found.files if names is None or name in names)
+            return {name: found[name] for name in wanted}
     except FileNotFoundError:
         return None
     except (

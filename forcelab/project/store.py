@@ -14,6 +14,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.labels import Track
 from forcelab.project.adding import add_all
 from forcelab.project.arranging import attach_video, rename, set_video_clock
+from forcelab.project.cameras import Camera, cameras
 from forcelab.project.computed import ProjectComputed
 from forcelab.project.discarding import discard
 from forcelab.project.judged import ProjectJudged
@@ -145,7 +146,7 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
     def attach_beside(self, demonstration: str, path: str | PathLike[str]) -> Path:
         """Keep a file beside a recording, such as the video of a second camera; gives the copy.
 
-        No workspace shows it, and archives leave it out; :meth:`beside` tells where it is.
+        Archives leave it out; :meth:`beside` tells where it is.
 
         Parameters
         ----------
@@ -170,6 +171,21 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
             If there is no such demonstration.
         """
         return files_beside(self._db, demonstration)
+
+    def cameras(self, demonstration: Demonstration) -> tuple[Camera, ...]:
+        """The cameras that filmed a recording; none unless there are several.
+
+        Parameters
+        ----------
+        demonstration : Demonstration
+            As :meth:`load` gave it; its video is the first camera's.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration or its stamps are damaged.
+        """
+        return cameras(self._db, demonstration.id, demonstration.video)
 
     def stamps(self, demonstration: str) -> dict[str, NDArray[Any]] | None:
         """The raw stamps beside a demonstration; None for all but recorded ones.

@@ -57,7 +57,7 @@ class Verdicts:
             verdict.human,
             verdict.predicted,
             verdict.verdict,
-            verdict.run,
+            verdict.run if verdict.run is None or self._has_run(verdict.run) else None,
             (verdict.time or utc_now()).isoformat(),
         ).lastrowid
         row = self._db.one("SELECT * FROM verdict WHERE id = ?", number)
@@ -80,8 +80,13 @@ class Verdicts:
             )
         if verdict.human == "" or verdict.predicted == "":
             raise InputError(f"A verdict on '{name}' names no action; use None for unlabelled.")
-        if verdict.run is not None and not self._has_run(verdict.run):
+        if verdict.run is not None and not self._had_run(verdict.run):
             raise InputError(f"There is no run {verdict.run} in '{self._db.folder}'.")
+
+    def _had_run(self, number: int) -> bool:
+        """Whether there is such a run, or was one: another window may have let go of it."""
+        newest = self._db.one("SELECT seq FROM sqlite_sequence WHERE name = 'run'")
+        return self._has_run(number) or (newest is not None and 0 < number <= newest["seq"])
 
     def _has_run(self, number: int) -> bool:
         """Whether there is such a run; a number that SQLite cannot hold is none."""

@@ -234,9 +234,12 @@ def _confidence(certainty: Certainty) -> Real:
 
 
 def _least_certain(reviewed: Reviewed, certainty: Certainty) -> Place:
-    """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it."""
+    """The stretch of :data:`STRETCH` seconds, or less, with the most uncertainty in it.
+
+    Of one value where they are farther apart than that.
+    """
     doubt = np.where(certainty.known, 1.0 - _confidence(certainty), 0.0)
-    width = min(round(STRETCH * certainty.rate), len(doubt))
+    width = min(max(round(STRETCH * certainty.rate), 1), len(doubt))
     sums = np.cumsum(np.concatenate([[0.0], doubt]))
     first = int(np.argmax(sums[width:] - sums[:-width]))
     start = max(certainty.start + first / certainty.rate, reviewed.start)

@@ -69,7 +69,8 @@ def typicality(demonstrations: Sequence[Steps]) -> NDArray[np.float64]:
     mean, scale = every.mean(axis=0, dtype=np.float64), every.std(axis=0, dtype=np.float64)
     scale[scale == 0] = 1.0
     looks = np.stack([_look((demonstrations[i] - mean) / scale) for i in seen])
-    apart = np.linalg.norm(looks[:, np.newaxis] - looks, axis=2)
+    # One after the other: of all pairs at once the differences of 1,000 take gigabytes.
+    apart = np.stack([np.linalg.norm(looks - look, axis=1) for look in looks])
     differing = apart[apart > 0]
     usual = float(np.median(differing)) if len(differing) else 1.0
     found[seen] = np.exp(-np.square(apart / usual)).mean(axis=1)

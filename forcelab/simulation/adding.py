@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Generator, Sequence
 from pathlib import Path
 
-from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.project import Added, Project
 from forcelab.simulation.origin import Origin
@@ -50,17 +49,11 @@ def simulating(
     """
     new = Project.vacant(path)
     if not new:
-        _check_writable(path)
+        with Project.open(path) as project:
+            project.refuse_read_only()  # before the work and not after it
     orders = [Order(origin, video=video) for origin in origins]
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         given = yield from producing(orders, Path(scratch), jobs)
         yield Progress(len(orders), len(orders), f"writing {path.name}")
         with Project.creating(path) if new else Project.open(path) as project:
             return project.add_all(given)
-
-
-def _check_writable(path: Path) -> None:
-    """Refuse what is no project, or may only be read, before the work and not after it."""
-    with Project.open(path) as project:
-        if project.read_only:
-            raise InputError(f"'{path}' may only be read here; copy it to where you may write.")

@@ -232,6 +232,12 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
         d = opened.load("LEGO 01")
         stamps = opened.stamps(d.id)
         (beside,) = opened.beside(d.id)
+        first, other = opened.cameras(d)
+        beside.rename(beside.with_suffix(".away"))
+        assert opened.cameras(d) == (), "one is not to be chosen among"
+        beside.with_suffix(".away").rename(beside)
+    assert [first.name, other.name] == ["camera 0", "camera 1"]
+    assert (first.video, other.video.path) == (d.video, beside)
     with VideoReader(d.video.path) as first:
         assert len(first) == len(stamps["frames_0"])
     assert str(beside) == told.split("'")[-2]
@@ -240,6 +246,8 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
         np.testing.assert_allclose(
             np.diff(second.times), np.diff(stamps["frames_1"][:, 0]), atol=2e-4
         )
+        at = stamps["frames_1"][:, 0] - stamps["start"]
+        np.testing.assert_allclose(other.video.clock.to_force(second.times), at, atol=2e-4)
 
 
 def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):

@@ -350,6 +350,22 @@ def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
     assert (joined(blocks, "values") == 5.0).all()
 
 
+def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
+    def source(times):
+        missing = np.where(times < 1.0, np.nan, 7.0)
+        return np.column_stack([np.full(len(times), 5.0), missing])
+
+    with VirtualTextLine(source, 200, seed=1) as virtual:
+        device = TextLine(virtual.port, rate=200, ports=nothing)
+        device.open()
+        first = collect(device, 5)
+        assert np.isnan(first[-1].values[-1, 1])
+        device.zero()
+        values = joined(collect(device, 300), "values")
+        device.close()
+    np.testing.assert_array_equal(values[-1], [0.0, 7.0])
+
+
 def test_a_device_that_prints_no_numbers_is_told_with_the_cure(monkeypatch):
     monkeypatch.setattr("forcelab.capture.text_device.FIRST_LINES", 0.3)
     with (
@@ -427,7 +443,12 @@ def test_a_line_device_is_looked_for_by_its_usb_serial_number():
         ("optoforce:/dev/x?rate=0", "above zero"),
         ("optoforce:/dev/x?filter=7", "no filter of 7 Hz"),
         ("optoforce:/dev/x?calibration=/no/such.toml", "no/such.toml"),
-        ("encoder:/dev/x?reverse=perhaps", "does not say a reverse"),
+        ("text:/dev/x?rate=fast", "does not say a rate; write a number, such as rate=80"),
+        ("text:/dev/x?rate=-5", "cannot print -5 of them a second"),
+        ("text:/dev/x?rate=nan", "cannot print nan of them a second"),
+        ("encoder:/dev/x?reverse=perhaps", "does not say a reverse; write yes or no"),
+        ("encoder:/dev/x?scale=nan", "cannot be read at nan units a count"),
+        ("encoder:/dev/x?scale=0", "cannot be read at 0 units a count"),
     ],
 )
 def test_a_name_that_means_nothing_is_refused_in_a_sentence(name, words):

@@ -3,6 +3,7 @@
 import errno
 import io
 import shutil
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,7 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.blocks import Block
-from forcelab.capture.journal import Kind, encoded, header_bytes, json_of, parsed, read
+from forcelab.capture.journal import (
+    PIECE,
+    Contents,
+    Kind,
+    encoded,
+    header_bytes,
+    json_of,
+    parsed,
+    read,
+)
 from forcelab.capture.journal_writer import JournalWriter, being_written
 from forcelab.capture.samples import block_bytes, block_of
 from forcelab.errors import InputError
@@ -83,6 +93,34 @@ def test_a_journal_torn_at_any_byte_gives_all_whole_records():
         found = parsed(data[:cut], "a")
         assert len(found.records) == whole - 1
         assert found.torn == cut - ends[whole - 1]
+
+
+@pytest.mark.parametrize("size", [1, 7, 100, 10_000])
+def test_records_are_whole_wherever_the_pieces_end_that_are_read(size):
+    records = [block_bytes(block(1 + 5 * i, seed=i)) for i in range(4)]
+    data = header_bytes(HEADER) + b"".join(encoded(Kind.BLOCK, record) for record in records)
+    data += b"\2\0torn"
+    found = Contents(lambda: (data[i : i + size] for i in range(0, len(data), size)), "a")
+    assert [record.payload for record in found] == records
+    assert found.torn == 6
+
+
+def test_what_follows_a_damaged_record_is_counted_and_never_held_in_memory():
+    damage, pieces = bytes(12), 64
+
+    def source():
+        yield header_bytes(HEADER) + damage
+        for _ in range(pieces):
+            yield bytes(PIECE)
+
+    tracemalloc.start()
+    try:
+        torn = Contents(source, "a").torn
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert torn == len(damage) + pieces * PIECE
+    assert peak < 8 * PIECE
 
 
 @settings(max_examples=200)

@@ -1,14 +1,18 @@
 """A small project and a way to call the command line."""
 
+import io
 import json
 import shutil
-from dataclasses import dataclass
+import sys
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import pytest
 from make_assets import as_csv
 from synthetic import synthetic_set
 
+from forcelab import cli
 from forcelab.cli import main
 
 
@@ -34,13 +38,44 @@ class Said:
         return self.err
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_parser():
+    """The same parser for all calls: to make it takes as long as a short command."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cli, "build_parser", cache(cli.build_parser))
+        yield
+
+
 @pytest.fixture
 def forcelab(capsys):
     def call(*words):
         capsys.readouterr()
-        status = main([str(word) for word in words])
+        try:
+            status = main([str(word) for word in words])
+        except KeyboardInterrupt:  # it would end all tests
+            pytest.fail("Ctrl+C was not heard.")
         said = capsys.readouterr()
         return Said(status, said.out, said.err)
+
+    return call
+
+
+class Terminal(io.StringIO):
+    """Keeps what is shown on a terminal."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.fixture
+def forcelab_on_terminal(forcelab, monkeypatch):
+    """The same with a terminal for standard error."""
+
+    def call(*words):
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stderr", shown := Terminal())
+            said = forcelab(*words)
+        return replace(said, err=shown.getvalue())
 
     return call
 

@@ -1,9 +1,6 @@
 """Recording with a recogniser that labels the stream as it comes, from virtual DAQs."""
 
-import os
 import re
-import subprocess
-import sys
 from contextlib import ExitStack, contextmanager
 
 import numpy as np
@@ -65,7 +62,7 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
     project = tmp_path / "lab.forcelab"
     with tongs(three[2][0]) as devices:
         said = forcelab(
-            "capture", project, *devices, "--task", "foam", "--seconds", "4", "--json",
+            "capture", project, *devices, "--task", "foam", "--seconds", "3", "--json",
             "--recogniser", file, "--latency", LATENCY,
         )  # fmt: skip
     assert said.status == 0, said.err
@@ -92,29 +89,15 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
         assert 0.5 < float(line[3]) <= 1
 
 
-def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(three, file, tmp_path):
-    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "2", "--recogniser", file]
-    leader, follower = os.openpty()
+def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
+    forcelab_on_terminal, three, file, tmp_path
+):
+    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "1.2", "--recogniser", file]
     with tongs(three[2][0]) as devices:
-        child = subprocess.Popen(
-            [sys.executable, "-m", "forcelab", "capture", *map(str, words), *devices],
-            stdout=subprocess.PIPE, stderr=follower, text=True,
-        )  # fmt: skip
-        os.close(follower)
-        shown = b""
-        while True:
-            try:
-                more = os.read(leader, 4096)
-            except OSError:  # so a pty says that the other end is closed
-                break
-            if not more:
-                break
-            shown += more
-        out, _ = child.communicate(timeout=60)
-    os.close(leader)
-    assert child.returncode == 0, shown
-    assert re.search(r"still \d\.\d\d  \|  \d\.\d s  \|  \d+ samples", shown.decode())
-    first, second = out.splitlines()
+        said = forcelab_on_terminal("capture", *words, *devices)
+    assert said.status == 0, said.err
+    assert re.search(r"still \d\.\d\d  \|  \d\.\d s  \|  \d+ samples", said.err)
+    first, second = said.out.splitlines()
     assert first.startswith("'foam 01'")
     assert re.fullmatch(
         r"Recognised by 'model tiny': \d+ segments?, \d+ % labelled, labels 0\.\d\d s after the "

@@ -213,7 +213,7 @@ def test_the_run_is_kept_with_all_that_repeats_it(forcelab, project):
 
 
 def test_the_same_seed_gives_the_same_scores_and_another_gives_others(forcelab, project):
-    words = ["evaluate", project, "--task", "foam", "--max-scale", "16", "--stride", "16"]
+    words = ["evaluate", project, "--task", "sponge", "--max-scale", "16", "--stride", "16"]
     words += ["--classifier", "extra-trees", "--jobs", "1", "--json", "-"]
     first, again, other = (forcelab(*words, "--seed", seed).json for seed in (3, 3, 4))
     for content in (first, again):

@@ -149,12 +149,18 @@ def project(tmp_path, monkeypatch):
 
     absent = Peer("WaveForest", "no_such_module_anywhere", None, None)
     monkeypatch.setattr(recognition_peers, "PEERS", (absent,))
-    few = (Variant("preset", "cheap", FAST), Variant("filters", "none", FAST.replace(median=None)))
-    monkeypatch.setattr(recognition_tasks, "QUICK", few)
+    monkeypatch.setattr(recognition_tasks, "QUICK", (Variant("preset", "cheap", FAST),))
     return make(tmp_path / "study.forcelab", labelled=2, bare=0)
 
 
-def test_recognition_is_measured_on_a_project_that_stays_as_it_is(forcelab, project, tmp_path):
+def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
+    forcelab, project, tmp_path, monkeypatch
+):
+    from forcelab.measure import recognition_tasks
+    from forcelab.measure.recognition_settings import Variant
+
+    few = (*recognition_tasks.QUICK, Variant("filters", "none", FAST.replace(median=None)))
+    monkeypatch.setattr(recognition_tasks, "QUICK", few)
     file, figure = tmp_path / "rows.json", tmp_path / "front.svg"
     said = forcelab(
         "measure", "recognition", project, "--quick", "--json", file, "--figure", figure

@@ -218,6 +218,8 @@ def test_measured_costs_are_those_of_what_is_needed_and_of_what_is_left_out(monk
 
     loaded = []
     monkeypatch.setattr(needs, "loading", without_processes)
+    monkeypatch.setattr(needs, "ROWS", 20)
+    monkeypatch.setattr(needs, "COLUMNS", 200)
     for video in (None, VideoReference(Path("film.mp4"))):
         loaded.clear()
         filmed = replace(FOAM, video=video)
@@ -274,13 +276,15 @@ def test_listing_starts_at_once_and_loads_what_it_needs_alone(project):
         "spent = time.process_time();"
         "print(spent - began, began, *sys.modules); sys.exit(status)"
     )
-    ratios = []
-    for _ in range(3):
+    ratio = 2.0
+    for _ in range(3):  # the machine may be busy with something else
         done = subprocess.run(
             [sys.executable, "-c", script, str(project)], check=True, capture_output=True, text=True
         )
         own, numpys, *modules = done.stdout.splitlines()[-1].split()
-        ratios.append(float(own) / float(numpys))
         heavy = {"PySide6", "cv2", "serial", "sklearn", "scipy", "joblib", "pyqtgraph"}
         assert not heavy & set(modules)
-    assert min(ratios) < 2.0
+        ratio = float(own) / float(numpys)
+        if ratio < 2.0:
+            break
+    assert ratio < 2.0

@@ -42,7 +42,13 @@ def stored(tmp_path):
 @contextmanager
 def replaying(path, *words):
     command = [sys.executable, "-m", "forcelab", "replay", str(path), "tongs 01", "--json", *words]
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    child = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heard,  # noqa: PLW1509 - no thread of the tests holds what it needs
+    )
     try:
         told = ""
         while not told.endswith("}\n") or not complete(told):
@@ -54,6 +60,12 @@ def replaying(path, *words):
         child.kill()
         child.wait()
         child.stdout.close()
+        child.stderr.close()
+
+
+def heard():
+    """A closed terminal ends what is started here also under nohup, which ignores that."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def complete(text):
@@ -94,11 +106,12 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
     assert not any(os.path.lexists(port["port"]) for port in told["ports"])
 
 
-def test_being_told_to_stop_takes_the_ports_away(stored):
+def test_a_closed_terminal_ends_it_with_a_sentence_and_takes_the_ports_away(stored):
     with replaying(stored(recording())) as (child, told):
         assert all(os.path.lexists(port["port"]) for port in told["ports"])
-        child.send_signal(signal.SIGTERM)
-        assert child.wait(30) != 0
+        child.send_signal(signal.SIGHUP)
+        assert child.wait(30) == 128 + signal.SIGHUP
+        assert child.stderr.read() == "forcelab: stopped; nothing was left half done.\n"
     assert not any(os.path.lexists(port["port"]) for port in told["ports"])
 
 

@@ -1,5 +1,8 @@
 """``forcelab sync``: proposes, stores when told to, and takes a clock by hand."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 from filmed import OFFSET, filmed_demonstration
 from synthetic import synthetic_demonstration
@@ -8,13 +11,18 @@ from forcelab.clock import ClockMap
 from forcelab.project import Project
 
 
-@pytest.fixture
-def project(tmp_path):
-    folder = tmp_path / "lab.forcelab"
-    with Project.create(folder) as made:
-        made.add(filmed_demonstration(tmp_path))
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("filmed")
+    with Project.create(folder / "lab.forcelab") as made:
+        made.add(filmed_demonstration(folder))
         made.add(synthetic_demonstration(1, rate=100.0)[0])
-    return folder
+    return folder / "lab.forcelab"
+
+
+@pytest.fixture
+def project(filmed, tmp_path):
+    return Path(shutil.copytree(filmed, tmp_path / "lab.forcelab"))
 
 
 def clock_of(folder):

@@ -2,10 +2,12 @@
 
 import csv
 import io
+import shutil
 
 import pytest
 from quick import FAST
 
+from forcelab.cli import main
 from forcelab.labels import UNLABELLED, to_codes
 from forcelab.painting import paint
 from forcelab.project import Project
@@ -13,11 +15,21 @@ from forcelab.project import Project
 SETTINGS = [word for word in FAST if word not in ("--jobs", "1")]
 
 
+@pytest.fixture(scope="module")
+def trained(made, tmp_path_factory):
+    """A folder with a recogniser and the project that it was trained on."""
+    folder = tmp_path_factory.mktemp("trained")
+    project, file = folder / "lab.forcelab", folder / "foam.skops"
+    shutil.copytree(made, project)
+    assert main(["train", str(project), "--task", "foam", *SETTINGS, "--out", str(file)]) == 0
+    return folder
+
+
 @pytest.fixture
-def recogniser(forcelab, project, tmp_path):
-    file = tmp_path / "foam.skops"
-    assert forcelab("train", project, "--task", "foam", *SETTINGS, "--out", file).status == 0
-    return file
+def recogniser(trained, project, tmp_path):
+    """A copy of the recogniser; the project knows of it."""
+    shutil.copytree(trained, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "foam.skops"
 
 
 def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, recordings, project):

@@ -75,3 +75,16 @@ def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
     check((0.0, 10.0, "pull"), name="pen 2")
     program.press("ctrl+q")
     assert program.process.wait(10) == 0
+
+
+def test_space_held_down_plays_on(screen, start, project):
+    program = start(project, "--author", "Ada", "--demo", "pen 1", display=screen)
+    program.focus()
+    program.xdotool("keydown", "space")
+    program.until(lambda state: state["playing"])
+    # The X server repeats it after 0.66 s, 25 times a second.
+    while (state := program.ask("state"))["cursor"] < 1.5:
+        assert state["playing"]
+    program.xdotool("keyup", "space")
+    assert program.ask("state")["playing"]
+    assert not program.press("space")["playing"]

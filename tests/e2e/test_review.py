@@ -1,7 +1,9 @@
 """From the labels to the first mistake by three keys, in the real window on a real screen."""
 
+import os
 import signal
 import time
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -90,6 +92,22 @@ def alive(pids):
     return {pid for pid, state in states.items() if state not in "ZX"}
 
 
+@contextmanager
+def held(program):
+    """While something is trained: its processes, which go no further before this is left."""
+    program.until(lambda state: state["fold"] >= 1, "the first fold")
+    started = children(program.process.pid)
+    for pid in started:
+        os.kill(pid, signal.SIGSTOP)
+    try:
+        assert program.ask("state")["training"], "it was to be held while it trains"
+        yield started
+    finally:
+        for pid in started:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGCONT)
+
+
 def test_from_training_to_verdicts_and_through_a_crash(screen, start, project, cheap):
     program = start(project, "--author", "Ada", "--demo", "foam 01", display=screen)
     program.focus()
@@ -104,10 +122,10 @@ def train_and_go_on_labelling(program, project):
     """Nothing is lost that is painted while it trains, and it is counted."""
     before = tracks(project)
     program.press("F5")
-    program.until(lambda state: state["fold"] == 1, "the first fold")
-    program.press("ctrl+0", "4", "ctrl+Right", "4")
-    now = stored_soon(project, "foam 01", lambda found: found != before["foam 01"])
-    assert program.ask("state")["training"], "it was to be painted while it trains"
+    with held(program):
+        program.press("ctrl+0", "4", "ctrl+Right", "4")
+        now = stored_soon(project, "foam 01", lambda found: found != before["foam 01"])
+        assert program.ask("state")["training"], "it was to be painted while it trains"
     assert [now[0][0], now[0][2]] == [0.0, "release"]
     program.until(lambda state: state["run"] == 1, "training")
     assert tracks(project) == {**before, "foam 01": now}
@@ -141,11 +159,10 @@ def killed_while_it_trains(program, project):
     """The old run stands, there is no half one, and no process is left."""
     before = tracks(project)
     program.press("F5")
-    program.until(lambda state: state["fold"] == 2, "the second fold")
-    started = children(program.process.pid)
-    assert started
-    program.process.send_signal(signal.SIGKILL)
-    program.process.wait()
+    with held(program) as started:
+        assert started
+        program.process.send_signal(signal.SIGKILL)
+        program.process.wait()
     deadline = time.monotonic() + PATIENCE
     while left := alive(started):
         assert time.monotonic() < deadline, left

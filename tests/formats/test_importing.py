@@ -129,6 +129,18 @@ def test_to_stop_while_reading_writes_nothing(tmp_path, project):
     assert list(project.parent.iterdir()) == []
 
 
+def test_a_project_that_may_only_be_read_is_told_before_the_files_are(
+    tmp_path, project, monkeypatch
+):
+    Project.create(project).close()
+    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
+    broken = tmp_path / "broken.csv"
+    broken.write_bytes(b"")
+    job = importing(project, [broken])
+    with pytest.raises(InputError, match="may only be read here; copy it to where you may write"):
+        next(job)
+
+
 @pytest.fixture
 def full(monkeypatch):
     """A disk that is full once three demonstrations were moved to their place."""
@@ -150,7 +162,8 @@ def test_a_disk_that_fills_up_leaves_no_new_project_behind(tmp_path, project, fu
     with pytest.raises(InputError) as refusal:
         import_files(project, files)
     assert str(refusal.value) == (
-        f"'d' was not added to '{project}', and neither were the others: No space left on device."
+        f"'d' was not added to '{project}', and neither were the others: No space left on device; "
+        "make room on the disk."
     )
     assert list(project.parent.iterdir()) == []
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_once import made_once
 from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
 from PySide6.QtGui import QHelpEvent, QImage
 from PySide6.QtTest import QAbstractItemModelTester, QTest
@@ -42,9 +43,8 @@ def incoming(name: str, task: str, seed: int, **labelled: float) -> Incoming:
     return Incoming(demonstration, tracks, f"/data/{name}.csv"[:80])
 
 
-@pytest.fixture
-def path(tmp_path):
-    with Project.create(tmp_path / "study.forcelab") as project:
+def study(path):
+    with Project.create(path) as project:
         added = project.add_all(
             [
                 incoming("pen-10", "stylus", 0),
@@ -56,7 +56,11 @@ def path(tmp_path):
         )
         block = next(one.id for one in added if one.name == "block")
         project.edit(block, "net", (), (Segment(0.0, 1.0, "grab"),), "predicted", kind="predict")
-    return tmp_path / "study.forcelab"
+
+
+@pytest.fixture
+def path(tmp_path):
+    return made_once(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from made_once import made_once
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
@@ -17,9 +18,8 @@ def demonstration(name="pen 1", seconds=10.0, rate=1000.0):
     return Demonstration(name, "stylus", times, signals, (Channel("f", "N"), Channel("g", "N")))
 
 
-@pytest.fixture
-def path(tmp_path):
-    with Project.create(tmp_path / "study.forcelab") as project:
+def study(path):
+    with Project.create(path) as project:
         project.add_all(
             [
                 Incoming(
@@ -32,7 +32,11 @@ def path(tmp_path):
                 Incoming(demonstration("pen 2", 5.0)),
             ]
         )
-    return tmp_path / "study.forcelab"
+
+
+@pytest.fixture
+def path(tmp_path):
+    return made_once(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

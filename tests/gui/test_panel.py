@@ -16,7 +16,7 @@ def workspace(app, until):
     with opened((Segment(1.0, 2.0, "grab"), Segment(2.0, 4.0, "hold"))) as document:
         jobs = Jobs()
         workspace = LabelWorkspace(document, jobs)
-        workspace.resize(1100, 700)
+        workspace.resize(800, 500)
         workspace.show()
         until(lambda: not jobs.busy and workspace.settled)
         for _ in range(5):
@@ -113,7 +113,7 @@ def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
         lambda: workspace.scalogram.set_phase(True),
         lambda: workspace.scalogram.set_steady(False),
         lambda: workspace.document.set_span(0.5, 0.7),
-        lambda: workspace.resize(1000, 640),
+        lambda: workspace.resize(760, 480),
     ]
     for change in changes:
         change()

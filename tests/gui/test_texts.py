@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -116,30 +117,58 @@ def bare(node):
             yield from bare(child)
 
 
-def untranslated(source):
-    """What is shown without having been translated, with its line."""
+@cache
+def read(source):
+    """What is told of a source, from one walk through it."""
+    told = Told([], [], [], [])
     for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef) and hands_on(node):
+            told.helpers.append(node.name)
         if not isinstance(node, ast.Call):
             continue
         name, owner = called(node)
-        if name not in SETTERS or owner in LOGGERS:
-            continue
-        shown = [*node.args, *(k.value for k in node.keywords if k.arg in KEYWORDS)]
-        for argument in shown:
-            yield from ((node.lineno, text) for text in bare(argument))
+        if name in SETTERS and owner not in LOGGERS:
+            shown = [*node.args, *(k.value for k in node.keywords if k.arg in KEYWORDS)]
+            told.untranslated += ((node.lineno, text) for part in shown for text in bare(part))
+        texts = [part.value if isinstance(part, ast.Constant) else None for part in node.args]
+        written = isinstance(next(iter(texts), None), str)
+        told.calls.append((name, node.lineno, written))
+        if name in MARKERS - {"translated"}:
+            told.marked += [
+                text for text in texts[0 if name == "tr" else 1 :][:1] if isinstance(text, str)
+            ]
+    return told
+
+
+@dataclass
+class Told:
+    """Functions that hand on, bare texts with their lines, calls, texts that are marked."""
+
+    helpers: list
+    untranslated: list
+    calls: list
+    marked: list
+
+
+def hands_on(function):
+    """Whether a function hands its argument on to be translated."""
+    return any(
+        isinstance(call, ast.Call)
+        and called(call)[0] == "translate"
+        and isinstance(call.args[0], ast.Constant)
+        and isinstance(call.args[1], ast.Name)
+        for call in ast.walk(function)
+    )
+
+
+def untranslated(source):
+    """What is shown without having been translated, with its line."""
+    return read(source).untranslated
 
 
 def helpers(source):
     """Functions that hand their argument on to be translated, which the tool does not know."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.FunctionDef) and any(
-            isinstance(call, ast.Call)
-            and called(call)[0] == "translate"
-            and isinstance(call.args[0], ast.Constant)
-            and isinstance(call.args[1], ast.Name)
-            for call in ast.walk(node)
-        ):
-            yield node.name
+    return read(source).helpers
 
 
 @cache
@@ -150,23 +179,9 @@ def all_helpers():
 
 def unfindable(source, handing_on):
     """Calls in which the tool finds no text: by another name, or with a text made on the way."""
-    for node in ast.walk(ast.parse(source)):
-        if not isinstance(node, ast.Call):
-            continue
-        name, _ = called(node)
-        first = node.args[0] if node.args else None
-        written = isinstance(first, ast.Constant) and isinstance(first.value, str)
+    for name, line, written in read(source).calls:
         if (name in handing_on and written) or (name == "tr" and not written):
-            yield f'line {node.lineno}: write translate("forcelab", "...") or self.tr("...")'
-
-
-def marked(source):
-    """The texts that are marked for translation."""
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Call) and called(node)[0] in MARKERS - {"translated"}:
-            for argument in node.args[0 if called(node)[0] == "tr" else 1 :][:1]:
-                if isinstance(argument, ast.Constant) and isinstance(argument.value, str):
-                    yield argument.value
+            yield f'line {line}: write translate("forcelab", "...") or self.tr("...")'
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(GUI)))
@@ -236,6 +251,6 @@ def test_the_translators_tool_finds_every_text(tmp_path):
     assert done.returncode == 0, done.stderr
     sources = {e.text for e in ET.parse(found).iter("source")}
     for path in FILES:
-        missing = set(marked(path.read_text("utf-8"))) - sources
+        missing = set(read(path.read_text("utf-8")).marked) - sources
         assert not missing, path
     assert len(sources) > 100

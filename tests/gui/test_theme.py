@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QGuiApplication, QPalette
-from PySide6.QtWidgets import QLabel
+from PySide6.QtWidgets import QComboBox, QLabel, QListWidget, QListWidgetItem, QSpinBox
 
 from forcelab.gui import theme
 from forcelab.gui.figures.canvas import Theme
@@ -188,3 +188,28 @@ def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
 def test_there_is_one_object_that_tells_of_changes(app):
     assert theme.themes() is theme.themes()
     assert isinstance(theme.themes(), QObject)
+
+
+@pytest.mark.parametrize("made", [QSpinBox, QComboBox])
+@pytest.mark.parametrize("choice", ["light", "dark"])
+def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, made):
+    theme.apply(themed, choice)
+    box = made()
+    box.resize(120, 30)
+    picture = box.grab().toImage()
+    ground = theme.colours().panel
+    edge = (picture.pixelColor(60, y).name() for y in range(3))
+    assert max(contrast(colour, ground) for colour in edge) >= 1.5
+
+
+@pytest.mark.parametrize("state", [Qt.CheckState.Unchecked, Qt.CheckState.Checked])
+@pytest.mark.parametrize("choice", ["light", "dark"])
+def test_what_can_be_ticked_in_a_list_is_seen(themed, choice, state):
+    theme.apply(themed, choice)
+    rows = QListWidget()
+    rows.resize(120, 40)
+    row = QListWidgetItem(rows)
+    row.setCheckState(state)
+    picture, box = rows.grab().toImage(), rows.visualItemRect(row)
+    inner = [picture.pixelColor(x, box.center().y() + 1).name() for x in range(4, 20)]
+    assert max(contrast(colour, theme.colours().background) for colour in inner) >= 1.5

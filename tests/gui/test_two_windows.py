@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from made_once import made_once
 from PySide6.QtWidgets import QWidget
 
 from forcelab.clock import ClockMap
@@ -25,13 +26,15 @@ def demonstration(name, task):
     return Demonstration(name, task, times, np.full((1000, 1), float(len(name))), (Channel("f"),))
 
 
-@pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "study.forcelab"
+def study(path):
     with Project.create(path) as project:
         project.add(demonstration("pen", "stylus"), [Track("Ada", (ONE, TWO, THREE))])
         project.add(demonstration("brick", "LEGO"), [Track("Ben", (Segment(1, 2, "press"),))])
-    return path
+
+
+@pytest.fixture
+def path(tmp_path):
+    return made_once(study, tmp_path / "study.forcelab")
 
 
 @pytest.fixture

@@ -1,9 +1,5 @@
-"""The whole window: what it loads, what it leaves out, what it remembers."""
+"""The whole window: what it leaves out, what it remembers."""
 
-import json
-import os
-import subprocess
-import sys
 from types import SimpleNamespace
 
 import pytest
@@ -50,41 +46,6 @@ def windows(app, until):
     yield make
     for window in made:
         window.close()
-
-
-def test_without_video_no_decoder_and_without_need_no_library_is_loaded(study):
-    script = f"""
-import json, sys, threading, time
-from pathlib import Path
-from PySide6.QtWidgets import QApplication
-app = QApplication([])
-from forcelab.gui.app import Start
-from forcelab.gui.window import Window
-window = Window("Ann", remembering=False)
-window.show()
-window.begin(Start(project=Path({str(study)!r})))
-end = time.monotonic() + 30
-while not window.settled and time.monotonic() < end:
-    app.processEvents()
-loaded = [name for name in sys.modules if "." not in name] + ["scipy.signal"] * (
-    "scipy.signal" in sys.modules) + ["scipy.optimize"] * ("scipy.optimize" in sys.modules)
-threads = [thread.name for thread in threading.enumerate()]
-shown = window.label.video.isVisible()
-window.close()
-print(json.dumps([loaded, threads, shown]))
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    loaded, threads, shown = json.loads(done.stdout)
-    never = {"cv2", "sklearn", "serial", "pyqtgraph", "joblib", "scipy.signal", "scipy.optimize"}
-    assert not never & set(loaded)
-    assert not [name for name in threads if "video" in name or "decod" in name]
-    assert not shown
 
 
 def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until):

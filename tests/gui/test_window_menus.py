@@ -23,9 +23,7 @@ from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
 
-@pytest.fixture
-def study(tmp_path):
-    path = tmp_path / "study.forcelab"
+def made(path):
     with Project.create(path) as project:
         project.add(demonstration())
         project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
@@ -33,14 +31,37 @@ def study(tmp_path):
 
 
 @pytest.fixture
-def window(study, until):
-    window = Window("Ann", remembering=False)
+def study(tmp_path):
+    return made(tmp_path / "study.forcelab")
+
+
+@pytest.fixture(scope="module")
+def kept(app, tmp_path_factory):
+    """One window for all tests here that leave it as it was."""
+    folder = tmp_path_factory.mktemp("kept")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("FORCELAB_SETTINGS", str(folder / "settings.ini"))
+        window = Window("Ann", remembering=False)
     window.resize(1100, 700)
     window.show()
-    window.begin(Start(project=study))
-    until(lambda: window.settled)
+    window.begin(Start(project=made(folder / "study.forcelab")))
     yield window
     window.close()
+
+
+@pytest.fixture
+def window(kept, until):
+    kept.commands["reset_layout"].trigger()
+    until(lambda: kept.settled)
+    yield kept
+    kept.show_workspace("label")
+    document = kept.document
+    document.cancel_stroke()
+    for assignment in document.project.assignments():
+        document.project.unassign(assignment.demonstration, assignment.author)
+    document.reread()
+    kept.label.tracks.setFocus()
+    assert not document.segments
 
 
 def ticked(window):
@@ -91,8 +112,8 @@ def test_a_key_paints_while_the_demonstrations_have_the_focus(window):
     assert window.document.stroke.action == ACTIONS[0]
 
 
-def test_a_key_does_not_paint_behind_another_workspace(window):
-    window.show_workspace("review")
+def test_a_key_does_not_paint_behind_a_workspace_without_the_track(window):
+    window.show_workspace("tradeoff")
     QTest.keyClick(window.demonstrations.view, Qt.Key.Key_1)
     assert window.document.stroke is None
 
@@ -108,14 +129,14 @@ def test_tab_reaches_the_track(window):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_closes_the_window(study, tmp_path, number):
+def test_a_signal_closes_a_window_in_which_nothing_moves(study, tmp_path, number):
     script = f"""
-import os, signal, sys
+import subprocess, os, sys
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 application = QApplication(["forcelab"])
-QTimer.singleShot(500, lambda: os.kill(os.getpid(), {int(number)}))
-QTimer.singleShot(20_000, lambda: os._exit(1))
+soon = f"sleep 1; kill -{int(number)} {{os.getpid()}}"
+QTimer.singleShot(500, lambda: subprocess.Popen(["sh", "-c", soon]))
 from forcelab.cli import main
 sys.exit(main([{str(study)!r}]))
 """

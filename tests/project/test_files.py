@@ -1,5 +1,6 @@
 """Arrays on the disk: as NumPy writes them, and one true sentence where the disk takes a part."""
 
+import errno
 import io
 import sys
 
@@ -33,3 +34,19 @@ def test_a_disk_that_takes_a_part_is_told_as_the_system_tells_it(tmp_path):
             write_array(tmp_path / "a.npy", np.zeros(10_000))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize(
+    ("number", "cure"),
+    [
+        (errno.ENOSPC, "make room on the disk"),
+        (errno.EACCES, "look who may read and write there"),
+        (errno.EROFS, "copy it to where you may write"),
+        (errno.EIO, "look whether the disk is connected, and check it"),
+        (errno.ENAMETOOLONG, "choose a shorter name"),
+    ],
+)
+def test_what_the_system_refuses_is_told_with_the_cure(number, cure):
+    with pytest.raises(InputError) as refusal, told("It was not written"):
+        raise OSError(number, "No", "a.npy")
+    assert str(refusal.value) == f"It was not written: No ('a.npy'); {cure}."

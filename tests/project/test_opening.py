@@ -269,6 +269,8 @@ def test_a_project_that_may_only_be_read_is_read_and_left_as_it_is(path, make, r
         assert project.track(id_, "anna").segments == HOLD
         with pytest.raises(InputError, match="may only be read here"):
             project.edit(id_, "anna", HOLD, (), "erased")
+        with pytest.raises(InputError, match="may only be read here"):
+            project.add(make(2))
     assert {file: file.stat().st_mtime_ns for file in path.rglob("*")} == before
 
 

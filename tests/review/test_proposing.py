@@ -172,3 +172,9 @@ def test_what_is_surer_is_never_taken_for_less_often_right(bins):
     # The minimax formula of isotonic regression (Robertson, Wright and Dykstra 1988, 1.4.9).
     expected = [max(min(mean(j, k) for k in range(i, n)) for j in range(i + 1)) for i in range(n)]
     np.testing.assert_allclose(_rising(values, weights), expected, atol=1e-9)
+
+
+def test_of_values_farther_apart_than_a_second_the_least_certain_one_is_looked_at_first():
+    slow = sure((5, 0.9), (5, 0.5), (10, 0.9), rate=0.2)
+    (proposal,) = proposals(outcome(proposed=[reviewed("slow", slow)]))
+    assert (proposal.place.start, proposal.place.end) == (5.0, 10.0)

@@ -1,5 +1,7 @@
 """Odd demonstrations are told from typical ones by their features alone."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -74,3 +76,16 @@ def test_features_that_no_single_precision_holds_make_the_demonstration_odd_and_
     found = typicality([steps(0, 1), huge, steps(0, 2)])
     assert np.isfinite(found).all()
     assert found.argmin() == 1
+
+
+def test_a_thousand_demonstrations_take_no_more_memory_than_their_distances():
+    many = [steps(0, seed, count=2) for seed in range(1000)]
+    many = [np.tile(one, 50) for one in many]  # a hundred features
+    tracemalloc.start()
+    try:
+        found = typicality(many)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(found) == 1000
+    assert peak < 100e6  # the differences of all pairs would be 1.6 GB

@@ -200,4 +200,8 @@ def test_a_fixed_step_is_refused_where_stiffness_comes_and_goes_without_an_event
     start = np.array([[1e-3], [0.0]])
     with pytest.raises(InputError, match=r"cannot be resolved at 0\.28\d* s.*too long"):
         integrate(Stiffening(stiff=stiff), start, times, SemiImplicit(25e-6))
-    integrate(Stiffening(), start, times, SemiImplicit(25e-6))  # the rest of it is no matter
+
+
+def test_a_fixed_step_goes_on_where_stiffness_does_not_change():
+    start = np.array([[1e-3], [0.0]])
+    integrate(Stiffening(), start, np.linspace(0.0, 0.4, 401), SemiImplicit(25e-6))

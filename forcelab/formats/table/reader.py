@@ -96,7 +96,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     remarks = [*layout.remarks, *_ragged(table, options.strict)]
     repaired = _times(table, clock, options)
     remarks += repaired.remarks
-    label = label_column(layout, roles, body.words)
+    label = label_column(layout, roles, body.words, str(path))
     chosen, left_out = _signal_columns(table, label)
     signals = np.column_stack([body.values[index][repaired.kept] for index in chosen])
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in chosen)
@@ -228,13 +228,10 @@ def _missing(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[
 
 def _track(words: Words, repaired: Repaired, author: str) -> Track:
     """The label column as a track."""
-    actions: list[str] = []
+    actions: dict[str, int] = {}
     numbers = np.full(len(words.words), UNLABELLED, np.int64)
     for code, word in enumerate(words.words):
-        if word.lower() in UNLABELLED_WORDS:
-            continue
-        if word not in actions:
-            actions.append(word)
-        numbers[code] = actions.index(word)
+        if word.lower() not in UNLABELLED_WORDS:
+            numbers[code] = actions.setdefault(word, len(actions))
     codes = numbers[words.codes[repaired.kept]]
-    return Track(author, from_codes(codes, repaired.times, actions))
+    return Track(author, from_codes(codes, repaired.times, list(actions)))

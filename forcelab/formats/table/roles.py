@@ -34,6 +34,8 @@ _WHOLE = re.compile(r"-?\d+", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
 #: A column of whole numbers with more different values than this measures something.
 _MOST_LABELS = 100
+#: A column with more different words than this names no actions.
+_MOST_ACTIONS = 1000
 #: Fewer rows cannot show that a nameless column steps evenly.
 _FEWEST_STEPS = 5
 
@@ -171,17 +173,33 @@ def _steps_like_time(layout: Layout, index: int, column: Column) -> bool:
     return bool((steps > 0).all() and low > usual / 2 and high < usual * 2)
 
 
-def label_column(layout: Layout, roles: Roles, words: Mapping[int, Words]) -> int | None:
+def label_column(
+    layout: Layout, roles: Roles, words: Mapping[int, Words], where: str
+) -> int | None:
     """The column of labels: as chosen before reading, else the only one that holds words.
 
-    Of those, constants, dates, and columns with a new word in every other row are none.
+    Of those, constants, dates, columns with a new word in every other row, and with more words than
+    there are actions are none.
+
+    Raises
+    ------
+    InputError
+        If the one that was chosen has more words than there are actions.
     """
     if roles.label is not None:
+        number = len(words[roles.label].words)
+        if number > _MOST_ACTIONS:
+            raise InputError(
+                f"{where}: column '{layout.columns[roles.label].name}' holds {number:,} different "
+                f"words, too many to be actions; name the column that holds the labels, or give "
+                f"this one another header."
+            )
         return roles.label
     candidates = []
     for index, column in words.items():
         found = {word for word in column.words if word.lower() not in UNLABELLED_WORDS}
-        varies = len(column.words) > 1 and len(found) <= max(1, column.codes.size // 2)
+        most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
+        varies = len(column.words) > 1 and len(found) <= most
         if layout.kinds[index] is Kind.STAMP or any(_DATE.fullmatch(word) for word in found):
             continue
         if found and varies:

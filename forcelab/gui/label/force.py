@@ -26,6 +26,7 @@ from forcelab.gui.label.force_axes import (
     paint_axis,
     paint_groups,
     paint_names,
+    paint_notes,
     paint_tag,
     paint_values,
     tagged,
@@ -43,6 +44,8 @@ __all__ = ["ForcePanel"]
 
 #: Samples at least so many pixels apart are dotted.
 FAR_APART = 7
+#: So many pixels at the right are of notes, and of values beside the cursor that would cover them.
+NOTES = 260.0
 
 Real = NDArray[np.float64]
 
@@ -83,6 +86,7 @@ class ForcePanel(TimePanel):
         self.choices_changed = self.source.choices_changed
         self._axes: tuple[tuple[Lane, Axis], ...] = ()
         self._canvas = Canvas(self.plot, 1.0)
+        self._noted_left = False
         self.source.choices_changed.connect(self.invalidate)
         self.source.grown.connect(self.invalidate)
 
@@ -215,6 +219,18 @@ class ForcePanel(TimePanel):
     # Inside
 
     @property
+    def _notes_left(self) -> bool:
+        """Whether notes give way to the values at the cursor."""
+        tags = bool(self._axes) and tagged(self._axes[0][0])
+        return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
+
+    def _marks_moved(self, *_: object) -> None:
+        """Put the notes to the other side when the cursor comes to where they are."""
+        if self._noted_left != self._notes_left:
+            self.invalidate()
+        super()._marks_moved()
+
+    @property
     def _left(self) -> float:
         """Where names start."""
         return BESIDE if any(lane.group for lane, _ in self._axes) else ALONE
@@ -283,17 +299,8 @@ class ForcePanel(TimePanel):
         if columns.dense:
             count = f"{columns.crowd:.0f}"
             notes.append(self.tr("min/max of {0} samples a pixel").format(count))
-        face = text.font(10)
-        y = plot.top() + 9
-        for note in notes:
-            wide = text.width(note, face)
-            plate = QRectF(plot.right() - wide - 10, y - 7, wide + 8, 14)
-            ground = QColor(now.background)
-            ground.setAlphaF(0.9)
-            painter.fillRect(plate, ground)
-            ink = QColor(now.muted)
-            text.put(painter, plot.right() - 6, y, note, face=face, ink=ink, align=1.0)
-            y += 15
+        self._noted_left = self._notes_left
+        paint_notes(painter, plot, notes, now, at_left=self._noted_left)
 
     def _told(self, x: float, y: float) -> str:
         """What is said of a place in the gutter."""

@@ -21,6 +21,7 @@ __all__ = [
     "paint_axis",
     "paint_groups",
     "paint_names",
+    "paint_notes",
     "paint_tag",
     "paint_values",
     "tagged",
@@ -164,6 +165,21 @@ def paint_tag(
         y = top + 1 + (row + 0.5) * (NUMBER + 2)
         ink = curve_colour(column, theme)
         text.put(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
+
+
+def paint_notes(
+    painter: QPainter, plot: QRectF, notes: Sequence[str], theme: Colours, *, at_left: bool
+) -> None:
+    """Write what is to be known of the curves into a corner, one line below the other."""
+    face, y = text.font(10), plot.top() + 9
+    ground = QColor(theme.background)
+    ground.setAlphaF(0.9)
+    for note in notes:
+        wide = text.width(note, face)
+        right = plot.left() + wide + 10 if at_left else plot.right()
+        painter.fillRect(QRectF(right - wide - 10, y - 7, wide + 8, 14), ground)
+        text.put(painter, right - 6, y, note, face=face, ink=QColor(theme.muted), align=1.0)
+        y += 15
 
 
 def paint_axis(

@@ -81,6 +81,11 @@ class PictureView(QWidget):
         return False
 
     @property
+    def above(self) -> float:
+        """Height in pixels that is kept free above the picture."""
+        return 0.0
+
+    @property
     def image(self) -> QImage | None:
         """The picture that is shown."""
         return self._image
@@ -107,9 +112,9 @@ class PictureView(QWidget):
 
     @property
     def _stage(self) -> QRectF:
-        """Where the picture may be: all but the caption."""
-        below = self.fontMetrics().height() + MARGIN
-        return QRectF(0, 0, self.width(), max(self.height() - below, 1.0))
+        """Where the picture may be: all but the caption, and what stands above."""
+        below, above = self.fontMetrics().height() + MARGIN, self.above
+        return QRectF(0, above, self.width(), max(self.height() - below - above, 1.0))
 
     def _picture_box(self) -> QRectF:
         """Where the whole picture lies, beyond the stage when zoomed in."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
-from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, QTimer
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize
 from PySide6.QtGui import (
     QColor,
     QContextMenuEvent,
@@ -21,13 +21,13 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QWidget
 
-from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
-from forcelab.gui.jobs import Job, Jobs
+from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import scalogram_drawing as drawing
 from forcelab.gui.label import scalogram_reading as reading
+from forcelab.gui.label.scalogram_asking import Asking
 from forcelab.gui.label.scalogram_button import ScalogramButton
-from forcelab.gui.label.scalogram_job import SMALLEST, Wish, compute
+from forcelab.gui.label.scalogram_job import SMALLEST, Wish
 from forcelab.gui.label.scalogram_layers import Layers, colour_range
 from forcelab.gui.label.scalogram_scales import PAPER, Marked
 from forcelab.gui.panel import TimePanel
@@ -35,13 +35,11 @@ from forcelab.gui.theme import colours, themes
 from forcelab.signals.channels import channel_map
 
 if TYPE_CHECKING:
-    from forcelab.signals.scalogram import Scalogram, Survey
+    from forcelab.signals.scalogram import Scalogram
     from forcelab.signals.wavelets import Wavelet
 
 __all__ = ["ScalogramPanel"]
 
-#: Milliseconds for which the span must rest before a picture of it is begun.
-PATIENCE = 40
 #: Rows of a picture at least and at most; one for every two pixels of the screen between.
 FEWEST, MOST = 24, 160
 #: Height of the button above the axis, in pixels.
@@ -69,21 +67,17 @@ class ScalogramPanel(TimePanel):
         super().__init__(document, "", parent)
         self.title = self.tr("Scalogram")
         self.setAccessibleName(self.title)
-        self._jobs = jobs
         self._channel = ""
         self._phase = False
         self._steady = True
         self._marked = PAPER
-        self._view: Survey | None = None
         self._layers = Layers()
         self._pointer: QPointF | None = None
         self._trouble = ""
-        self._job: Job | None = None
-        self._wanted = False
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(PATIENCE)
-        self._timer.timeout.connect(self._begin)
+        self._asking = Asking(jobs, self._wish, self)
+        self._asking.came.connect(self._take)
+        self._asking.done.connect(self.invalidate)  # what is settled is drawn smoothly
+        self._asking.refused.connect(self._refused)
         self._button = ScalogramButton(self)
         self._button.channel_chosen.connect(self.set_channel)
         self._button.phase_chosen.connect(self.set_phase)
@@ -118,7 +112,7 @@ class ScalogramPanel(TimePanel):
     @property
     def settled(self) -> bool:
         """Whether what is shown is what was asked for."""
-        return not self._wanted
+        return not self._asking.wanted
 
     def set_channel(self, name: str) -> None:
         """Show another channel."""
@@ -169,7 +163,7 @@ class ScalogramPanel(TimePanel):
     def hideEvent(self, event: QHideEvent) -> None:
         """Stop computing what nobody sees."""
         super().hideEvent(event)
-        self._stop()
+        self._asking.stop()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Compute for the new size."""
@@ -261,7 +255,8 @@ class ScalogramPanel(TimePanel):
         demonstration = self.document.demonstration
         if demonstration is None:
             return None
-        rate = self._view.source.rate if self._view is not None else 1.0 / demonstration.period
+        view = self._asking.view
+        rate = view.source.rate if view is not None else 1.0 / demonstration.period
         marked, top, bottom = self._marked, plot.top() + 1, plot.bottom() - 1
         return drawing.Rows(top, bottom, SMALLEST, marked.largest, marked.factor, rate)
 
@@ -274,13 +269,13 @@ class ScalogramPanel(TimePanel):
 
     def _forget(self) -> None:
         """Drop what belongs to another channel or another wavelet."""
-        self._view = None
+        self._asking.forget()
         self._trouble = ""
         self._drop()
 
     def _drop(self) -> None:
         """Drop all pictures, also the one that is being made."""
-        self._stop()
+        self._asking.stop()
         self._layers.clear()
         self.picture = None
         self._write_button()
@@ -294,37 +289,20 @@ class ScalogramPanel(TimePanel):
     def _ask(self, *_: object) -> None:
         """Have a picture of what is seen made, once the span has come to rest."""
         if self.isVisible() and self._channel:
-            self._wanted = True
-            self._timer.start()
-            if self._view is not None and self._job is not None:
-                # What it computes is out of date, and it would slow down whoever pans and zooms.
-                self._job.cancel()
-                self._job = None
+            self._asking.ask()
         else:
-            self._stop()
+            self._asking.stop()
 
-    def _stop(self) -> None:
-        """Compute nothing any more."""
-        self._timer.stop()
-        self._wanted = False
-        if self._job is not None:
-            self._job.cancel()
-            self._job = None
-
-    def _begin(self) -> None:
-        """Start computing."""
+    def _wish(self) -> Wish | None:
+        """What a picture is wanted of; None for nothing."""
         demonstration = self.document.demonstration
-        if demonstration is None or not self.isVisible():
-            self._stop()
-            return
-        ratio = self.devicePixelRatioF()
         low, high = self.document.bounds
         span = max(self.document.start, low), min(self.document.end, high)
-        if span[1] <= span[0]:
-            self._stop()
-            return
+        if demonstration is None or not self.isVisible() or span[1] <= span[0]:
+            return None
+        ratio = self.devicePixelRatioF()
         share = (span[1] - span[0]) / (self.document.end - self.document.start)
-        wish = Wish(
+        return Wish(
             demonstration,
             self._channel,
             span,
@@ -335,33 +313,14 @@ class ScalogramPanel(TimePanel):
             self._marked.p,
         )
 
-        def done(picture: Scalogram) -> None:
-            self._wanted = self._timer.isActive()  # the span may have changed again
-            self._take(picture)
-            self.invalidate()  # what is settled is drawn smoothly
-
-        def failed(error: Exception) -> None:
-            self._wanted = self._timer.isActive()
-            known = isinstance(error, ForcelabError)
-            self._trouble = str(error) if known else self.tr("The scalogram failed; see the log.")
-            self.invalidate()
-
-        def moved(step: object) -> None:
-            picture = getattr(step, "picture", None)
-            if picture is not None and picture is not self.picture:
-                if not picture.coarse:  # what the job goes on with is not seen
-                    self._wanted = self._timer.isActive()
-                self._take(picture)
-
-        self._job = self._jobs.run(
-            compute(wish, self._view), done, failed, moved, key=f"scalogram {id(self)}"
-        )
+    def _refused(self, sentence: str) -> None:
+        """Say why there is no picture."""
+        self._trouble = sentence
+        self.invalidate()
 
     def _take(self, picture: Scalogram) -> None:
         """Show a newer picture; the older ones stay below until a fine one covers them."""
-        if picture is self.picture:
-            return
-        self._view, self._trouble, self.picture = picture.view, "", picture
+        self._trouble, self.picture = "", picture
         low, high = self.document.bounds
         whole = picture.end - picture.start >= 0.999 * (high - low)
         self._layers.take(picture, whole=whole, steady=self._steady)
@@ -374,7 +333,7 @@ class ScalogramPanel(TimePanel):
 
     def _ends(self) -> tuple[str, str] | None:
         """What stands at the ends of the colours' legend; None where nothing is known of them."""
-        if not self._phase and self._view is None:
+        if not self._phase and self._asking.view is None:
             return None
         return reading.ends(*self._range(), self._phase)
 

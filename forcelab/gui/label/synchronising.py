@@ -253,7 +253,7 @@ class SynchroniseDialog(SynchroniseForm):
         for number, row in enumerate(self.rows):
             away = ""
             if row.video is not None and row.force is not None and self.candidate is not None:
-                away = f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}"
+                away = _signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
             for column, text in enumerate((_seconds(row.video), _seconds(row.force), away)):
                 item = QTableWidgetItem(text)
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -297,9 +297,14 @@ class SynchroniseDialog(SynchroniseForm):
 
 def _seconds(time: float | None) -> str:
     """A time of the table; a dash where it is still to be marked."""
-    return "–" if time is None else f"{time:.3f}"
+    return "–" if time is None else _signed(f"{time:.3f}")
 
 
 def _told(clock: ClockMap) -> str:
     """A clock for people."""
-    return f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm"
+    return _signed(f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm")
+
+
+def _signed(numbers: str) -> str:
+    """Numbers with a sign that is as wide as a plus."""
+    return numbers.replace("-", "\N{MINUS SIGN}")

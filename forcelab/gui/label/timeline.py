@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Protocol, runtime_checkable
+
 from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QSplitter, QVBoxLayout, QWidget
 
 __all__ = ["Timeline"]
+
+
+@runtime_checkable
+class Slimming(Protocol):
+    """A panel that can do with less height where room is short."""
+
+    def set_slim(self, slim: bool) -> None:
+        """Whether it is to do with less."""
+
+    def least_height(self, slim: bool) -> int:
+        """Its least height in pixels, so or so."""
 
 
 class Timeline(QWidget):
@@ -17,8 +30,9 @@ class Timeline(QWidget):
     ruler, overview, transport : QWidget
         Above and below the panels.
     panels : sequence of QWidget
-        Which share the room between them. The first one is always there; of the others, and of the
-        overview after them, those are hidden that have no room.
+        Which share the room between them. The first one is always there, slim where the second one
+        would have no room else; of the others, and of the overview after them, those are hidden
+        that have no room.
     shares : sequence of int
         How much of the room each panel gets.
     parent : QWidget, optional
@@ -67,7 +81,7 @@ class Timeline(QWidget):
     def minimumSizeHint(self) -> QSize:
         """Wide enough for all, high enough for what never gives way."""
         wide = max(_least(widget).width() for widget in (*self._always, *self._optional))
-        return QSize(wide, sum(_least(widget).height() for widget in self._always))
+        return QSize(wide, self._least_always(slim=True))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show what has room."""
@@ -85,7 +99,14 @@ class Timeline(QWidget):
 
     def _fit(self) -> None:
         """Hide what has no room, or is not wanted."""
-        room = self.height() - self.minimumSizeHint().height()
+        always = self._always[1]
+        room = self.height() - self._least_always(slim=False)
+        if isinstance(always, Slimming):
+            first = next((panel for panel in self._optional if panel not in self._unwanted), None)
+            needed = 0 if first is None else _least(first).height() + self.splitter.handleWidth()
+            slim = self._fitted and room < needed
+            always.set_slim(slim)
+            room = self.height() - self._least_always(slim)
         roomy = True
         for widget in self._optional:
             if widget not in self._unwanted:
@@ -93,8 +114,14 @@ class Timeline(QWidget):
                 # What matters less does not overtake; before it is laid out, all has room.
                 roomy = roomy and (room >= 0 or not self._fitted)
             widget.setVisible(roomy and widget not in self._unwanted)
-        always = self._always[1]
         always.setVisible(always not in self._unwanted)
+
+    def _least_always(self, slim: bool) -> int:
+        """The least height of what never gives way."""
+        return sum(
+            widget.least_height(slim) if isinstance(widget, Slimming) else _least(widget).height()
+            for widget in self._always
+        )
 
 
 def _least(widget: QWidget) -> QSize:

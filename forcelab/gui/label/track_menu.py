@@ -94,7 +94,7 @@ def range_menu(parent: QWidget, document: Document) -> QMenu:
 
 def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
     """From whom to copy what lies at a time in seconds."""
-    menu = QMenu(translate("forcelab", "Copy from another author"), parent)
+    menu = QMenu(translate("forcelab", "Copy from another track"), parent)
     _copies(menu, document, time)
     return menu
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import lru_cache
 from operator import attrgetter
 
 import numpy as np
@@ -21,6 +20,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.canvas import Theme
 from forcelab.gui.figures.tracks import Look, paint_track, plate
+from forcelab.gui.label.short_names import fitting
 from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.theme import Colours
 from forcelab.labels import Segments
@@ -150,7 +150,7 @@ def paint_row(
     ground = QColor(theme.unlabelled)
     faint = {name for name, look in looks.items() if text.contrast(look.colour, ground) < SEEN}
     inks = {name: text.ink_on(look.colour) for name, look in looks.items()}
-    face = text.font(size)
+    face, known = text.font(size), vocabulary.names
 
     def inscribe(painter: QPainter, bar: QRectF, action: str, look: Look) -> None:
         width = bar.width()
@@ -160,7 +160,7 @@ def paint_row(
             painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
         if width < 2 * PADDING:
             return
-        name, needed = _fitting(action, size, int(width - 2 * PADDING))
+        name, needed = fitting(action, known, size, int(width - 2 * PADDING))
         if name:
             middle = bar.center()
             line = QRectF(bar.left(), middle.y() - size * 0.7, width, size * 1.4)
@@ -208,16 +208,3 @@ def put_plate(painter: QPainter, at: QPointF, words: str, theme: Colours, within
     painter.drawRoundedRect(room.adjusted(0.5, 0.5, -0.5, -0.5), 3, 3)
     middle = room.center()
     text.put(painter, middle.x(), middle.y(), words, face=face, ink=QColor(theme.text), align=0.5)
-
-
-@lru_cache(maxsize=4096)
-def _fitting(name: str, size: float, room: int) -> tuple[str, float]:
-    """As much of a name as fits into so many pixels, and its width; at least a letter, or none."""
-    face = text.font(size)
-    whole = text.shown(name)
-    short = whole if text.width(whole, face) <= room else text.elided(whole, face, room)
-    if len(short) < min(4, len(whole)):
-        # A sign that something was left out would take the room of the letters that tell it.
-        fitting = [n for n in (2, 1) if text.width(whole[:n], face) <= room]
-        short = whole[: fitting[0]] if fitting else ""
-    return short, text.width(short, face)

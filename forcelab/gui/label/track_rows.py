@@ -29,6 +29,9 @@ __all__ = ["Row", "TrackRows"]
 #: space between rows and around them, and of names in them.
 OWN, OWN_MOST, OTHER, BETWEEN, AROUND = 34.0, 64.0, 18.0, 4.0, 5.0
 OWN_NAME, OTHER_NAME = 12.0, 10.0
+#: The same where room is short: the coder's row, and what the others share, in pixels. Two of them
+#: keep their names; more become lower, down to a stripe of colours each.
+OWN_SLIM, OTHERS_SLIM, STRIPE = 26.0, 30.0, 7.0
 #: Stands before the names of models, that no prediction is taken for a coder's label.
 MODEL = "\N{WHITE DIAMOND}"
 
@@ -60,6 +63,7 @@ class TrackRows(TimePanel):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         # Other authors' rows stay the same while one paints: pictures of them are kept.
         self._kept: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
+        self._slim = False
         for signal in (document.tracks_changed, document.demonstration_changed):
             signal.connect(self._tracks_changed)
         for signal in (document.vocabulary_changed, document.author_changed):
@@ -72,8 +76,12 @@ class TrackRows(TimePanel):
         """The tracks from top to bottom."""
         document, plot = self.document, self.plot
         others = document.others
-        room = self.height() - 2 * AROUND - len(others) * (OTHER + BETWEEN)
-        top, high = AROUND, min(max(room, OWN), OWN_MOST)
+        least, pitch = OWN_SLIM if self._slim else OWN, OTHER + BETWEEN
+        room = self.height() - 2 * AROUND
+        if others and self._slim:
+            pitch = min(max((room - least) / len(others), STRIPE), pitch)
+        between = min(BETWEEN, pitch / 5)
+        top, high = AROUND, min(max(room - len(others) * pitch, least), OWN_MOST)
         rows = [
             Row(
                 document.author,
@@ -83,19 +91,33 @@ class TrackRows(TimePanel):
             )
         ]
         for author, segments in others.items():
-            top = rows[-1].box.bottom() + BETWEEN
-            box = QRectF(plot.left(), top, plot.width(), OTHER)
+            top = rows[-1].box.bottom() + between
+            box = QRectF(plot.left(), top, plot.width(), pitch - between)
             rows.append(Row(author, segments, box, False))
         return tuple(rows)
 
+    def set_slim(self, slim: bool) -> None:
+        """Whether rows become lower where there is no room for all of them."""
+        if slim != self._slim:
+            self._slim = slim
+            self.updateGeometry()
+            self.invalidate()
+
+    def least_height(self, slim: bool) -> int:
+        """How high the rows are at least, in pixels."""
+        count = len(self.document.others)
+        if not slim:
+            return round(OWN + 2 * AROUND + count * (OTHER + BETWEEN))
+        shared = max(min(count, 2) * OTHERS_SLIM / 2, count * STRIPE)
+        return round(OWN_SLIM + 2 * AROUND + shared)
+
     def sizeHint(self) -> QSize:
         """Room for every row."""
-        return QSize(900, self.minimumSizeHint().height() + 10)
+        return QSize(900, self.least_height(slim=False) + 10)
 
     def minimumSizeHint(self) -> QSize:
         """Room for every row, the own one at its slimmest."""
-        high = OWN + 2 * AROUND + len(self.document.others) * (OTHER + BETWEEN)
-        return QSize(self.GUTTER + 100, round(high))
+        return QSize(self.GUTTER + 100, self.least_height(self._slim))
 
     def row_at(self, position: QPointF) -> Row | None:
         """The row under a pixel of the plot, if any."""
@@ -155,6 +177,8 @@ class TrackRows(TimePanel):
         """Draw the authors' names, those of models marked and in italics."""
         now = colours()
         for row in self.rows():
+            if row.box.height() < OTHER_NAME:  # a stripe: its tooltip names it
+                continue
             face = QFont(text.font(OWN_NAME if row.own else OTHER_NAME + 1, bold=row.own))
             face.setItalic(is_model(row.author))
             name = row.author
@@ -276,4 +300,4 @@ class TrackRows(TimePanel):
 
 def _said(segment: Segment) -> str:
     """A segment in words."""
-    return f"{segment.action} {segment.start:.3f}-{segment.end:.3f} s ({segment.duration:.3f} s)"
+    return f"{segment.action} {segment.start:.3f}–{segment.end:.3f} s ({segment.duration:.3f} s)"

@@ -334,5 +334,5 @@ class TrackPanel(TrackRows):
             bar.setLeft(self.x_at(start))
             bar.setRight(self.x_at(end))
             outline(painter, bar, colours())
-            words = f"{gesture.action} {start:.3f}-{end:.3f} s   {end - start:.3f} s".lstrip()
+            words = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
             put_plate(painter, bar.center(), words, colours(), own.box)

@@ -150,4 +150,4 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
         menu = copy_menu(tracks, document, document.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
     else:
-        document.say(translate("forcelab", "No other author has labels that are shown."), True)
+        document.say(translate("forcelab", "No other track is shown to copy from."), True)

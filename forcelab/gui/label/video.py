@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QImage, QShowEvent
+from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QWidget
 
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
+from forcelab.gui.label.cameras import CameraChoice, Cameras
 from forcelab.gui.label.frames import Frames
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.video.index import last_at
@@ -20,6 +21,8 @@ __all__ = ["VideoPanel"]
 STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
 OVER = 1.5
+#: Space around the choice of a camera, in pixels.
+CHOICE = 3
 
 Array = NDArray[np.float64]
 
@@ -32,6 +35,8 @@ class VideoPanel(PictureView):
     document : Document
         What is open; its cursor is followed.
     parent : QWidget, optional
+    cameras : Cameras, optional
+        Says which camera's video is shown; by default the first one's.
 
     Attributes
     ----------
@@ -42,13 +47,24 @@ class VideoPanel(PictureView):
 
     frame_shown = Signal(int)
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        document: Document,
+        parent: QWidget | None = None,
+        cameras: Cameras | None = None,
+    ) -> None:
         super().__init__(parent)
         self.document = document
+        self._cameras = cameras
+        self._choice: CameraChoice | None = None
         self.setAccessibleName(self.tr("Video"))
         self._frames: Frames | None = None
         self._open: tuple[str, str] | None = None
         self._forget()
+        if cameras is not None:
+            self._choice = CameraChoice(cameras, self)
+            self._choice.move(CHOICE, CHOICE)
+            cameras.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.cursor_moved.connect(self._follow)
         document.peeked.connect(self._follow)
@@ -120,6 +136,12 @@ class VideoPanel(PictureView):
         return ""
 
     @property
+    def above(self) -> float:
+        """Room for the choice of a camera, where there are several."""
+        choice = self._choice
+        return 0.0 if choice is None or choice.isHidden() else choice.height() + 2.0 * CHOICE
+
+    @property
     def troubled(self) -> bool:
         """Whether the video, or the frame at the cursor, cannot be shown."""
         return bool(self._trouble) or 0 <= self._wanted == self._missing[0]
@@ -141,7 +163,9 @@ class VideoPanel(PictureView):
 
     @property
     def _reference(self) -> VideoReference | None:
-        """The video of the open demonstration."""
+        """The video of the open demonstration, by the camera that is looked through."""
+        if self._cameras is not None:
+            return self._cameras.video
         demonstration = self.document.demonstration
         return None if demonstration is None else demonstration.video
 
@@ -153,6 +177,7 @@ class VideoPanel(PictureView):
 
     def _demonstration_changed(self) -> None:
         """Open the video of the demonstration, or follow a new clock of the one that is open."""
+        self._fit_choice()
         reference = self._reference
         if reference is None:
             self._let_go()
@@ -262,6 +287,18 @@ class VideoPanel(PictureView):
             fitted = self._frames.fitted(number)
         self.set_image(image, fitted)
         self.frame_shown.emit(number)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The choice of a camera is as wide as the picture, if it must."""
+        super().resizeEvent(event)
+        self._fit_choice()
+
+    def _fit_choice(self) -> None:
+        """Give the choice of a camera its room."""
+        if self._choice is not None:
+            # Not its size alone: a while after a change it takes the one that its names need.
+            self._choice.setMaximumWidth(max(self.width() - 2 * CHOICE, 1))
+            self._choice.resize(self._choice.sizeHint())
 
     def showEvent(self, event: QShowEvent) -> None:
         """Ask for the frame at the cursor, which was not followed while hidden."""

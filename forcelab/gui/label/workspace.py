@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.label.cameras import Cameras
 from forcelab.gui.label.force import ForcePanel
 from forcelab.gui.label.history import HistoryView
 from forcelab.gui.label.overview import Overview
@@ -60,7 +61,8 @@ class LabelWorkspace(QMainWindow):
         self.tracks = TrackPanel(document)
         self.force = ForcePanel(document, jobs)
         self.scalogram = ScalogramPanel(document, jobs)
-        self.video = VideoPanel(document)
+        self.cameras = Cameras(document, self)
+        self.video = VideoPanel(document, cameras=self.cameras)
         self.vocabulary = VocabularyView(document)
         self.segments = SegmentTable(document)
         self.history = HistoryView(document)

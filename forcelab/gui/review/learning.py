@@ -12,6 +12,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import remembered
 from forcelab.gui.review.edit_count import EditCount
 from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
+from forcelab.gui.review.unasked import Unasked
 from forcelab.gui.review.wanted import Wanted
 
 if TYPE_CHECKING:
@@ -73,6 +74,7 @@ class Learning(Wanted):
         self._quiet.setSingleShot(True)
         self._quiet.setInterval(QUIET)
         self._quiet.timeout.connect(self._train_by_itself)
+        self._unasked = Unasked(document)
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
@@ -86,6 +88,8 @@ class Learning(Wanted):
         self.trail: list[Step] = []
         self.automatic = False
         self.runs: tuple[Kept, ...] = ()
+        self._by_itself = False
+        self._unasked.forget()
 
     # How it stands
 
@@ -127,6 +131,7 @@ class Learning(Wanted):
         if self.training:
             return False
         self._quiet.stop()
+        self._by_itself = False
         if self._path is None or not self.ready:
             self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
             return False
@@ -177,6 +182,8 @@ class Learning(Wanted):
         """Put the new outcome in place of the old one."""
         self.step = None
         self.document.set_training(False)
+        if self._by_itself:
+            self._unasked.trained(outcome)
         if self.task in (*outcome.tasks, outcome.test_task):
             self.jobs.cancel(LOADING)
             self.document.set_outcome(outcome)
@@ -208,7 +215,7 @@ class Learning(Wanted):
     def _train_by_itself(self) -> None:
         """Train after a pause, if there is something new."""
         if self.automatic and not self.training and (self.edits or self.document.outcome is None):
-            self.train()
+            self._by_itself = self.train()
 
     # What happens to the document
 

@@ -261,21 +261,26 @@ class QueueView(QWidget):
     def _missing(self) -> str:
         """Why there is nothing to list, if that is so."""
         outcome, read = self.document.outcome, self.reader.read
-        if outcome is None and self.document.training:
-            return self.tr(
+        if outcome is None:
+            coming = self.tr(
                 "A recogniser is being trained; every place where you and it differ will be listed "
                 "here."
             )
-        if outcome is None:
-            return self.tr(
+            none = self.tr(
                 "Train a recogniser, and every place where you and it differ is listed here."
             )
+            return coming if self.document.training else none
         if read is None:
             return self.tr("Comparing…")
         if self.queue.open or self.queue.judged:
             return ""
         if outcome.tested and not read.outcome.tested:
             return self.tr("You code these demonstrations blind; what differs is shown when done.")
+        if not outcome.tested:
+            return self.tr(
+                "Nothing was tested, so nothing can differ: label a second demonstration and train "
+                "again. What the recogniser proposes for the others is in Proposals."
+            )
         return self.tr("Labels and predictions agree everywhere.")
 
     def _summarised(self) -> str:

@@ -366,6 +366,17 @@ class TestLabels:
         assert recording.remarks == ("Columns one, two were left out: words, not numbers.",)
         assert load(table(text), label="two").tracks[0].actions == ("c", "d")
 
+    def test_a_column_with_a_thousand_words_names_no_actions(self, table):
+        rows = "".join(f"{i / 100},{i},note {i // 3}\n" for i in range(6000))
+        found = load(table("time,fx,whatever\n" + rows))
+        assert found.tracks == ()
+        assert "Column whatever was left out: words, not numbers." in found.remarks
+        said = refusal(table("time,fx,label\n" + rows))
+        assert "column 'label' holds 2,000 different words" in said
+        assert "column 'whatever' holds" in refusal(
+            table("time,fx,whatever\n" + rows), label="whatever"
+        )
+
     def test_labels_of_dropped_rows_are_dropped_with_them(self, table):
         text = "time,fx,label\n0,1,a\n.1,1,a\n.1,1,b\n.2,1,a\n.3,1,a\n"
         recording = load(table(text))

@@ -208,6 +208,22 @@ def test_a_constant_channel_and_one_without_a_sample_can_be_drawn(panel):
     assert round(lane.top) + 3 + nearest == pytest.approx(lane.middle, abs=2)
 
 
+def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkeypatch):
+    places, put = {}, text.put
+
+    def noting(painter, x, y, line, **how):
+        places[line.split(" ")[0]] = x
+        put(painter, x, y, line, **how)
+
+    monkeypatch.setattr(text, "put", noting)
+    panel.resize(600, 90)
+    picture(panel)
+    assert places["min/max"] > panel.plot.center().x()
+    panel.document.seek(panel.document.bounds[1])
+    picture(panel)
+    assert places["min/max"] < panel.plot.center().x()
+
+
 def test_a_note_says_that_samples_share_a_pixel(panel, monkeypatch):
     said = []
     monkeypatch.setattr(panel, "tr", lambda sentence: said.append(sentence) or sentence)

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from made_once import made_once
 from pictures import pixels
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QWheelEvent
@@ -19,15 +20,19 @@ CHANNELS = (Channel("fx1", "N"), Channel("fy1", "N"))
 LEFT = Qt.MouseButton.LeftButton
 
 
-@pytest.fixture
-def document(app, tmp_path):
+def study(path):
     times = np.arange(0.0, 20.0, 0.001)
     signals = np.stack([np.sin(times), np.full(len(times), -3.0)], axis=1)
-    with Project.create(tmp_path / "study.forcelab") as project:
+    with Project.create(path) as project:
         track = Track("Ann", (Segment(2.0, 6.0, "grab"), Segment(6.0, 10.0, "hold")))
         project.add(Demonstration("one", "foam", times, signals, CHANNELS), (track,))
+
+
+@pytest.fixture
+def document(app, tmp_path):
+    path = made_once(study, tmp_path / "study.forcelab")
     document = Document("Ann")
-    document.open_project(tmp_path / "study.forcelab")
+    document.open_project(path)
     document.open_demonstration("one")
     document.set_span(5.0, 10.0)
     yield document

@@ -56,3 +56,30 @@ def test_a_part_that_grows_takes_the_room_of_others(timeline, parts, until):
     parts["tracks"].setMinimumHeight(160)
     until(parts["overview"].isHidden)
     assert seen(timeline, parts, 400) == "rtfsb"
+
+
+class Rows(Part):
+    """A first panel that can do with less."""
+
+    def __init__(self):
+        super().__init__(10)
+        self.slim = False
+
+    def set_slim(self, slim):
+        self.slim = slim
+
+    def least_height(self, slim):
+        return 30 if slim else 50
+
+
+def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(app, parts):
+    rows = parts["tracks"] = Rows()
+    panels = (rows, parts["force"], parts["scalogram"])
+    around = QWidget()
+    around.resize(500, 500)
+    timeline = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], parts["bar"], around)
+    around.show()
+    assert timeline.minimumSizeHint().height() == 80
+    told = [(seen(timeline, parts, height), rows.slim) for height in (200, 180, 100, 200)]
+    assert told == [("rtfb", False), ("rtfb", True), ("rtb", True), ("rtfb", False)]
+    around.close()

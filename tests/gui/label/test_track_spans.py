@@ -25,9 +25,9 @@ def agree(segments):
     assert set(spans.totals()) == {s.action for s in segments}
 
 
-@given(st.lists(st.tuples(st.integers(0, 600), st.integers(0, 5), st.booleans()), max_size=12))
+@given(st.lists(st.tuples(st.integers(0, 150), st.integers(0, 5), st.booleans()), max_size=12))
 def test_arrays_follow_a_track_through_strokes(strokes):
-    segments = track(600)
+    segments = track(150)
     agree(segments)
     for place, removed, painted in strokes:
         at = min(place, len(segments))

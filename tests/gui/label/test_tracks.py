@@ -399,12 +399,12 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
     def words(time, y):
         return panel.words_at(QPointF(Hand(panel, y).at(time)))
 
-    assert words(1.5, 20) == "Ann: grab 1.000-2.000 s (1.000 s)"
-    assert words(7.5, OTHER_ROW) == "Ines: hold 7.030-8.000 s (0.970 s)"
+    assert words(1.5, 20) == "Ann: grab 1.000–2.000 s (1.000 s)"
+    assert words(7.5, OTHER_ROW) == "Ines: hold 7.030–8.000 s (0.970 s)"
     assert words(4.0, 20) == ""
     assert panel.words_at(QPointF(20, OTHER_ROW)) == "Ines"
     document.select(1)
-    assert panel.accessibleDescription() == "hold 2.000-3.000 s (1.000 s)"
+    assert panel.accessibleDescription() == "hold 2.000–3.000 s (1.000 s)"
     document.select(None)
     assert panel.accessibleDescription() == ""
 
@@ -412,7 +412,7 @@ def test_words_under_the_pointer_and_for_screen_readers(document, panel):
 def test_the_pointer_tells_who_proposed_a_segment(document, panel):
     document._edit(lambda t: t.accept((Segment(4.0, 5.0, "hold"),), "model paper 12"))
     at = QPointF(Hand(panel, 20).at(4.5))
-    assert panel.words_at(at) == ("Ann: hold 4.000-5.000 s (1.000 s)\nproposed by model paper 12")
+    assert panel.words_at(at) == ("Ann: hold 4.000–5.000 s (1.000 s)\nproposed by model paper 12")
     document.move_edge(document.index_of(Segment(4.0, 5.0, "hold")), "start", 4.2)
     assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
     document.relabel(document.index_of(Segment(4.2, 5.0, "hold")), "release")

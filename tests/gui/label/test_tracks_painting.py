@@ -1,6 +1,7 @@
 """What is seen on the tracks: pixels and names."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -9,7 +10,6 @@ from hypothesis import strategies as st
 from painting_bench import Hand, opened
 from PySide6.QtGui import QColor
 
-from forcelab.gui.label import track_painting
 from forcelab.gui.label.track_painting import crowd, looks_of, visible
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
@@ -108,19 +108,22 @@ def test_room_grows_with_the_authors(document, panel):
     assert panel.minimumSizeHint().height() < low
 
 
-def test_a_name_is_cut_to_what_fits_but_not_to_nothing(app):
-    fitting = track_painting._fitting
-    whole, wide = fitting("slip transition", 12.0, 500)
-    assert whole == "slip transition"
-    for room in range(500):
-        name, width = fitting("slip transition", 12.0, room)
-        assert width <= max(room, 0)
-        if room >= 12:
-            assert name.startswith("s")
-        if room >= wide:
-            assert name == whole
-    assert fitting("slip transition", 12.0, 3) == ("", 0.0)
-    assert fitting("x", 12.0, 100)[0] == "x"
+def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(document, panel):
+    document.others = {f"coder {i}": TRACK for i in range(5)}
+    full = panel.least_height(slim=False)
+    panel.set_slim(True)
+    slim = panel.least_height(slim=True)
+    assert panel.minimumSizeHint().height() == slim < 0.6 * full
+    for height in (slim, full - 10, full + 40):
+        panel.resize(600, height)
+        rows = panel.rows()
+        assert rows[-1].box.bottom() <= height
+        assert all(a.box.bottom() < b.box.top() for a, b in pairwise(rows))
+        assert all(row.box.height() >= 5 for row in rows)
+        panel.grab()
+    high = rows[-1].box.height()
+    panel.set_slim(False)
+    assert panel.rows()[-1].box.height() == high
 
 
 def test_visible_segments_reach_into_the_span():

@@ -7,6 +7,7 @@ from learning_bench import FakeWork, outcome_of, step, study
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
+from forcelab.project import Verdict
 from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings, preset
 
@@ -125,6 +126,29 @@ def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, u
     until(lambda: len(work.asked) == 1)
     until(lambda: not learning.training)
     assert document.outcome is work.result
+
+
+def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_used(
+    learning, document, work, until
+):
+    project = document.project
+    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    learning._quiet.setInterval(1)
+    learning.set_automatic(True)
+    asked = project.add_run("evaluate", **made, result={})
+    for number in range(6):
+        work.result = outcome_of(project, project.add_run("evaluate", **made, result={}))
+        document.paint(6.0, 7.0 + number / 10, "grab")
+        until(lambda: document.outcome is work.result and not learning.training)
+        if number == 1:
+            judged = work.result.number
+            project.add_verdict(
+                Verdict(document.id, "Bea", "Ann", 6.0, 7.0, "grab", "hold", "human", judged)
+            )
+    there = [run.id for run in project.run_summaries()]
+    assert there[:2] == [asked, judged]
+    assert there[2:] == list(range(work.result.number - 2, work.result.number + 1))
+    assert [verdict.run for verdict in project.verdicts()] == [judged]
 
 
 def test_without_an_edit_nothing_is_trained_by_itself(learning, document, work, until, app):

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from made_once import made_once
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
@@ -64,20 +65,24 @@ def outcome(*tested, **changes):
     return Outcome(author="Ann", tested=tested, **base, **given)
 
 
+def project(path):
+    """Three demonstrations of 10 s that Ann and Bob have labelled."""
+    with Project.create(path) as project:
+        project.set_vocabulary("foam", VOCABULARY)
+        for number in (1, 2, 10):
+            times = np.arange(100) / 10
+            signals = np.sin(times + number)[:, np.newaxis]
+            made = Demonstration(f"d {number}", "foam", times, signals, (Channel("fz", "N"),))
+            project.add(made)
+            project.edit(made.id, "Ann", (), HUMAN, "made")
+            project.edit(made.id, "Bob", (), HUMAN[:1], "made")
+
+
 @pytest.fixture
 def study():
-    """A document of a project with three demonstrations of 10 s that Ann and Bob have labelled."""
+    """A document of that project."""
     with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        path = Path(folder) / "study.forcelab"
-        with Project.create(path) as project:
-            project.set_vocabulary("foam", VOCABULARY)
-            for number in (1, 2, 10):
-                times = np.arange(100) / 10
-                signals = np.sin(times + number)[:, np.newaxis]
-                made = Demonstration(f"d {number}", "foam", times, signals, (Channel("fz", "N"),))
-                project.add(made)
-                project.edit(made.id, "Ann", (), HUMAN, "made")
-                project.edit(made.id, "Bob", (), HUMAN[:1], "made")
+        path = made_once(project, Path(folder) / "study.forcelab")
         document = Document("Ann")
         document.open_project(path)
         yield document

@@ -98,11 +98,11 @@ def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
     document.open_demonstration(third)
     assert document.segments == ()
     document.seek(3.0)
-    assert view.here.isEnabled()
-    view.here.click()
+    assert view.accepting.here.isEnabled()
+    view.accepting.here.click()
     assert document.segments == PREDICTED[1:2]
     assert said[-1].startswith("1 predicted segment was accepted; Ctrl+Z")
-    view.in_view.click()
+    view.accepting.in_view.click()
     assert document.segments == PREDICTED
     document.undo()
     document.undo()
@@ -112,9 +112,9 @@ def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
 def test_only_what_is_probable_enough_is_accepted(view, document):
     document.set_outcome(outcome_of(document.project))
     document.open_demonstration(document.outcome.proposals[0].id)
-    view.at_least.setValue(0.9)
-    assert view.above.isEnabled()
-    view.above.click()
+    view.accepting.at_least.setValue(0.9)
+    assert view.accepting.above.isEnabled()
+    view.accepting.above.click()
     assert document.segments == PREDICTED[:1]
 
 
@@ -124,8 +124,8 @@ def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
     document.set_outcome(outcome_of(document.project))
     document.open_demonstration(document.outcome.proposals[0].id)
     document.paint(1.0, 3.0, "release")
-    view.at_least.setValue(0.0)
-    view.above.click()
+    view.accepting.at_least.setValue(0.0)
+    view.accepting.above.click()
     assert Segment(1.0, 3.0, "release") in document.segments
     assert document.segments[-1] == PREDICTED[-1]
 
@@ -137,21 +137,21 @@ def test_what_is_accepted_has_no_suffix_of_its_task(view, document):
     apart = replace(outcome, apart=True, proposals=(replace(one, stages=stages),))
     document.set_outcome(apart)
     document.open_demonstration(one.id)
-    view.in_view.click()
+    view.accepting.in_view.click()
     assert document.segments == one.predicted
     stored = document.project.vocabulary(one.task).names
     assert not any(name.endswith(one.task) for name in stored)
 
 
 def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
-    assert not view.here.isEnabled()
+    assert not view.accepting.here.isEnabled()
     document.set_outcome(outcome_of(document.project))
     document.open_demonstration(document.outcome.proposals[0].id)
     document.seek(9.0)
-    assert not view.here.isEnabled()
-    assert view.in_view.isEnabled()
-    view.at_least.setValue(1.0)
-    assert not view.above.isEnabled()
+    assert not view.accepting.here.isEnabled()
+    assert view.accepting.in_view.isEnabled()
+    view.accepting.at_least.setValue(1.0)
+    assert not view.accepting.above.isEnabled()
 
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):
@@ -159,7 +159,7 @@ def test_how_much_is_labelled_by_now_is_shown(view, document, until):
     until(lambda: len(view.model.rows) == 1)
     document.open_demonstration(document.outcome.proposals[0].id)
     assert view.model.data(view.model.index(0, 3)) == "–"
-    view.in_view.click()  # at once, though the list of demonstrations is read again only later
+    view.accepting.in_view.click()  # at once: the list of demonstrations is read again later
     assert view.model.data(view.model.index(0, 3)) == "70 %"
     document.undo()
     assert view.model.data(view.model.index(0, 3)) == "–"

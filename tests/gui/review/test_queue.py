@@ -306,6 +306,13 @@ def test_where_both_agree_it_says_so(bench):
         assert "agree everywhere" in view._empty.text()
 
 
+def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until):
+    with bench() as view:
+        view.document.set_outcome(replace(view.document.outcome, tested=()))
+        until(lambda: not view.reader.stale)
+        assert "Nothing was tested" in view._empty.text()
+
+
 def test_what_is_coded_blind_is_not_listed(bench, until):
     with bench() as view:
         document = view.document

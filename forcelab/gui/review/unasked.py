@@ -1,0 +1,63 @@
+"""Runs that nobody asked for: of those that train by itself has made, only the last ones stay."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from forcelab.errors import ForcelabError
+from forcelab.gui.document import Document
+
+if TYPE_CHECKING:
+    from forcelab.review.outcome import Outcome
+
+__all__ = ["Unasked"]
+
+#: So many of them stay for each task: enough to compare the last one with those before.
+STAYING = 3
+
+
+class _Run(NamedTuple):
+    """A run that came by itself."""
+
+    number: int
+    proposer: str
+    task: tuple[str | None, ...]
+
+
+class Unasked:
+    """Lets go of older runs that came by themselves, while the window is open.
+
+    One that somebody has judged, or accepted labels from, stays in the project; so does one that
+    is looked at.
+
+    Parameters
+    ----------
+    document : Document
+        Whose project keeps the runs.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self._made: list[_Run] = []
+
+    def forget(self) -> None:
+        """Begin anew, as with another project."""
+        self._made = []
+
+    def trained(self, outcome: Outcome) -> None:
+        """Take note of a run, and let go of those that are too old by now."""
+        task = (*outcome.tasks, outcome.test_task)
+        self._made.append(_Run(outcome.number, outcome.proposer, task))
+        for old in [one for one in self._made if one.task == task][:-STAYING]:
+            shown = self._document.outcome
+            if shown is None or shown.number != old.number:
+                self._made.remove(old)
+                self._let_go(old)
+
+    def _let_go(self, old: _Run) -> None:
+        """Have the project delete a run, unless it was used."""
+        if self._document.project is not None:
+            try:
+                self._document.project.forget_run(old.number, old.proposer)
+            except ForcelabError as error:  # it stays, and is told like any other trouble
+                self._document.say(str(error), True)

@@ -1,0 +1,126 @@
+"""Several cameras that filmed one demonstration."""
+
+import films
+import numpy as np
+import pytest
+from PySide6.QtTest import QTest
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.gui.document import Document
+from forcelab.gui.label.cameras import CameraChoice, Cameras
+from forcelab.gui.label.video import VideoPanel
+from forcelab.project import Project
+from forcelab.project.cameras import Camera, camera_stamps
+from forcelab.project.stamps import STAMPS
+
+TIMES = np.arange(0, 4, 0.01)
+FIRST, SECOND = np.arange(80) / 20, np.arange(40) / 10
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A project: "two" was filmed by two cameras, "one" by one."""
+    home = tmp_path_factory.mktemp("cameras")
+    paths = [
+        films.write(home / f"{i}.mp4", "libx264", times, films.GOP_250)
+        for i, times in enumerate((FIRST, SECOND))
+    ]
+    with Project.create(home / "lab.forcelab") as project:
+        for name, shift in (("two", 0.0), ("one", 1.0)):
+            signal = TIMES[:, None] + shift
+            video = VideoReference(paths[0], ClockMap(0.1))
+            d = Demonstration(name, "t", TIMES, signal, (Channel("f"),), video=video)
+            project.add(d)
+        two = project.load("two")
+        other = VideoReference(project.attach_beside(two.id, paths[1]), ClockMap(0.25))
+        filmed = (Camera("left", two.video), Camera("right", other))
+        project.attach_stamps(two.id, camera_stamps(filmed))
+        project.set_video_clock(two.id, ClockMap(0.1))
+    return home / "lab.forcelab"
+
+
+@pytest.fixture
+def document(app, folder):
+    document = Document("Ann")
+    document.open_project(folder)
+    yield document
+    document.close()
+
+
+def test_the_chosen_camera_is_shown_by_its_own_clock(document, until):
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    panel = VideoPanel(document, cameras=cameras)
+    panel.resize(320, 240)
+    panel.show()
+    until(lambda: panel.settled)
+    document.seek(2.0)
+    until(lambda: panel.settled)
+    assert panel.shown_index == np.searchsorted(FIRST + 0.1, 2.0 + 1e-9) - 1
+    cameras.show(1)
+    until(lambda: panel.settled and panel.shown_index >= 0)
+    np.testing.assert_allclose(document.frame_times, SECOND + 0.25, atol=1e-6)
+    assert panel.shown_index == np.searchsorted(SECOND + 0.25, 2.0 + 1e-9) - 1
+    document.open_demonstration("one")
+    until(lambda: panel.settled)
+    assert cameras.all == ()
+    np.testing.assert_allclose(document.frame_times, FIRST + 0.1, atol=1e-6)
+    panel.close_video()
+    panel.close()
+
+
+def test_the_choice_is_there_only_among_several(document):
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    choice = CameraChoice(cameras)
+    assert [choice.itemText(i) for i in range(choice.count())] == ["left", "right"]
+    assert not choice.isHidden()
+    choice.activated.emit(1)
+    assert cameras.shown == 1
+    assert choice.currentText() == choice.toolTip() == "right"
+    cameras.show_next()
+    assert choice.currentText() == "left"
+    document.open_demonstration("one")
+    assert choice.isHidden()
+    cameras.show_next()
+    assert cameras.shown == 0
+
+
+def test_a_long_name_stays_within_the_panel(document, until, app):
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    panel = VideoPanel(document, cameras=cameras)
+    choice = panel.findChild(CameraChoice)
+    choice.addItem("a camera with a name that is far too long for the panel")
+    panel.resize(180, 160)
+    panel.show()
+    QTest.qWait(60)  # a combo box takes its new size a moment later
+    assert 100 < choice.geometry().right() <= panel.width()
+    panel.close_video()
+    panel.close()
+
+
+def test_a_new_clock_of_the_first_camera_leaves_the_choice(document):
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    cameras.show(1)
+    document.set_video_clock(ClockMap(0.1))
+    assert cameras.shown == 1
+    assert cameras.video.clock == ClockMap(0.25)
+
+
+def test_damaged_stamps_leave_the_first_video(document, folder):
+    said = []
+    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    two = document.project.load("two")
+    stamps = folder / "demonstrations" / two.id / STAMPS
+    whole = stamps.read_bytes()
+    stamps.write_bytes(b"junk")
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    stamps.write_bytes(whole)
+    assert (cameras.all, cameras.video) == ((), document.demonstration.video)
+    ((sentence, trouble),) = said
+    assert trouble
+    assert "damaged" in sentence

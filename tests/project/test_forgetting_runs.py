@@ -1,0 +1,85 @@
+"""Runs that another one has taken the place of."""
+
+from dataclasses import replace
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+from forcelab.project import LabelsUsed, Project, Verdict
+from forcelab.project.labelling import Labelling
+
+MADE = {"settings": {}, "seed": None, "versions": {}}
+PROPOSER = "model paper 1"
+
+
+@pytest.fixture
+def id_(project, make):
+    return project.add(make(1), [Track("anna", (Segment(0.0, 0.1, "grab"),))]).id
+
+
+@pytest.fixture
+def train(project, id_):
+    """Keep a run with its recogniser; gives its number and the file."""
+
+    def train(content=b"learnt"):
+        used = [LabelsUsed(id_, "anna", project.head(id_, "anna"))]
+        number = project.add_training(
+            "evaluate", "one", content, labels=used, trained_on=used, result={}, **MADE
+        )
+        return number, project.recogniser_path(project.run(number).result["recogniser"])
+
+    return train
+
+
+@pytest.fixture
+def said(id_):
+    return Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model")
+
+
+def test_a_run_that_nobody_used_goes_with_its_recogniser(project, train):
+    number, file = train()
+    assert project.forget_run(number, PROPOSER)
+    assert (project.runs(), project.recognisers()) == ((), ())
+    assert not file.exists()
+    assert not project.forget_run(number, PROPOSER)
+    assert train()[0] > number, "numbers are never given twice"
+
+
+def test_a_recogniser_that_another_run_has_too_stays(project, train):
+    first, file = train()
+    second, _ = train()
+    assert project.forget_run(first, PROPOSER)
+    assert file.exists()
+    assert len(project.recognisers()) == 1
+    assert project.forget_run(second, PROPOSER)
+    assert not file.exists()
+
+
+def test_a_run_that_was_judged_stays(project, train, said):
+    number, file = train()
+    project.add_verdict(replace(said, run=number))
+    project.add_verdict(replace(said, run=number, verdict="withdrawn"))
+    assert not project.forget_run(number, PROPOSER)
+    assert file.exists()
+    assert [verdict.run for verdict in project.verdict_events()] == [number, number]
+
+
+def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(project, train, id_):
+    number, _ = train()
+    labelling = Labelling(project, id_, "anna")
+    labelling.accept((Segment(0.2, 0.3, "slip"),), PROPOSER)
+    labelling.undo()
+    assert not project.forget_run(number, PROPOSER)
+    assert project.forget_run(number, "model paper 11")
+
+
+def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train, said):
+    number, _ = train()
+    with Project.open(path) as elsewhere:
+        elsewhere.forget_run(number, PROPOSER)
+    kept = project.add_verdict(replace(said, run=number))
+    assert (kept.run, kept.verdict, kept.predicted) == (None, "model", "slip")
+    assert project.verdicts() == (kept,)
+    with pytest.raises(InputError, match="no run"):
+        project.add_verdict(replace(said, run=number + 1))
