@@ -2,6 +2,12 @@
 
 Everybody makes the same: log magnitude and phase of each coefficient, on one thread, into tables
 that are there. The memory is that beside the tables.
+
+ssqueezepy errs at the widest scales alone: it pads no further than to a power of two, of which a
+wavelet as wide as the recording reaches around the whole; and with its own setting, reflected ends,
+from scales of a hundredth of the recording on, by 1 % and more. So it is told of zeros beyond the
+ends, which is what the channels have, and the error up to a sixteenth of the recording stands
+beside that at all scales.
 """
 
 from __future__ import annotations
@@ -14,17 +20,18 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Timed, Way, timed_ways
-from forcelab.measure.wavelet_ways import PEERS, Features, Peer, Tables, ours
+from forcelab.measure.wavelet_ways import Features, Peer, Tables, ours, peers_of_tapered
 from forcelab.signals.cwt import usual_scales
-from forcelab.signals.engine.design import TOLERANCES
+from forcelab.signals.engine.design import SINGLE, TOLERANCES
 from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["direct_sums", "measuring", "tabulate", "tapered"]
+__all__ = ["direct_sums", "measuring", "measuring_long", "tabulate", "tapered"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -32,24 +39,40 @@ Complex = NDArray[np.complex128]
 #: Samples, channels, and distances of scales in octaves.
 SIZES = ((1 << 12, 4), (1 << 16, 4), (1 << 20, 1))
 SPACINGS = (1.0, 0.125)
+#: A recording of which the memory is looked at, and its scales: a cut one, then wider and wider.
+LONG, LONG_SCALES = 1 << 24, (2.0, 8.0, 256.0, 65536.0)
 #: Coefficients above which only the engine's fast tolerances are measured: others take minutes.
 MANY = 1 << 26
 #: Errors are looked at from this scale on, below which the wavelet is cut at the Nyquist frequency
 #: and its sum is another; at so many scales and places.
 FIRST = 4.5
 LOOKED, PLACES = 12, 12
+#: The share of the recording up to which the error of narrower wavelets is told apart.
+NARROW = 16
+#: Seconds: what all repetitions of one way may take, and above which a peer is left out.
+ENOUGH, PATIENCE = 8.0, 60.0
+
+#: Seconds a coefficient that peers have taken in smaller cells, by name.
+Spent = dict[str, float]
 
 
 def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
     """Measure all tolerances and all peers that are installed, at all sizes.
 
-    With `quick` the two smaller sizes, once.
+    A peer is left out where it would take more than a minute a call, as told from smaller sizes.
+    Of the longest recording there is the engine alone, for its memory. With `quick` the two
+    smaller sizes, once.
     """
     rows: list[Row] = []
+    spent: Spent = {}
     for n, channels in SIZES[: 2 if quick else None]:
         for spacing in SPACINGS[: 1 if quick else None]:
-            made = yield from measuring(tapered(n, channels), spacing, 1 if quick else 5)
+            made = yield from measuring(
+                tapered(n, channels), spacing, 1 if quick else 5, spent=spent
+            )
             rows += made
+    if not quick:
+        rows += yield from measuring_long(tapered(LONG, 1), np.array(LONG_SCALES))
     return Table(
         "Wavelet transform to log magnitude and phase",
         "error (of largest)",
@@ -70,7 +93,11 @@ def tapered(n: int, channels: int) -> Real:
 
 
 def measuring(
-    x: Real, spacing: float, repetitions: int, tolerances: Sequence[float] = tuple(TOLERANCES)
+    x: Real,
+    spacing: float,
+    repetitions: int,
+    tolerances: Sequence[float] = tuple(TOLERANCES),
+    spent: Spent | None = None,
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure all ways on some channels.
 
@@ -85,19 +112,45 @@ def measuring(
     spacing : float
         Of the scales from 2 samples to n, in octaves.
     repetitions : int
+        Fewer of what takes long.
     tolerances : sequence of float
         Of the engine.
+    spent : dict of str to float, optional
+        Seconds a coefficient that peers have taken so far, to which theirs are added; who would
+        take too long by it is refused.
     """
-    c, n = x.shape
-    scales = usual_scales(n, spacing=spacing)
+    scales = usual_scales(x.shape[1], spacing=spacing)
     if x.size * len(scales) > MANY:
         tolerances = [tolerance for tolerance in tolerances if tolerance == 1e-7]
+    spent = {} if spent is None else spent
+    peers = peers_of_tapered(len(x))
+    told = f"{len(scales)} scales ({spacing:g} octaves apart)"
+    return (yield from _measured(x, scales, told, repetitions, tolerances, peers, spent))
+
+
+def measuring_long(x: Real, scales: Real) -> Generator[Progress, None, tuple[Row, ...]]:
+    """Measure the engine alone, at tolerance 1e-7, once; parameters as of :func:`measuring`."""
+    told = f"scales {', '.join(f'{scale:g}' for scale in scales.tolist())}"
+    return (yield from _measured(x, scales, told, 1, (1e-7,), (), {}))
+
+
+def _measured(
+    x: Real,
+    scales: Real,
+    told: str,
+    repetitions: int,
+    tolerances: Sequence[float],
+    peers: Sequence[Peer],
+    spent: Spent,
+) -> Generator[Progress, None, tuple[Row, ...]]:
+    """Rows of the engine's tolerances, then of peers."""
+    c, n = x.shape
     places = np.unique(np.linspace(0, n - 1, PLACES).astype(int))
     wide = np.flatnonzero(scales >= FIRST)
     looked = wide[np.unique(np.linspace(0, len(wide) - 1, LOOKED).astype(int))]
     yield Progress(0, 1, "direct sums")
     wanted = direct_sums(x, scales[looked], places)
-    size = f"{n} samples x {c} channels x {len(scales)} scales ({spacing:g} octaves apart)"
+    size = f"{n} samples x {c} channels x {told}"
     row = Row(
         "",
         "",
@@ -105,27 +158,38 @@ def measuring(
         f"direct sums at {len(places)} places of {len(looked)} scales from {FIRST:g} samples on",
         refusal="to be measured",
     )
-    rows = ours(x, scales, 1e-7, Tables())[0]
-    largest = np.exp(rows[:, looked].max(axis=2, keepdims=True).astype(np.float64))
-    del rows
-    judged = _Judged(wanted, largest, looked, places)
     tables = Tables()
+    for tolerance in tolerances:  # so that none of them is thought to take the tables' memory
+        kind = np.float32 if tolerance >= SINGLE else np.float64
+        tables.of((c, len(scales), n), np.dtype(kind))
+    rows = ours(x, scales, 1e-7, tables)[0]
+    largest = np.exp(rows[:, looked].max(axis=2, keepdims=True).astype(np.float64))
+    judged = _Judged(wanted, largest, looked, places, scales[looked] <= n / NARROW)
     ways = [
         Way(
             f"tolerance {tolerance:g}",
             partial(ours, x, scales, tolerance, tables),
-            partial(_our_error, judged, x, scales, tolerance),
+            partial(_our_errors, judged, x, scales, tolerance),
         )
         for tolerance in tolerances
     ]
     ways += [
-        Way(peer.name, partial(_peer, peer, x, scales, tables), partial(_peers_error, judged))
-        for peer in PEERS
+        Way(
+            peer.name,
+            partial(_peer, peer, x, scales, tables, spent.get(peer.name, 0.0)),
+            partial(_peers_errors, judged),
+        )
+        for peer in peers
     ]
-    timed = yield from timed_ways(ways, repetitions)
+    timed = yield from timed_ways(ways, repetitions, longest=ENOUGH)
+    named = [("forcelab", f"tolerance {tolerance:g}") for tolerance in tolerances]
+    named += [(peer.name, peer.setting) for peer in peers]
+    for peer, found in zip(peers, timed[len(tolerances) :], strict=True):
+        if not found.refusal:
+            spent[peer.name] = found.seconds / (x.size * len(scales))
     return tuple(
-        _row(row, way.name, found, i < len(tolerances))
-        for i, (way, found) in enumerate(zip(ways, timed, strict=True))
+        _row(replace(row, name=name, setting=setting), found)
+        for (name, setting), found in zip(named, timed, strict=True)
     )
 
 
@@ -149,53 +213,80 @@ def direct_sums(x: Real, scales: Real, places: NDArray[np.int_], p: float = 5.0)
     return out
 
 
-def _peer(peer: Peer, x: Real, scales: Real, tables: Tables) -> Features:
-    """What a peer makes of the channels, BLAS and its like on one thread."""
+def _peer(peer: Peer, x: Real, scales: Real, tables: Tables, spent: float) -> Features:
+    """What a peer makes of the channels, BLAS and its like on one thread.
+
+    Raises
+    ------
+    InputError
+        If it would take too long at `spent` seconds a coefficient.
+    """
     from threadpoolctl import threadpool_limits
 
+    likely = spent * x.size * len(scales)
+    if likely > PATIENCE:
+        raise InputError(
+            f"{peer.name} is left out: at its {1e9 * spent:.0f} ns a coefficient it would take "
+            f"{likely:.0f} s a call, more than {PATIENCE:g} s."
+        )
     with threadpool_limits(1):
         return peer.features(x, scales, tables)
 
 
 @dataclass(frozen=True)
 class _Judged:
-    """What is right at some places of some scales, and the largest coefficient of each of them."""
+    """What is right at some places of some scales, and the largest coefficient of each of them.
+
+    `narrow` tells which of the scales are narrow beside the recording.
+    """
 
     wanted: Complex
     largest: Real
     scales: NDArray[np.int_]
     places: NDArray[np.int_]
+    narrow: NDArray[np.bool_]
+
+    def errors(self, found: Complex) -> _Errors:
+        """The largest errors of coefficients at these scales and places."""
+        wrong = (np.abs(found - self.wanted) / self.largest).max(axis=(0, 2))
+        return float(wrong.max()), float(wrong[self.narrow].max(initial=0.0))
 
 
-def _our_error(judged: _Judged, x: Real, scales: Real, tolerance: float, _: Features) -> float:
-    """The largest error of the coefficients whose features were timed."""
+#: At all scales, and at narrow ones.
+_Errors = tuple[float, float]
+
+
+def _our_errors(judged: _Judged, x: Real, scales: Real, tolerance: float, _: Features) -> _Errors:
+    """The largest errors of the coefficients whose features were timed.
+
+    These hold no rounding of logarithms.
+    """
     plan = plan_for(x.shape[1], scales, Morlet(), tolerance)
     found = plan.coefficients(x)[:, judged.scales][:, :, judged.places]
-    return float(np.max(np.abs(found - judged.wanted) / judged.largest))
+    return judged.errors(np.asarray(found, dtype=np.complex128))
 
 
-def _peers_error(judged: _Judged, found: Features) -> float:
-    """The largest error; each scale is allowed a factor of its own."""
+def _peers_errors(judged: _Judged, found: Features) -> _Errors:
+    """The largest errors; each scale is allowed a factor of its own."""
     rows = (one[:, judged.scales][:, :, judged.places].astype(np.float64) for one in found)
     magnitudes, phases = rows
     made = np.exp(magnitudes + 1j * phases)
     power = (np.abs(made) ** 2).sum(axis=(0, 2))
     factor = (np.conj(made) * judged.wanted).sum(axis=(0, 2)) / np.where(power > 0, power, 1.0)
-    return float(np.max(np.abs(made * factor[:, None] - judged.wanted) / judged.largest))
+    return judged.errors(made * factor[:, None])
 
 
-def _row(row: Row, name: str, found: Timed[float], engine: bool) -> Row:
-    """A row of one way; milliseconds."""
-    name, setting = ("forcelab", name) if engine else (name, "as it comes")
+def _row(row: Row, found: Timed[_Errors]) -> Row:
+    """The row of one way; milliseconds."""
     if found.refusal or found.seen is None:
-        return replace(row, name=name, setting=setting, refusal=found.refusal)
+        return replace(row, refusal=found.refusal)
+    error, narrow = found.seen
     return replace(
         row,
-        name=name,
-        setting=setting,
-        error=found.seen,
+        error=error,
         seconds=1e3 * found.seconds,
         spread=1e3 * found.spread,
         peak_bytes=found.peak_bytes,
+        further={f"scales to n / {NARROW}": narrow},
         refusal="",
     )

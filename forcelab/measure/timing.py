@@ -7,6 +7,7 @@ clock rate it runs at, then falls on all of them alike.
 from __future__ import annotations
 
 import gc
+import math
 import os
 import platform
 import time
@@ -77,6 +78,7 @@ def timed_ways(
     ways: Sequence[Way[Any, SeenT]],
     repetitions: int,
     clock: Callable[[], float] = time.process_time,
+    longest: float = math.inf,
 ) -> Generator[Progress, None, tuple[Timed[SeenT], ...]]:
     """Measure several ways, their repetitions interleaved.
 
@@ -90,6 +92,9 @@ def timed_ways(
         Of each, at least 1.
     clock : callable
         Gives seconds; the CPU time of all threads of this process by default.
+    longest : float
+        Seconds that the repetitions of one way may take: what takes long has fewer of them, but
+        one at least.
 
     Yields
     ------
@@ -108,27 +113,32 @@ def timed_ways(
         raise InputError(f"A measurement needs 1 repetition or more, not {repetitions}.")
     total = len(ways) * (1 + repetitions)
     tried: list[Timed[SeenT]] = []
+    times: list[int] = []
     for i, way in enumerate(ways):
         yield Progress(i, total, f"{way.name}, memory")
-        tried.append(_tried(way))
+        tried.append(_tried(way, clock))
+        taking = max(tried[-1].seconds, SHORTEST)
+        times.append(max(1, int(min(repetitions, longest / taking))))
     taken: list[list[float]] = [[] for _ in ways]
     for repetition in range(repetitions):
         for i, way in enumerate(ways):
             yield Progress(len(ways) * (1 + repetition) + i, total, way.name)
-            if not tried[i].refusal:
+            if not tried[i].refusal and repetition < times[i]:
                 taken[i].append(_seconds(way.run, clock))
     return tuple(_summed(one, seconds) for one, seconds in zip(tried, taken, strict=True))
 
 
-def _tried(way: Way[Any, SeenT]) -> Timed[SeenT]:
-    """Run a way once, for what it gives and the memory it takes."""
+def _tried(way: Way[Any, SeenT], clock: Callable[[], float]) -> Timed[SeenT]:
+    """Run a way once, for what it gives, the memory it takes and about how long it takes."""
     gc.collect()
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()
+        start = clock()
         result = way.run()
+        seconds = clock() - start
         _, peak = tracemalloc.get_traced_memory()
-        return Timed(way.look(result), peak_bytes=peak - before)
+        return Timed(way.look(result), seconds, peak_bytes=peak - before)
     except InputError as error:
         return Timed(None, refusal=str(error))
     finally:

@@ -48,8 +48,9 @@ MAX_COLUMNS = 2048
 #: Spans of more samples are put together from tiles; their first picture is from spots
 #: and means.
 LONG = 1 << 18
-#: The first picture has so many times fewer columns, and rows.
-COARSE = 8
+#: The first picture has so many times fewer rows, and columns; that of a long span, whose columns
+#: are told by spots, fewer still.
+COARSE, SPOTTED = 8, 16
 #: Pictures between the first and the exact one of a long span.
 BETWEEN = 4
 
@@ -128,14 +129,14 @@ def scalogram(
     span = source.time(first), source.time(last)
     count = max(1, min(columns, MAX_COLUMNS, math.floor(last - first)))
     thinned = _thinned(scales)
-    rough = max(1, count // COARSE)
+    long = last - first > LONG
+    rough = max(1, count // (SPOTTED if long and not phase else COARSE))
     places = (first, last)
 
     def finished(values: Picture, rows: Real, coarse: bool) -> Scalogram:
         return Scalogram(*span, rows, values, phase, view, coarse)
 
     grid = Columns(first, (last - first) / count, count)
-    long = last - first > LONG
     tiles = view.tiles(scales) if long and not phase else None
     if tiles is not None and not tiles.serve(grid):
         tiles = None
@@ -154,9 +155,11 @@ def scalogram(
         shown = picture if view.means is None else None
         means = yield from _steps(view.averaging(), shown)
         # Of few rows, many columns cost hardly more than few.
-        rest = wide(means, view.noise, places, thinned[fitting:], count, mother)
+        job = wide(means, view.noise, places, thinned[fitting:], count, mother)
+        rest = yield from _steps(job, shown)
         spread = values[:fitting, np.arange(count) * rough // count]
-        values = np.concatenate([spread, (yield from _steps(rest, shown))])
+        spread[:, np.isnan(rest).all(axis=0)] = np.nan  # a gap ends where it ends
+        values = np.concatenate([spread, rest])
         picture = finished(values, thinned, True)
     yield Step(1, 2, "first picture", picture)
     if tiles is not None:

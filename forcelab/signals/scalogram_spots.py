@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,11 +56,7 @@ def spots(
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
     out = np.full((len(scales), columns), np.nan, dtype=np.float32)
-    frames = np.empty((columns, SPOT))
-    there = np.empty(columns, dtype=bool)
-    for i, centre in enumerate(grid.centres().tolist()):
-        frames[i], known = source.read(centre - SPOT // 2, centre + SPOT // 2)
-        there[i] = known.any()
+    frames, there = source.pieces(grid.centres() - SPOT // 2, SPOT)
     yield Progress(0, len(scales), "spots")
     level = Level.of(float(frames.min()), float(frames.max()))
     level.sized(frames)
@@ -68,9 +65,15 @@ def spots(
         out[rows] = power.reshape(len(power), columns, -1).max(axis=-1)
 
     if fitting := narrow(scales):
-        group = Frames(scales[:fitting], 0, wavelet, length=SPOT)
+        group = _frames(tuple(scales[:fitting].tolist()), wavelet)
         yield from in_threads(group.tasks_of(frames, take), "spots")
     return decimal(out, noise, scales, level.exponent, there)
+
+
+@lru_cache(maxsize=4)
+def _frames(scales: tuple[float, ...], wavelet: Morlet) -> Frames:
+    """The frames of spots: the same for all spans."""
+    return Frames(np.array(scales), 0, wavelet, length=SPOT)
 
 
 def means_of(source: Source) -> Generator[Progress, None, Source]:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.signals.scalogram_columns import Columns
-from forcelab.signals.scalogram_frames import bank
+from forcelab.signals.scalogram_frames import Frames, bank
 from forcelab.signals.scalogram_picture import Level, Picture, decimal
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.scalogram_threads import in_threads
@@ -75,8 +76,13 @@ class Tiles:
         while size <= CHUNK:
             self._levels.append(np.zeros((len(scales), count), dtype=np.float32))
             count, size = count // RATIO, size * RATIO
+        self._wavelet = wavelet
+
+    @cached_property
+    def _groups(self) -> list[Frames]:
+        """Frames of a chunk: made when one is computed, for the first picture does not wait."""
         # One point beyond the last sample, on the widest grid.
-        self._groups = bank(scales, wavelet, CHUNK + 1, self.cell)
+        return bank(self.scales, self._wavelet, CHUNK + 1, self.cell)
 
     @property
     def nbytes(self) -> int:

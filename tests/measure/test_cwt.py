@@ -7,9 +7,9 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.measure.cwt import direct_sums, measuring, tapered
+from forcelab.measure.cwt import direct_sums, measuring, measuring_long, tapered
 from forcelab.measure.extremes import CASES, Case, tabulate_extremes
-from forcelab.measure.wavelet_ways import PEERS, Peer, features_of
+from forcelab.measure.wavelet_ways import PEERS, Peer, features_of, peers_of_tapered
 
 
 def quad_sum(x, a, b):
@@ -41,14 +41,35 @@ def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named
     assert mine[3].error < 1e-10
     assert mine[4].error < 1e-13
     others = {row.name: row for row in rows[len(mine) :]}
-    assert list(others) == [peer.name for peer in PEERS]
-    for peer in PEERS:
+    peers = peers_of_tapered(2)
+    assert list(others) == [peer.name for peer in peers]
+    for peer in peers:
         row = others[peer.name]
         if peer.installed and not row.refusal:
             assert row.error > mine[2].error
         else:
             assert peer.name in row.refusal
     assert others["PyWavelets"].error > 0.01  # half a sample early
+    for row in rows:
+        if not row.refusal:
+            assert 0 < row.further["scales to n / 16"] <= row.error
+
+
+def test_a_peer_that_would_take_minutes_is_left_out_by_name():
+    x, spent = tapered(512, 1), {}
+    finish(measuring(x, 1.0, 1, (1e-3,), spent))
+    assert 0 < spent["PyWavelets"] < 1e-3
+    rows = finish(measuring(x, 1.0, 1, (1e-3,), {"PyWavelets": 1.0}))
+    refusal = {row.name: row.refusal for row in rows}["PyWavelets"]
+    assert "PyWavelets is left out" in refusal
+    assert "more than 60 s" in refusal
+
+
+def test_the_memory_of_a_long_recording_is_told_without_its_tables():
+    (row,) = finish(measuring_long(tapered(1 << 19, 1), np.array([2.0, 300.0])))
+    assert row.name == "forcelab"
+    assert row.error < 4e-7
+    assert row.peak_bytes < 15 * (1 << 19)  # two tables alone take 16 bytes a sample
 
 
 def test_what_is_not_installed_is_refused_by_name():

@@ -46,6 +46,14 @@ def test_median_and_spread_are_those_of_the_repetitions(repetitions):
     assert timed.spread == pytest.approx(np.subtract(*np.percentile(durations, [75, 25])))
 
 
+def test_what_takes_long_is_repeated_less_often_but_once_at_least():
+    clock, log = Clock(), []
+    ways = [spending(clock, name, t, log=log) for name, t in (("A", 1.0), ("B", 4.0), ("C", 99.0))]
+    timed = finish(timed_ways(ways, 5, clock, longest=8.0))
+    assert "".join(log) == "ABC" + "ABC" + "AB" + "A" * 3
+    assert [one.seconds for one in timed] == [1.0, 4.0, 99.0]
+
+
 def test_one_slow_repetition_moves_no_other_way():
     clock = Clock()
     ways = [spending(clock, "A", 0.0, 1.0, 1.0, 500.0, 1.0), spending(clock, "B", 2.0)]

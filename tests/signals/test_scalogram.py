@@ -445,3 +445,22 @@ def test_rows_divide_the_logarithm_evenly():
     scales = row_scales(10, 1024.0, 2.0)
     np.testing.assert_allclose(np.diff(np.log2(scales)), 0.9)
     assert scales[0] == pytest.approx(2 * 2**0.45)
+
+
+@pytest.mark.parametrize("even", [True, False])
+def test_pieces_are_what_is_read_one_by_one(even):
+    x = force(30_000)
+    x[5_000:5_004] = np.nan
+    x[12_000:16_000] = np.nan
+    times = np.arange(len(x)) / RATE
+    if not even:
+        times = times + np.random.default_rng(2).uniform(-3e-4, 3e-4, len(x))
+        times[20_000:] += 2.0
+    source = finish(open_source(recorded(x, times), "fz"))
+    firsts = np.array([-700, 100, 4_000, 11_500, 13_000, 19_500, 21_000, source.count - 500])
+    values, known = source.pieces(firsts, 1000)
+    for row, first in enumerate(firsts.tolist()):
+        wanted, there = source.read(first, first + 1000)
+        np.testing.assert_array_equal(values[row], wanted)
+        assert known[row] == there.any()
+    assert not known[4], "all of it in a gap"

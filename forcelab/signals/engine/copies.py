@@ -7,6 +7,7 @@ divided out again: after several of them the variances of the Gaussians have add
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.signals.engine.segments import held
 
-__all__ = ["Copies", "Smoothing"]
+__all__ = ["ROW", "Copies", "Smoothing", "gaussian_means", "mean_weights"]
 
 Real = NDArray[np.float64]
 
@@ -99,24 +100,54 @@ def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
     first = finer.first // step - half
     last = -(-(finer.first + n * finer.step) // step) + half
     rows = -(-(last - first + 1) // ROW)
-    matrix = _matrix(ratio, half, smoothing.width * ratio)
-    out = np.empty((c, rows * ROW))
-    together = max(1, CHUNK // (ROW * ratio))
-    for row in range(0, rows, together):
-        chosen = min(together, rows - row)
-        begin = (first + row * ROW - half) * ratio - finer.first // finer.step
-        part = held(finer.values, begin, begin + (chosen * ROW + 2 * half) * ratio)
-        # Each row of the left factor begins ROW means after the one before, and overlaps it.
-        strides = (part.strides[0], ROW * ratio * part.strides[1], part.strides[1])
-        shape = (c, chosen, len(matrix))
-        windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
-        means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
-        out[:, row * ROW : (row + chosen) * ROW] = means.reshape(c, -1)
+    matrix = mean_weights(ratio, half, smoothing.width * ratio)
+    begin = (first - half) * ratio - finer.first // finer.step
+    out = gaussian_means(
+        lambda start, stop: held(finer.values, begin + start, begin + stop),
+        c,
+        rows,
+        ratio,
+        matrix,
+    )
     return _Copy(out, step, first * step)
 
 
+def gaussian_means(
+    values: Callable[[int, int], Real], channels: int, rows: int, ratio: int, matrix: Real
+) -> Real:
+    """Weighted means at every `ratio` values, :data:`ROW` in a row of a matrix product.
+
+    Parameters
+    ----------
+    values : callable
+        Gives the values ``[start, stop)``, shape (channels, stop - start), counted from the first
+        one that a mean is taken of.
+    channels, rows, ratio : int
+    matrix : ndarray
+        From :func:`mean_weights`.
+
+    Returns
+    -------
+    ndarray, shape (channels, rows * ROW)
+    """
+    out = np.empty((channels, rows * ROW))
+    beyond = len(matrix) - ROW * ratio
+    together = max(1, CHUNK // (ROW * ratio))
+    for row in range(0, rows, together):
+        chosen = min(together, rows - row)
+        start = row * ROW * ratio
+        part = values(start, start + chosen * ROW * ratio + beyond)
+        # Each row of the left factor begins ROW means after the one before, and overlaps it.
+        strides = (part.strides[0], ROW * ratio * part.strides[1], part.strides[1])
+        shape = (channels, chosen, len(matrix))
+        windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
+        means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
+        out[:, row * ROW : (row + chosen) * ROW] = means.reshape(channels, -1)
+    return out
+
+
 @cache
-def _matrix(ratio: int, half: int, sigma: float) -> Real:
+def mean_weights(ratio: int, half: int, sigma: float) -> Real:
     """Weights of ``(ROW + 2 half) ratio`` values in each of ROW means."""
     places = np.arange((ROW + 2 * half) * ratio)[:, None] - ratio * (half + np.arange(ROW))
     weights = np.exp(-0.5 * (places / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)

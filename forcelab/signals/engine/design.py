@@ -8,12 +8,13 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erfc
 
 from forcelab.errors import InputError
 from forcelab.signals.engine.kernels import Kernel
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["SINGLE", "TOLERANCES", "Design", "design", "response"]
+__all__ = ["SINGLE", "TOLERANCES", "Design", "band", "design", "response"]
 
 Real = NDArray[np.float64]
 
@@ -27,6 +28,8 @@ SHARE = 0.2
 #: The finest grid, in points to those that the band needs; before it a kernel takes more taps.
 FINEST = 2.4
 MOST_TAPS = 24
+#: Further taps for a band whose grid may be coarse: its window is the shorter in time.
+WIDER = 4
 #: Rates and Gaussians of copies: what folds is below 4e-9 of what is kept, or below 1e-16.
 COPIES = (4.0, 1.4)
 FINE_COPIES = (8.0, 1.6)
@@ -102,8 +105,33 @@ def design(p: float, tolerance: float) -> Design:
     return Design(reach, low, high, kernel, points, *copies)
 
 
-def _grid(u: Real, size: Real, high: float, tolerance: float) -> tuple[Kernel, float]:
+@cache
+def band(tolerance: float) -> tuple[Kernel, float, float]:
+    """Work out a grid for a band with edges as soft as a Gaussian's integral.
+
+    In units of the Gaussian's width in frequency the band is 1 up to half of its end, and falls by
+    ``erfc((u - high / 2) / sqrt(2)) / 2``.
+
+    Returns
+    -------
+    kernel : Kernel
+    points : float
+        Fewest points of the grid to one over the Gaussian's width.
+    high : float
+        Where the band ends.
+    """
+    flat = math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
+    u = np.linspace(0.0, 2 * flat, 200)
+    size = np.asarray(0.5 * erfc((u - flat) / math.sqrt(2)), dtype=np.float64)
+    return (*_grid(u, size, 2 * flat, tolerance, WIDER), 2 * flat)
+
+
+def _grid(
+    u: Real, size: Real, high: float, tolerance: float, more: int = 0
+) -> tuple[Kernel, float]:
     """The shortest kernel, and for it the coarsest grid whose aliases are small enough.
+
+    With `more` the kernel has so many taps more than the tolerance needs at least.
 
     They count with the spectrum where they come from: near the end of the band, where they are
     largest, it is small.
@@ -118,7 +146,7 @@ def _grid(u: Real, size: Real, high: float, tolerance: float) -> tuple[Kernel, f
                 return kernel
         return None
 
-    taps, fine = TOLERANCES[tolerance], FINEST
+    taps, fine = TOLERANCES[tolerance] + more, FINEST
     while (best := holding(taps, fine)) is None:
         taps += 2
         if taps > MOST_TAPS:

@@ -17,14 +17,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-__all__ = ["Interpolation", "Kernel", "interpolation"]
+__all__ = ["Interpolation", "Kernel", "interpolation", "windows"]
 
 Real = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 #: Outputs of one row of the matrix product: enough work a row, and few products with zeros.
 ROW = 64
@@ -141,3 +143,14 @@ def interpolation(kernel: Kernel, step: int, single: bool) -> Interpolation:
             step, points, before, matrix.astype(np.float32), flat.astype(np.float32)
         )
     return Interpolation(step, points, before, matrix, flat)
+
+
+def windows(points: Floats, rows: int, product: Interpolation, group: int = 1) -> Floats:
+    """Overlapping windows of rows of `group` numbers a point: (..., rows, inputs * group).
+
+    Each window begins `product.points` points after the one before.
+    """
+    *outer, last = points.strides
+    strides = (*outer, product.points * group * last, last)
+    shape = (*points.shape[:-1], rows, product.inputs * group)
+    return np.lib.stride_tricks.as_strided(points, shape, strides, writeable=False)

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.signals.engine.copies import Copies, Smoothing
+from forcelab.signals.engine.cut import Cut
 from forcelab.signals.engine.design import SINGLE, Design, design
 from forcelab.signals.engine.narrow import Narrow
-from forcelab.signals.engine.ring import Ring
+from forcelab.signals.engine.ring import KEPT as RING
+from forcelab.signals.engine.ring import Ring, ring_length
 from forcelab.signals.engine.sinks import Coefficients, LogPolar, Sink
 from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.engine.wide import WIDEST_STEP, Wide
@@ -32,7 +34,7 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 #: above the rounding of the transform.
 ROUNDING = 1e-13
 #: Recordings above the first length are cut into blocks of the second.
-WHOLE, BLOCK = 1 << 21, 1 << 20
+WHOLE, BLOCK = 1 << 17, 1 << 16
 #: Wavelets take part with grids of this step and wider.
 COARSE = 4
 #: Up to this length, where a call costs more than a sample, copies are for the widest only.
@@ -90,7 +92,9 @@ class Plan:
             j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < COARSE
         ]
         paths: list[_Path] = []
-        if cut:
+        if cut and ring_length(n, float(scales[0]), wavelet.radius) > RING:
+            paths.append(Cut(n, scales[cut], cut, wavelet, made, self.tolerance, single))
+        elif cut:
             paths.append(Ring(n, scales[cut], cut, wavelet, single))
         if narrow:
             paths.append(Narrow(n, scales[narrow], narrow, wavelet, made, single))

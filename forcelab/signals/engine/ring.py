@@ -19,7 +19,7 @@ from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
 from forcelab.signals.engine.sinks import Sink
 from forcelab.signals.wavelets import Wavelet
 
-__all__ = ["Ring", "laid_into_ring", "ring_length", "ring_response"]
+__all__ = ["KEPT", "Ring", "laid_into_ring", "ring_length", "ring_part", "ring_response"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,8 +33,6 @@ SAMPLES = 1 << 14
 KEPT = 1 << 18
 #: Samples of rings that are transformed at once: FFTs of several rows are faster for each.
 TOGETHER = 1 << 19
-
-_Weights = tuple[NDArray[Any], NDArray[Any]]
 
 
 def ring_length(n: int, scale: float, radius: float) -> int:
@@ -62,6 +60,21 @@ def _across(values: Real, length: int, places: NDArray[np.int64]) -> Real:
     ramp = np.clip(0.5 + (places - 0.5 * (n + length - 1)) / RAMP, 0.0, 1.0)
     share = 0.5 + 0.5 * np.cos(np.pi * ramp)
     return np.asarray(share * values[..., -1:] + (1 - share) * values[..., :1])
+
+
+def ring_part(values: Real, length: int, begin: int, end: int) -> Real:
+    """Samples ``[begin, end)`` of the rings of channels, round and round, shape (c, end - begin).
+
+    A view where none of them lies in the gap.
+    """
+    n = values.shape[1]
+    if begin >= 0 and end <= n:
+        return values[:, begin:end]
+    places = np.arange(begin, end) % length
+    out = _across(values, length, places)
+    inside = places < n
+    out[:, inside] = values[:, places[inside]]
+    return out
 
 
 def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
@@ -111,21 +124,20 @@ class Ring:
     ) -> None:
         self._n, self._wavelet, self._single = n, wavelet, single
         self._lengths: dict[int, list[tuple[int, float]]] = {}
-        self._kept: dict[int, _Weights] = {}
+        self._kept: dict[int, NDArray[Any]] = {}
         for j, scale in zip(members, scales.tolist(), strict=True):
             length = ring_length(n, scale, wavelet.radius)
             self._lengths.setdefault(length, []).append((j, scale))
             if length <= KEPT:
                 self._kept[j] = self._weights(scale, length)
 
-    def _weights(self, scale: float, length: int) -> _Weights:
-        """The response at rfft's frequencies, and at the negative ones after them."""
+    def _weights(self, scale: float, length: int) -> NDArray[Any]:
+        """The response at the frequencies of ``fftfreq``."""
         response: NDArray[Any] = ring_response(self._wavelet, scale, length)
         if not np.any(response.imag):
             # Twice each: real and imaginary parts alike, faster than a complex product.
-            response = np.repeat(response.real, 2).astype(np.float32 if self._single else float)
-            return response[: length // 2 * 2 + 2], response[length // 2 * 2 + 2 :]
-        return response[: length // 2 + 1], response[length // 2 + 1 :]
+            return np.repeat(response.real, 2).astype(np.float32 if self._single else float)
+        return response.astype(np.complex64 if self._single else complex)
 
     def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
         """What there is to do; the pieces of a batch may be done at the same time."""
@@ -137,20 +149,21 @@ class Ring:
             together = max(1, TOGETHER // length)
             for c in range(0, len(values), together):
                 channels = slice(c, c + together)
-                spectra = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
-                if self._single:
-                    spectra = spectra.astype(np.complex64)
-                yield [
-                    partial(self._transform, spectra, length, sink, channels, j) for j, _ in members
-                ]
+                half = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
+                spectra = whole_spectra(half, length, self._single)
+                yield [partial(self._transform, spectra, sink, channels, j) for j, _ in members]
 
     def _transform(
-        self, spectra: Complex, length: int, sink: Sink, channels: slice, j: int
+        self,
+        spectra: NDArray[np.complexfloating[Any, Any]],
+        sink: Sink,
+        channels: slice,
+        j: int,
     ) -> None:
         """One scale of some channels."""
-        kind = np.complex64 if self._single else np.complex128
-        product = np.empty((len(spectra), length), dtype=kind)
-        _multiply(spectra, *self._kept[j], product)
+        weights = self._kept[j]
+        product = np.empty_like(spectra)
+        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
         rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
         if self._wavelet.real:
             # What rounding leaves there would flip the phase of negatives between pi and -pi.
@@ -189,18 +202,21 @@ class Ring:
                 sink.write(slice(c, c + 1), slice(j, j + 1), start, real, imag)
 
 
-def _multiply(
-    spectra: Complex,
-    above: NDArray[Any],
-    below: NDArray[Any],
-    product: NDArray[np.complexfloating[Any, Any]],
-) -> None:
-    """Spectra of real channels times kept responses, at positive and negative frequencies."""
-    length = product.shape[1]
-    mirrored = np.conj(spectra[:, length - length // 2 - 1 : 0 : -1])
-    into, source = product, spectra
-    if not np.iscomplexobj(above):
-        real = product.real.dtype
-        into, source, mirrored = product.view(real), spectra.view(real), mirrored.view(real)
-    np.multiply(source, above, out=into[:, : len(above)], casting="same_kind")
-    np.multiply(mirrored, below, out=into[:, len(above) :], casting="same_kind")
+def whole_spectra(
+    half: Complex, length: int, single: bool
+) -> NDArray[np.complexfloating[Any, Any]]:
+    """Spectra of real rows at positive and negative frequencies, shape (..., length).
+
+    Parameters
+    ----------
+    half : ndarray, shape (..., length // 2 + 1)
+        From ``rfft``.
+    length : int
+    single : bool
+        Whether to give single precision.
+    """
+    bins = half.shape[-1]
+    whole = np.empty((*half.shape[:-1], length), dtype=np.complex64 if single else np.complex128)
+    whole[..., :bins] = half
+    np.conj(whole[..., length - bins : 0 : -1], out=whole[..., bins:])
+    return whole

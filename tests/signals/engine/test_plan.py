@@ -292,18 +292,6 @@ def test_a_long_ring_is_the_fourier_transform_of_the_whole():
     np.testing.assert_allclose(found, np.fft.ifft(whole * response), rtol=0, atol=1e-13)
 
 
-def test_a_cut_scale_of_a_long_recording_takes_little_memory_beside_the_result(monkeypatch):
-    monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 1 << 12)
-    n = 1 << 20
-    x = condition(walk(n)[None]).values
-    plan = Plan(n, [2.0, 2.5], Morlet(), 1e-7, True)
-    tracemalloc.start()
-    found = plan.coefficients(x)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < found.nbytes + 17 * n
-
-
 def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
     def threads():
         return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
