@@ -157,6 +157,8 @@ def _further(scores: Scores, spent: Spent) -> dict[str, float]:
         "balanced": scores.balanced_accuracy,
         "edit": scores.edit,
         "F1@50": scores.f1["50"],
+        "F1@50, labelled time": scores.f1_labelled["50"],
+        "boundaries found": scores.boundaries_found,
         "boundary (ms)": scores.boundary_ms["median"],
         "boundary p90 (ms)": scores.boundary_ms["p90"],
         "features (s/min)": float(np.median(spent.features)),

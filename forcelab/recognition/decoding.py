@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.choreography import Choreography
+from forcelab.recognition.joining import Best
 from forcelab.recognition.semimarkov import Scores, Use, Weights
-from forcelab.recognition.sweep import Best, Sweep
+from forcelab.recognition.sweep import Sweep
 
 __all__ = ["best_code", "best_codes", "checked", "decode", "runs_of"]
 
@@ -103,7 +104,8 @@ def checked(
         )
     if K == 0:
         return np.zeros(shape[0], dtype=np.bool_)
-    return np.asarray(valid & ~np.isnan(log_probabilities).any(axis=1))
+    missing = np.isnan(log_probabilities)
+    return np.asarray(valid & ~missing.any(axis=1) if missing.any() else valid, dtype=np.bool_)
 
 
 def runs_of(valid: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -140,7 +142,7 @@ def _final(sweep: Sweep) -> tuple[int, int]:
     """Row and start of the segment that goes on at the end of what was seen."""
     now, place = sweep.now, sweep.now - sweep.base
     sums = sweep.sums[:, place]
-    whole = sweep.first(now, now + 1)[:, 0] + sums
+    whole = sweep.whole + sums
     row = int(whole.argmax())
     found, start = float(whole[row]), 0
     for group in sweep.groups:

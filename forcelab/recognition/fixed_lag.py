@@ -9,8 +9,9 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import best_code, best_codes, checked, runs_of
+from forcelab.recognition.joining import Best
 from forcelab.recognition.semimarkov import Scores, Use, Weights
-from forcelab.recognition.sweep import Best, Sweep
+from forcelab.recognition.sweep import Sweep
 
 __all__ = ["FixedLag"]
 
@@ -77,11 +78,13 @@ class FixedLag:
         decided: list[Codes] = []
         done = 0
         for first, last in runs_of(valid):
-            decided.append(self._gap(first - done))
-            decided.extend(self._on(log_probabilities[first:last]))
+            if first > done:
+                decided.append(self._gap(first - done))
+            decided.append(self._on(log_probabilities[first:last]))
             done = last
-        decided.append(self._gap(m - done))
-        return np.concatenate(decided)
+        if m > done or not decided:
+            decided.append(self._gap(m - done))
+        return np.concatenate(decided) if len(decided) > 1 else decided[0]
 
     def finish(self) -> Codes:
         """The codes that were waiting: nothing comes any more. What is pushed then is new."""
@@ -97,7 +100,7 @@ class FixedLag:
         self._begun = True
         return np.concatenate([self.finish(), np.full(steps, UNLABELLED, dtype=np.int64)])
 
-    def _on(self, log_probabilities: NDArray[np.floating]) -> list[Codes]:
+    def _on(self, log_probabilities: NDArray[np.floating]) -> Codes:
         """Decide what `lag` steps of the same stretch have followed."""
         if self._sweep is None:
             scores = self._scores.anywhere() if self._begun else self._scores
@@ -105,13 +108,13 @@ class FixedLag:
         sweep = self._sweep
         evidence = self._scores.evidence(log_probabilities)
         decided: list[int] = []
-        for row in evidence:
+        for step in range(len(evidence)):
             if not sweep.room:
                 sweep.forget(self._kept(sweep))
-            sweep.push(row[None])
+            sweep.push(evidence[step : step + 1])
             if sweep.now > self.lag:
                 decided.append(best_code(sweep, self.lag))
-        return [np.array(decided, dtype=np.int64)]
+        return np.array(decided, dtype=np.int64)
 
     def _kept(self, sweep: Sweep) -> int:
         """Places that decisions to come look back upon."""

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import checked, runs_of
+from forcelab.recognition.joining import Total
 from forcelab.recognition.semimarkov import Scores, Use, Weights
 from forcelab.recognition.sweep import Sweep
 
 __all__ = ["marginals"]
 
 Real = NDArray[np.float64]
-
-#: Stands for minus infinity where that cannot be subtracted.
-SMALLEST = -1e300
 
 
 def marginals(
@@ -74,50 +71,3 @@ def _marginals(evidence: Real, scores: Scores) -> Real:
     result = np.empty_like(steps)
     result[:, forward.order] = steps / steps.sum(axis=1, keepdims=True)
     return result
-
-
-class Total:
-    """The sum of all segmentations, as a logarithm: an algebra of :class:`Sweep`."""
-
-    def windows(self, starts: Real, table: Real, out: Real) -> Real:
-        """Logarithms of sums of exponentials."""
-        if starts.strides[1] != starts.strides[2]:
-            return self._apart(starts, table)
-        # The windows overlap: each number is raised once, relative to the largest of them all.
-        line = np.concatenate([starts[:, 0], starts[:, 1:, -1]], axis=1)
-        unit = np.maximum(line.max(axis=1, keepdims=True), SMALLEST)
-        line = np.exp(line - unit)
-        top = np.maximum(table.max(axis=1, keepdims=True), SMALLEST)
-        near, far = line.strides
-        windows = as_strided(line, out.shape, (near, far, far), writeable=False)
-        sums = np.einsum("kmw,kw->km", windows, np.exp(table - top))
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(sums) + unit + top)
-
-    def _apart(self, starts: Real, table: Real) -> Real:
-        """The same of windows that have few numbers in common."""
-        unit = np.maximum(starts.max(axis=(1, 2)), SMALLEST)[:, None]
-        top = np.maximum(table.max(axis=1, keepdims=True), SMALLEST)
-        raised = np.exp(starts - unit[:, :, None])
-        sums = np.einsum("kmw,kw->km", raised, np.exp(table - top))
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(sums) + unit + top)
-
-    def join(self, one: Real, other: Real, out: Real) -> Real:
-        """The logarithm of the sum."""
-        return np.logaddexp(one, other, out=out)
-
-    def running(self, scores: Real) -> Real:
-        """Running sums."""
-        return np.logaddexp.accumulate(scores, axis=1)
-
-    def paths(self, follow: Real, sums: Real) -> Real:
-        """Shape (m, K, K)."""
-        return np.asarray(sums[:, :, None] + follow - sums[:, None, :])
-
-    def follow(self, ends: Real, paths: Real) -> Real:
-        """Logarithms of sums of exponentials."""
-        every = ends[:, :, None] + paths
-        unit = np.maximum(every.max(axis=1, keepdims=True), SMALLEST)
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.log(np.exp(every - unit).sum(axis=1)) + unit[:, 0])

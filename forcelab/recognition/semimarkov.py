@@ -179,16 +179,18 @@ class Scores:
         Only differences within a step count. A step that rules out every action says nothing.
         """
         logs = np.asarray(log_probabilities, dtype=np.float64)
-        top = logs.max(axis=1, keepdims=True)
+        top = np.maximum.reduce(logs, axis=1, keepdims=True)
         says = np.isfinite(top)
-        if not says.all():
+        every = bool(says.all())
+        if not every:
             top, logs = np.where(says, top, 0.0), np.where(says, logs, 0.0)
         below = np.maximum(logs - top, math.log(self.weights.floor))
         # Steps longer than it takes evidence to be new count once each.
         exponent = min(1.0, self.weights.evidence * self.step / STEP)
         below -= self.prior
         below *= exponent
-        below[~says[:, 0]] = 0.0
+        if not every:
+            below[~says[:, 0]] = 0.0
         return below
 
     @property

@@ -8,21 +8,23 @@ at ``t``, both without the running sum ``C_t(k)`` of k's evidence,
     g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ].
 
 As no segment is shorter than some steps, so many steps are independent of each other and made at
-once. Where F is a straight line, one maximum stands for all the starts that it is taken of: over a
-block of long lengths, and beyond the tabulated lengths over all there are.
+once. Of the best segmentation more steps are: first as if no segment began and ended among them,
+then with those that do, over and over until nothing becomes better, which is soon: hardly ever do
+several of the shortest segments follow each other. Where F is a straight line, one maximum stands
+for all the starts that it is taken of: over a block of long lengths, and beyond the tabulated
+lengths over all there are.
 """
 
 from __future__ import annotations
-
-from typing import Protocol
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from forcelab.recognition.joining import Algebra
 from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores
 
-__all__ = ["Algebra", "Best", "Sweep"]
+__all__ = ["Sweep"]
 
 Real = NDArray[np.float64]
 
@@ -30,88 +32,47 @@ Real = NDArray[np.float64]
 BLOCK = 2**16
 #: Steps handled at once: between more of them sums would grow too far apart for one unit.
 STEPS = 64
-#: A table has so many lengths at least, so that what lies beyond is looked after seldom.
+#: A table has so many lengths at least, so that what lies beyond is looked after seldom; no fewer
+#: than steps are found at once by repetition.
 TABLE = 32
 #: Actions have tables of their own where that saves so many additions at once.
 WORTH = 10_000
 
 
-class Algebra(Protocol):
-    """How scores of several segmentations become one."""
-
-    def windows(self, starts: Real, table: Real, out: Real) -> Real:
-        """Join ``starts[k, t, :] + table[k]``: shape (k, m) of (k, m, W) and (k, W).
-
-        Windows of neighbouring t overlap, mostly in all but one number.
-        """
-        ...
-
-    def join(self, one: Real, other: Real, out: Real) -> Real:
-        """Join two of the same shape."""
-        ...
-
-    def running(self, scores: Real) -> Real:
-        """Join all up to each column."""
-        ...
-
-    def paths(self, follow: Real, sums: Real) -> Real:
-        """What :meth:`follow` takes of times with the evidence `sums` (m, K): shape (m, ...)."""
-        ...
-
-    def follow(self, ends: Real, paths: Real) -> Real:
-        """Join over the action before, j: ``ends[t, j] + paths[t, j, k]``, shape (m, K)."""
-        ...
-
-
-class Best:
-    """The best of them."""
-
-    def windows(self, starts: Real, table: Real, out: Real) -> Real:
-        """The largest sums."""
-        np.add(starts, table[:, None, :], out=out)
-        return np.asarray(np.maximum.reduce(out, axis=-1))
-
-    def join(self, one: Real, other: Real, out: Real) -> Real:
-        """The larger."""
-        return np.maximum(one, other, out=out)
-
-    def running(self, scores: Real) -> Real:
-        """The running maximum."""
-        return np.maximum.accumulate(scores, axis=1)
-
-    def paths(self, follow: Real, sums: Real) -> Real:
-        """Shape (m, K, K)."""
-        return np.asarray(sums[:, :, None] + follow - sums[:, None, :])
-
-    def follow(self, ends: Real, paths: Real) -> Real:
-        """The largest sums."""
-        return np.asarray(np.maximum.reduce(ends[:, :, None] + paths, axis=1))
-
-
 class _Group:
     """Neighbouring rows whose durations share a table; r of them."""
 
-    def __init__(self, sweep: Sweep, rows: slice, block: int) -> None:
+    def __init__(self, sweep: Sweep, rows: slice, block: int, algebra: Algebra) -> None:
         scores, codes = sweep.scores, np.arange(rows.start, rows.stop)[:, None]
         self.rows = rows
         self.reach = max(int(scores.longest[rows].max()), TABLE)
         least = min(int(scores.shortest[rows].min()), FINE)
         lengths = np.arange(self.reach, least - 1, -1)
         self.table = scores.lasting(codes, lengths)
-        self.open = scores.outlasting(codes, np.arange(self.reach, 0, -1))
+        self.open = sweep.outlasting[rows, self.reach - 1 :: -1]
         # The line that goes on where the table ends, through 0 steps.
         slope = scores.slope[rows][:, None]
         self.end = self.table[:, :1] - slope * self.reach
         self.open_end = self.open[:, :1] - slope * self.reach
         far = max(self.reach - FINE, 0)
-        self.near = self.table[:, far:]
-        self.windows = _windows(sweep.starts[rows, sweep.margin - self.reach + far :], self.near, 1)
-        self.scratch = np.empty((len(codes), block, self.near.shape[1]))
+        near = self.table[:, far:]
+        self.near = algebra.table(near)
+        self.line = sweep.starts[rows, sweep.margin - self.reach + far :]
+        self.windows = _windows(self.line, near, 1)
+        self.scratch = np.empty((len(codes), block, near.shape[1]))
+        # Lengths that may begin and end within a block of steps.
+        self.least = least
+        width = max(block - least, 0)
+        self.short = algebra.table(near[:, -width:]) if width else None
+        # Neighbours in memory are the places, as they are in what is added.
+        self.short_scratch = np.empty((width, len(codes), width)).transpose(1, 2, 0)
         # Of each block of lengths, longest first, where its line goes through 0 steps.
-        self.blocks = (self.table - slope * lengths)[:, :far:LENGTHS]
-        levels = sweep.blocks[rows, sweep.margin - self.reach + LENGTHS - 1 :]
-        self.far_windows = _windows(levels, self.blocks, LENGTHS) if far else None
-        self.far_scratch = np.empty((len(codes), FINE if far else 0, self.blocks.shape[1]))
+        blocks = (self.table - slope * lengths)[:, :far:LENGTHS]
+        self.blocks = algebra.table(blocks) if far else None
+        self.far_line = sweep.blocks[rows, sweep.margin - self.reach + LENGTHS - 1 :]
+        self.far_windows = _windows(self.far_line, blocks, LENGTHS) if far else self.windows
+        scratch = np.empty((blocks.shape[1], len(codes), FINE if far else 0))
+        self.far_scratch = scratch.transpose(1, 2, 0)
 
 
 def _width(reach: int | NDArray[np.int64]) -> NDArray[np.int64]:
@@ -158,6 +119,10 @@ class Sweep:
         g less what the slope adds up to, of the place and those just before it joined.
     slope : ndarray, shape (K,)
         What each step beyond the tables adds.
+    whole : ndarray, shape (K,)
+        The score of a first segment that ends now, without evidence.
+    outlasting : ndarray, shape (K, margin)
+        S, of 1, 2, ... steps.
     starts : ndarray, shape (K, margin + room + 1)
         g: of the action in the row that starts there; before the first place nothing starts, nor
         at it: what goes on from there is looked after apart.
@@ -181,13 +146,21 @@ class Sweep:
         self._blocked = 0
         # Of a first segment up to the margin; beyond, along the slope.
         lengths = np.arange(1, self.margin + 1)
-        self._first = scores.start[:, None] + scores.outlasting(np.arange(K)[:, None], lengths)
+        self.outlasting = scores.outlasting(np.arange(K)[:, None], lengths)
+        self._first = scores.start[:, None] + self.outlasting
+        self.whole = np.full(K, -np.inf)
         # The running maximum of starts, seen along the slope; made up to place `_run`.
         self._running = np.full((K, room + 1), -np.inf)
         self._run = 0
+        self._least = int(scores.shortest.min())
         steps = max(1, BLOCK // (K * int(_width(self.margin))))
-        self._steps = min(int(scores.shortest.min()), STEPS, steps)
-        self.groups = [_Group(self, rows, self._steps) for rows in self._split(slice(0, K))]
+        alone = max(self._least, TABLE) if algebra.repeats else self._least
+        self._steps = min(alone, STEPS, steps)
+        self._order = algebra.order(scores.follow)
+        parts = self._split(slice(0, K))
+        self.groups = [_Group(self, rows, self._steps, algebra) for rows in parts]
+        # Of so many at once all that has lasted long is known.
+        self._part = min(FINE, self.groups[0].reach) // self._steps * self._steps
 
     def _split(self, rows: slice) -> list[slice]:
         """Part rows where tables of their own length are worth it."""
@@ -203,59 +176,93 @@ class Sweep:
         """Go on with the evidence of the next steps, shape (m, K), for which there is room."""
         place, m = self.now - self.base + 1, len(evidence)
         sums = self.sums[:, place : place + m]
-        np.cumsum(evidence.T[self.order], axis=1, out=sums)
+        np.add.accumulate(evidence.T[self.order], axis=1, out=sums)
         sums += self.sums[:, place - 1 : place]
-        self.ends[:, place : place + m] = self.first(self.now + 1, self.now + m + 1)
+        whole = self.first(self.now + 1, self.now + m + 1)
+        self.ends[:, place : place + m] = whole
+        self.whole = whole[:, -1]
         self.now += m
-        # What is made for many steps at once must stay small, too.
-        part = min(BLOCK // len(self.order) ** 2, FINE) // self._steps * self._steps
-        part = max(part, self._steps)
-        for first in range(place, place + m, part):
-            last = min(first + part, place + m)
-            times = np.arange(self.base + first, self.base + last)
-            line = self._slope * times
-            paths = self._algebra.paths(self.scores.follow, self.sums[:, first:last].T)
+        for first in range(place, place + m, self._part):
+            last = min(first + self._part, place + m)
+            line = self._slope * np.arange(self.base + first, self.base + last)
             self._long(first, line)
-            for done in range(0, last - first, self._steps):
-                some = slice(done, min(done + self._steps, last - first))
-                self._advance(first + done, line[:, some], paths[some])
+            for begin in range(first, last, self._steps):
+                self._advance(begin, min(begin + self._steps, last))
 
-    def _advance(self, place: int, line: Real, paths: Real) -> None:
-        """Find all that ends, and starts, at `place` and the places after."""
-        steps = len(paths)
-        after = place + steps
-        join = self._algebra.join
+    def _advance(self, place: int, after: int) -> None:
+        """Find all that ends, and starts, from `place` on and before `after`."""
+        algebra = self._algebra
         for group in self.groups:
-            ends = self.ends[group.rows, place:after]  # so far, that of a first segment
+            ends = self.ends[group.rows, place:after]  # so far, those that have lasted long
             windows = group.windows[:, place:after]
-            found = self._algebra.windows(windows, group.near, group.scratch[:, :steps])
-            join(ends, found, ends)
+            found = algebra.windows(
+                group.line[:, place : after + windows.shape[2] - 1],
+                windows,
+                group.near,
+                group.scratch[:, : after - place],
+            )
+            algebra.join(ends, found, ends)
+        self._follow(place, after)
+        # A segment that begins and ends among them, two in a row and so on, end so much later at
+        # least; until then nothing can have become better.
+        for begin in range(place + self._least, after, self._least):
+            if not self._short(begin, after):
+                break
+            self._follow(begin, after)
+
+    def _follow(self, place: int, after: int) -> None:
+        """Find all that starts there."""
+        found = self._algebra.follow(
+            self.ends[:, place:after], self.sums[:, place:after], self._order
+        )
+        self.starts[:, self.margin + place : self.margin + after] = found
+
+    def _short(self, place: int, after: int) -> bool:
+        """Find what is short and ends there; whether anything becomes better by it."""
+        better = False
+        for group in self.groups:
+            begin = place + group.least - self._least
+            if begin >= after:
+                continue
+            ends = self.ends[group.rows, begin:after]
+            width = self._steps - group.least
+            windows = group.windows[:, begin:after, -width:]
+            skipped = begin + group.windows.shape[2] - width
+            line = group.line[:, skipped : skipped + after - begin + width - 1]
+            scratch = group.short_scratch[:, : after - begin]
+            found = self._algebra.windows(line, windows, group.short, scratch)
+            if np.greater(found, ends).any():
+                self._algebra.join(ends, found, ends)
+                better = True
+        return better
+
+    def _long(self, place: int, line: Real) -> None:
+        """Find what has lasted more than `FINE` steps when it ends at `place` or soon after."""
+        # All that can have begun so long before is known.
+        after, join = place + line.shape[1], self._algebra.join
+        if after - FINE > self._blocked:
+            self._block_on(place)
+        for group in self.groups:
+            ends = self.ends[group.rows, place:after]
+            if group.blocks is not None:
+                windows = group.far_windows[:, place:after]
+                span = after - place + LENGTHS * (windows.shape[2] - 1)
+                found = self._algebra.windows(
+                    group.far_line[:, place : place + span],
+                    windows,
+                    group.blocks,
+                    group.far_scratch[:, : after - place],
+                )
+                join(ends, found + line[group.rows], ends)
             last = after - 1 - group.reach
             if last > 1:
                 if last > self._run:
                     self._run_on(place)
                 early = max(place - group.reach - 1, 0)
-                far = self._running[group.rows, early:last]
-                ends = ends[:, steps - (last - early) :]
-                join(ends, far + (group.end + line[group.rows, steps - (last - early) :]), ends)
-        starts = self._algebra.follow(self.ends[:, place:after].T, paths)
-        self.starts[:, self.margin + place : self.margin + after] = starts.T
-
-    def _long(self, place: int, line: Real) -> None:
-        """Find what has lasted more than `FINE` steps when it ends at `place` or soon after."""
-        # All that can have begun so long before is known.
-        after = place + line.shape[1]
-        if after - FINE > self._blocked:
-            self._block_on(place)
-        for group in self.groups:
-            if group.far_windows is None:
-                continue
-            windows = group.far_windows[:, place:after]
-            found = self._algebra.windows(
-                windows, group.blocks, group.far_scratch[:, : after - place]
-            )
-            ends = self.ends[group.rows, place:after]
-            self._algebra.join(ends, found + line[group.rows], ends)
+                ends = ends[:, early - last :]
+                far = self._running[group.rows, early:last] + group.end
+                far += line[group.rows, early - last :]
+                join(ends, far, ends)
 
     def _block_on(self, place: int) -> None:
         """Join the levels of each block of starts whose last lies before `place`."""
@@ -290,9 +297,10 @@ class Sweep:
         """The score of a first segment that ends at each time from `begin` on; (K, end - begin)."""
         if end <= self.margin + 1:
             return self._first[:, begin - 1 : end - 1]
-        times = np.arange(begin, end)
-        known = np.minimum(times, self.margin)
-        return np.asarray(self._first[:, known - 1] + self._slope * (times - known))
+        known = self._first[:, begin - 1 : self.margin]
+        beyond = np.arange(max(begin - self.margin, 1), end - self.margin)
+        found = self._first[:, -1:] + self._slope * beyond
+        return np.concatenate([known, found], axis=1) if known.shape[1] else found
 
     @property
     def room(self) -> int:
@@ -309,6 +317,8 @@ class Sweep:
         self.before.clear()
         for line in (self.sums, self.ends, self.starts, self.blocks, self._running):
             line[:, :-places] = line[:, places:].copy()
+        # Nothing starts yet at the places to come.
+        self.starts[:, -places:] = -np.inf
         self._run -= places
         self._blocked -= places
         self.base += places

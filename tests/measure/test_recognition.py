@@ -60,6 +60,8 @@ def test_scores_are_those_of_leaving_one_out(labelled, rows, number):
         "accuracy": pooled.accuracy,
         "balanced": pooled.balanced_accuracy,
         "edit": pooled.edit,
+        "F1@50, labelled time": pooled.f1_labelled["50"],
+        "boundaries found": pooled.boundaries_found,
         "boundary (ms)": pooled.boundary_ms["median"],
         "boundary p90 (ms)": pooled.boundary_ms["p90"],
     }

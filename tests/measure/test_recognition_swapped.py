@@ -13,6 +13,7 @@ from forcelab.errors import InputError
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
+from forcelab.measure import recognition_swapped
 from forcelab.measure.recognition_swapped import measuring_swapped, swapped
 from forcelab.measure.recognition_tasks import swapped_tasks
 from forcelab.project import Project
@@ -49,6 +50,24 @@ def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
     assert row.further["points lost"] < 10
     assert row.further["swapped"] == 2 * max(1, round(0.05 * sum(len(i.segments) for i in items)))
     assert row.further["in the first tenth"] >= 0.5
+
+
+def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 10)
+    seeds = []
+    fit = recognition_swapped.fit_examples
+
+    def watched(examples, settings):
+        seeds.append(settings.seed)
+        return (yield from fit(examples, settings))
+
+    settings = preset("fast").replace(amplitude="absolute", stride=2, seed=2**32 - 1)
+    monkeypatch.setattr(recognition_swapped, "fit_examples", watched)
+    # Labels that are swapped for themselves cost nothing at all, whatever the seeds do.
+    monkeypatch.setattr(recognition_swapped, "swapped", lambda used, _: (list(used), {("a", 0.0)}))
+    row = finish(measuring_swapped(items[:3], "synthetic", settings, draws=3))
+    assert (row.further["points lost"], row.further["standard error"]) == (0.0, 0.0)
+    assert sorted(set(seeds)) == [0, 1, 2**32 - 1]
 
 
 def test_of_too_little_it_is_told_what_is_missing(items, tmp_path):

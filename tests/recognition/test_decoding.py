@@ -178,6 +178,38 @@ def test_no_course_is_better_where_segments_outlast_every_table(K, step, median,
     assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
 
 
+@pytest.mark.parametrize("shortest", [1, 2, 3])
+def test_many_of_the_shortest_segments_in_a_row_are_found(shortest):
+    rng = np.random.default_rng(shortest)
+    choreography = a_choreography(rng, 3, 0.1)
+    # Each step speaks for an action loudly enough to pay for a change.
+    truth = np.repeat(np.arange(150) % 3, shortest)
+    truth[90:240] = rng.permutation(truth[90:240])
+    logs = 20.0 * np.eye(3)[truth]
+    codes = decode(logs, everywhere(logs), 0.02, choreography, "none")
+    plain = Plainly(choreography, logs, 0.02, "none")
+    assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
+    assert np.mean(codes == truth) > 0.9
+
+
+def test_marginals_where_evidence_lies_hundreds_of_nats_apart():
+    rng = np.random.default_rng(6)
+    choreography = a_choreography(rng, 2, 12.0)
+    truth = np.repeat([0, 1], [130, 130])
+    logs = 20.0 * np.eye(2)[truth]
+    logs[120:140] = some_logs(rng, 20, 2, 1.0)  # where one ends is not plain to see
+    assert Scores.of(choreography, 0.1, "order").longest.min() > FINE
+    found = marginals(logs, everywhere(logs), 0.1, choreography, "order")
+    plain = Plainly(choreography, logs, 0.1, "order", places=True)
+    for t in (3, 121, 128, 133, 138, 250):
+        sums = []
+        for more in (-1e-4, 1e-4):
+            plain.evidence[t, 1] += more
+            sums.append(viterbi(plain, len(logs), np.logaddexp.reduce))
+            plain.evidence[t, 1] -= more
+        assert (sums[1] - sums[0]) / 2e-4 == pytest.approx(found[t, 1], abs=1e-6)
+
+
 @pytest.mark.parametrize("step", [0.0008, 0.0004])
 def test_marginals_of_lengths_told_apart_in_blocks_are_those_of_all_segmentations(step):
     rng = np.random.default_rng(4)
