@@ -14,7 +14,7 @@ Sizes = NDArray[np.float32]
 
 #: Decades from the first to the last colour at most, and the share of values below the last.
 DECADES, TOP = 3.0, 0.998
-#: Share by which the last colour's value falls with each picture, where less would do.
+#: Decades by which the last colour's value falls with each picture, where less would do.
 CALM = 0.02
 
 

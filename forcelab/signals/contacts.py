@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
 
-__all__ = ["ContactEvent", "contact_events", "finding_contacts", "near"]
+__all__ = ["ContactEvent", "finding_contacts", "near"]
 
 Array = NDArray[np.float64]
 Kind = Literal["touch", "leave", "jerk"]
@@ -88,13 +88,6 @@ class _Levels:
     rest: float
     force: float
     rate: float
-
-
-def contact_events(
-    times: ArrayLike, signals: ArrayLike, columns: Sequence[int] | None = None
-) -> tuple[ContactEvent, ...]:
-    """Find the contact events; see :func:`finding_contacts`, which is the same as a job."""
-    return finish(finding_contacts(times, signals, columns))
 
 
 def finding_contacts(

@@ -13,13 +13,15 @@ Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_sca
 
 * everywhere 1e-6 of the channel's amplitude times ``sqrt(a)``, from cut tails and single
   precision; magnitudes are floored there;
-* magnitudes: 2 % of the row's largest power, from what lies between points;
+* magnitudes: 2 % of the row's largest power, from what lies between points; where two tones beat
+  in one row, `d` radians a scale apart, ``sin(d / 16)^2``: 6 % where the wavelet answers to
+  either with an eighth of its most, 10 % where with a twenty-third;
 * of tiles the columns' edges move to the nearest cell, by a quarter of a column at most;
-* phases within 0.03 rad where the magnitude is above a tenth of the row's largest (0.25 rad below
-  scale 4, whose wavelet the Nyquist frequency cuts).
+* phases within 0.03 rad where the magnitude is above a tenth of the row's largest (0.25 rad at
+  p = 5 below scale 3.7, whose wavelet the Nyquist frequency cuts).
 
-Memory stays below 150 MB for a picture, and 128 MB for the tiles, whatever the length; means take a
-byte for each sample. Time is in ``forcelab measure scalogram``.
+Of recordings of up to a day at 1 kHz, memory stays below 150 MB for a picture, and 128 MB for the
+tiles; means take a byte for each sample. Time is in ``forcelab measure scalogram``.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_picture import Picture, magnitudes, phases
-from forcelab.signals.scalogram_spots import narrow, spots, wide
+from forcelab.signals.scalogram_spots import averaged, spots, wide
 from forcelab.signals.scalogram_survey import Survey, row_scales, survey
 from forcelab.signals.scalogram_tiles import Tiles
 
@@ -149,15 +151,15 @@ def scalogram(
         draft = way(source, view.noise, places, thinned, rough, mother)
     values = yield from _steps(draft, None)
     picture = finished(values, thinned, True)
-    fitting = narrow(thinned)
-    if long and not phase and fitting < len(thinned):
+    few = averaged(thinned, mother)
+    if long and not phase and few < len(thinned):
         # Means take a while, once: what there is of a first picture is shown meanwhile.
         shown = picture if view.means is None else None
         means = yield from _steps(view.averaging(), shown)
         # Of few rows, many columns cost hardly more than few.
-        job = wide(means, view.noise, places, thinned[fitting:], count, mother)
+        job = wide(means, view.noise, places, thinned[few:], count, mother)
         rest = yield from _steps(job, shown)
-        spread = values[:fitting, np.arange(count) * rough // count]
+        spread = values[:few, np.arange(count) * rough // count]
         spread[:, np.isnan(rest).all(axis=0)] = np.nan  # a gap ends where it ends
         values = np.concatenate([spread, rest])
         picture = finished(values, thinned, True)

@@ -17,7 +17,7 @@ from scipy import fft
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["TOLERANCE", "band", "band_rows", "reach"]
+__all__ = ["RINGING", "TOLERANCE", "band", "band_rows", "is_cut", "reach"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,6 +27,8 @@ Single = NDArray[np.complex64]
 TOLERANCE = 1e-6
 #: Half-width of a Gaussian of unit deviation at that share.
 _CUT = math.sqrt(2 * math.log(1 / TOLERANCE))
+#: Samples on either side that a wavelet which the Nyquist frequency cuts is followed for.
+RINGING = 256
 #: Samples over which the last value leads to the first.
 _RAMP = 64
 #: Points for each independent one: a row is read between its points.
@@ -38,11 +40,18 @@ def reach(scale: float) -> int:
     return math.ceil(_CUT * scale) + 1
 
 
+def is_cut(scale: float, wavelet: Morlet) -> bool:
+    """Whether the Nyquist frequency cuts the wavelet, which then rings beyond its reach."""
+    return math.pi * scale < wavelet.p + 6.5  # see Morlet: what is cut beyond is below 1e-9
+
+
 def band(wavelet: Morlet) -> tuple[float, float]:
     """The angular frequencies times scale between which the wavelet's spectrum lies."""
-    # The term that makes the mean zero lies around zero, and is small beyond p of about 5.
-    rest = max(0.0, _CUT**2 - wavelet.p**2)
-    return min(wavelet.p - _CUT, -math.sqrt(rest)), wavelet.p + _CUT
+    low, high = wavelet.p - _CUT, wavelet.p + _CUT
+    if low < 0:
+        # The term that makes the mean zero lies around zero, and is small beyond p of about 5.
+        low = min(low, -math.sqrt(_CUT**2 - wavelet.p**2))
+    return low, high
 
 
 def _spectrum(values: Real) -> tuple[Complex, int]:

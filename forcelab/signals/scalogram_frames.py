@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from forcelab.signals.scalogram_bands import band, reach
+from forcelab.signals.engine.frames import slope_at_zero
+from forcelab.signals.scalogram_bands import RINGING, band, is_cut, reach
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["Frames", "bank", "grid_step"]
@@ -29,13 +30,12 @@ Spectra = NDArray[np.complex64]
 Take = Callable[[slice, int, Single], None]
 
 #: Points of the grid to each scale at least. The largest power between two points is missed by
-#: 1.6 % at most where an impact is, as ``|W|^2 = exp(-t^2 / a^2)`` falls over half a step. What is
-#: narrower than a step is read along straight lines, which takes more points.
+#: 1.6 % at most where an impact is, as ``|W|^2 = exp(-t^2 / a^2)`` falls over half a step; the
+#: beat of two tones falls faster. What is narrower than a step is read along straight lines, which
+#: takes more points.
 POINTS, FINE_POINTS = 4, 32
 #: Scales that share frames are up to so many times the narrowest of them.
 TOGETHER = 12.0
-#: Wavelets that the Nyquist frequency cuts ring beyond their reach; frames overlap by it.
-_RINGING, _CUT_BELOW = 256, 4.0
 #: Fresh samples of a frame at least, and to each sample that overlaps.
 _FEWEST, _ROOM = 1 << 10, 7
 #: Points that are transformed at once: they lie in the cache with their powers.
@@ -58,15 +58,19 @@ class _Rows:
         Their places among all scales.
     step : int
         Samples between two points.
+    first : int
+        The bin of the frame's spectrum that becomes the points' bin 0: powers do not tell by
+        which frequency a row is turned, and the band of a high carrier lies far from 0.
     positive, negative : ndarray of float32, shape (s, 2 * bins)
-        By what the spectrum's bins 0, 1, 2, ... and -1, -2, ... are multiplied, each twice: for
-        their real and imaginary parts.
+        By what the spectrum's bins `first`, `first` + 1, ... and -1, -2, ... are multiplied, each
+        twice: for their real and imaginary parts.
     slopes : ndarray of float32, shape (s, 1)
-        What a straight line answers, for each unit of its slope.
+        What a straight line answers, for each unit of its slope; it lies in the spectrum's bin 0.
     """
 
     rows: slice
     step: int
+    first: int
     positive: Single
     negative: Single
     slopes: Single
@@ -113,7 +117,8 @@ class Frames:
     ) -> None:
         steps = [grid_step(a, width) for a in scales.tolist()]
         widest = steps[-1]
-        needed = max(reach(float(scales[-1])), _RINGING if scales[0] < _CUT_BELOW else 0)
+        ringing = RINGING if is_cut(float(scales[0]), wavelet) else 0
+        needed = max(reach(float(scales[-1])), ringing)
         self.half = widest * -(-needed // widest)
         usual = max(_FEWEST, _ROOM * 2 * self.half)
         self.count = max(1, round(span / usual))
@@ -123,33 +128,41 @@ class Frames:
         self._parts = []
         start = 0
         for end in range(1, len(steps) + 1):
-            if end == len(steps) or steps[end] != steps[start]:
+            together = end < len(steps) and steps[end] == steps[start]
+            if together:
+                low, high = self._bins(scales[start : end + 1], wavelet)
+                together = high - low < self.length // steps[start]
+            if not together:
                 rows = slice(first + start, first + end)
                 self._parts.append(self._rows(scales[start:end], rows, steps[start], wavelet))
                 start = end
 
+    def _bins(self, scales: Real, wavelet: Morlet) -> tuple[int, int]:
+        """The first and the last bin of a frame's spectrum that scales answer to."""
+        low, high = (edge * self.length / (2 * np.pi) for edge in band(wavelet))
+        above = min(math.floor(high / scales[0]), self.length // 2)
+        lowest = math.ceil(min(low / scales[0], low / scales[-1]))
+        return max(min(lowest, above), -((self.length - 1) // 2)), above
+
     def _rows(self, scales: Real, rows: slice, step: int, wavelet: Morlet) -> _Rows:
-        """Responses of scales of one step."""
+        """Responses of scales of one step, whose bins fit into its points."""
         points = self.length // step
-        low, high = band(wavelet)
-        unit = 2 * np.pi / self.length
-        above = min(math.floor(high / scales[0] / unit), self.length // 2)
-        below = min(math.floor(-low / scales[0] / unit), (self.length - 1) // 2, points - above - 1)
-        k = np.arange(-max(below, 0), above + 1)
-        sizes = np.sqrt(scales)[:, None] * wavelet.spectrum(scales[:, None] * unit * k).real
+        lowest, above = self._bins(scales, wavelet)
+        first, below = max(lowest, 0), max(-lowest, 0)
+        omega = 2 * np.pi / self.length * np.arange(lowest, above + 1)
+        sizes = np.sqrt(scales)[:, None] * wavelet.spectrum(scales[:, None] * omega).real
         sizes *= points / self.length  # the transform back divides by its own points
         if 2 * above == self.length:
             sizes[:, -1] *= 0.5  # this bin stands for both signs of its frequency
-        below = max(below, 0)
         sizes = sizes.astype(np.float32)
-        # The slope of the spectrum at frequency 0: p exp(-p^2 / 2) of either bell.
-        rise = math.sqrt(2 * np.pi) * math.pi**-0.25 * wavelet.p * math.exp(-(wavelet.p**2) / 2)
+        slopes = np.array([slope_at_zero(wavelet, a) for a in scales.tolist()])
         return _Rows(
             rows,
             step,
+            first,
             np.repeat(sizes[:, below:], 2, axis=1),
             np.repeat(sizes[:, :below][:, ::-1], 2, axis=1),
-            (rise * points * scales[:, None] ** 1.5).astype(np.float32),
+            (points * slopes[:, None]).astype(np.float32),
         )
 
     def _spectra(self, frames: Real) -> tuple[Spectra, Single]:
@@ -243,15 +256,15 @@ class Frames:
             source = spectra[f : f + together]
             product = np.empty((len(positive), len(source), points), dtype=np.complex64)
             parts = product.view(np.float32)
-            np.multiply(
-                source.view(np.float32)[:, :above], positive[:, None], out=parts[:, :, :above]
-            )
+            held = source.view(np.float32)[:, 2 * part.first : 2 * part.first + above]
+            np.multiply(held, positive[:, None], out=parts[:, :, :above])
             parts[:, :, above : 2 * points - below] = 0.0
             if below:
                 mirrored = np.conj(source[:, 1 : below // 2 + 1]).view(np.float32)
                 turned = (mirrored * negative[:, None]).view(np.complex64)
                 product[:, :, : -below // 2 - 1 : -1] = turned
-            product[:, :, 0] = -1j * part.slopes[chosen] * slopes[f : f + together]
+            if part.first == 0:
+                product[:, :, 0] = -1j * part.slopes[chosen] * slopes[f : f + together]
             rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, skipped : skipped + kept]
             into = out[:, f : f + together]
             np.multiply(rows.real, rows.real, out=into)

@@ -118,16 +118,23 @@ class Source:
         if good.all():
             return values, good
         places, heights = np.flatnonzero(good) + first, values[good]
+        before = after = 0  # samples missing beyond the piece, of the runs it begins and ends in
         # Only a piece that begins or ends in a run needs to look for the run's other side.
-        if not good[0] and (left := self._finite(column, first, -1)) is not None:
-            places = np.append(left, places)
-            heights = np.append(self.demonstration.signals[left, column], heights)
-        if not good[-1] and (right := self._finite(column, last, 1)) is not None:
-            places = np.append(places, right)
-            heights = np.append(heights, self.demonstration.signals[right, column])
+        if not good[0]:
+            left = self._finite(column, first, -1)
+            before = first if left is None else first - left - 1
+            if left is not None:
+                places = np.append(left, places)
+                heights = np.append(self.demonstration.signals[left, column], heights)
+        if not good[-1]:
+            right = self._finite(column, last, 1)
+            after = (len(self.demonstration.signals) if right is None else right) - last
+            if right is not None:
+                places = np.append(places, right)
+                heights = np.append(heights, self.demonstration.signals[right, column])
         wanted = np.arange(first, last)
         bridged = np.interp(wanted, places, heights) if places.size else np.zeros(last - first)
-        return bridged, ~_long_runs(~good)
+        return bridged, ~_long_runs(~good, before, after)
 
     def _finite(self, column: int, start: int, step: int) -> int | None:
         """The nearest finite sample before `start`, or from `start` on."""
@@ -160,12 +167,16 @@ class Source:
         return values, good[owner] & ~(gap & late)
 
 
-def _long_runs(lost: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Where samples are missing in runs longer than a gap may be."""
+def _long_runs(lost: NDArray[np.bool_], before: int, after: int) -> NDArray[np.bool_]:
+    """Where samples are missing in runs longer than a gap may be.
+
+    A run at either end goes on for `before` or `after` samples beyond it.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]])))
     out = np.zeros_like(lost)
-    for first, last in edges.reshape(-1, 2):
-        out[first:last] = last - first > GAP_PERIODS
+    for first, last in edges.reshape(-1, 2).tolist():
+        beyond = (before if first == 0 else 0) + (after if last == len(lost) else 0)
+        out[first:last] = last - first + beyond > GAP_PERIODS
     return out
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import reach
+from forcelab.signals.scalogram_bands import band, reach
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import Frames
 from forcelab.signals.scalogram_picture import Level, Picture, decimal, magnitudes
@@ -24,20 +24,29 @@ from forcelab.signals.scalogram_source import BLOCK, Source
 from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["means_of", "narrow", "spots", "wide"]
+__all__ = ["averaged", "means_of", "narrow", "spots", "wide"]
 
 Real = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 #: Samples of a spot, and how many of them are told about at least.
 SPOT, TOLD = 2048, 512
-#: Samples of a mean: for the narrowest wavelet that does not fit a spot, nine of a wave's.
+#: Samples of a mean: for the narrowest wavelet that does not fit a spot, nine of a wave's (p = 5).
 MEAN = 16
 
 
 def narrow(scales: Real) -> int:
     """How many of the scales, rising, fit a spot."""
     return int(np.count_nonzero([2 * reach(a) + TOLD <= SPOT for a in scales.tolist()]))
+
+
+def averaged(scales: Real, wavelet: Morlet) -> int:
+    """From which of the scales, rising, on means take the place of spots.
+
+    Those between them and the :func:`narrow` ones, of high carriers, are known by neither.
+    """
+    folded = band(wavelet)[1] * MEAN > np.pi * scales
+    return max(narrow(scales), int(np.count_nonzero(folded)))
 
 
 def spots(

@@ -9,17 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import reach
+from forcelab.signals.scalogram_bands import RINGING, is_cut, reach
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["sum_rows", "sums_are_cheaper"]
 
-#: Below this scale the Nyquist frequency cuts the wavelet, which then rings for long.
-_CUT_BELOW = 4.0
-#: Samples on either side that a cut wavelet is followed for.
-_RINGING = 256
 #: Samples looked at in one step.
 _STEP = 1 << 18
 
@@ -31,11 +27,11 @@ def sums_are_cheaper(scale: float, columns: Columns) -> bool:
 
 def _kernel(scale: float, wavelet: Morlet) -> NDArray[np.complex128]:
     """The conjugate wavelet over its reach, without what the Nyquist frequency cuts."""
-    if scale >= _CUT_BELOW:
+    if not is_cut(scale, wavelet):
         place = np.arange(-reach(scale), reach(scale) + 1)
         kernel = np.conj(wavelet.time(place / scale)) / math.sqrt(scale)
     else:
-        half = _RINGING
+        half = RINGING
         omega = 2 * np.pi * np.fft.fftfreq(8 * half)
         response = math.sqrt(scale) * wavelet.spectrum(scale * omega)
         place = np.arange(-half, half + 1)

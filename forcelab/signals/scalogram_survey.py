@@ -30,12 +30,13 @@ _LOOKED = 512
 _DARKEST, _BRIGHTEST, _LEAST = 0.05, 0.999, 1.0
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(eq=False, slots=True)
 class Survey:
     """What all views of a channel have in common, so that colours do not jump.
 
-    Once a long span was seen it keeps the channel's means, and the tiles of the scales that were
-    last asked for.
+    What tells of the channel never changes. Beside it, once a long span was seen, are kept the
+    channel's means, and the tiles of the scales that were last asked for: one job at a time may
+    use them.
 
     Parameters
     ----------
@@ -48,6 +49,11 @@ class Survey:
     level : Level
         Middle and size of the samples.
     wavelet : Morlet
+
+    Attributes
+    ----------
+    means : Source or None
+        The channel in means, once :meth:`averaging` has gone through it.
     """
 
     source: Source
@@ -56,30 +62,26 @@ class Survey:
     high: float
     level: Level
     wavelet: Morlet
-    _kept: list[Tiles] = field(default_factory=list, repr=False)
-    _means: list[Source] = field(default_factory=list, repr=False)
+    means: Source | None = field(default=None, init=False, repr=False)
+    _tiles: Tiles | None = field(default=None, init=False, repr=False)
 
     def tiles(self, scales: Real) -> Tiles:
         """The tiles of some scales, as far as they are computed; those of others are dropped."""
-        if not self._kept or not np.array_equal(self._kept[0].scales, scales):
-            made = Tiles(self.source, self.noise, self.level, scales, self.wavelet)
-            self._kept[:] = [made]
-        return self._kept[0]
-
-    @property
-    def means(self) -> Source | None:
-        """The channel in means, once :meth:`averaging` has gone through it."""
-        return self._means[0] if self._means else None
+        if self._tiles is None or not np.array_equal(self._tiles.scales, scales):
+            self._tiles = Tiles(self.source, self.noise, self.level, scales, self.wavelet)
+        return self._tiles
 
     def averaging(self) -> Generator[Progress, None, Source]:
         """Compute the channel's means, once; a job."""
-        if not self._means:
-            self._means[:] = [(yield from means_of(self.source))]
-        return self._means[0]
+        if self.means is None:
+            self.means = yield from means_of(self.source)
+        return self.means
 
     def without_tiles(self) -> Survey:
         """The same with no tile computed yet."""
-        return replace(self, _kept=[])
+        fresh = replace(self)
+        fresh.means = self.means
+        return fresh
 
 
 def row_scales(rows: int, largest: float, smallest: float = 2.0) -> Real:

@@ -14,9 +14,7 @@ __all__ = ["in_threads"]
 THREADS = 2
 
 
-def in_threads(
-    tasks: Sequence[Callable[[], None]], text: str, threads: int | None = None
-) -> Generator[Progress, None, None]:
+def in_threads(tasks: Sequence[Callable[[], None]], text: str) -> Generator[Progress, None, None]:
     """Do tasks, none before its turn; a job.
 
     Parameters
@@ -25,10 +23,8 @@ def in_threads(
         Most of their time goes into numpy and scipy, which let other threads run.
     text : str
         Of the progress.
-    threads : int, optional
-        Two by default, on one core one.
     """
-    together = min(THREADS, os.cpu_count() or 1) if threads is None else threads
+    together = min(THREADS, os.cpu_count() or 1)
     if together == 1 or len(tasks) == 1:
         for i, task in enumerate(tasks):
             task()

@@ -89,11 +89,6 @@ class Tiles:
         """Memory of all cells: at most :data:`MOST` and what fills the last chunk."""
         return sum(level.nbytes for level in self._levels)
 
-    @property
-    def complete(self) -> bool:
-        """Whether all chunks are computed."""
-        return bool(self._done.all())
-
     def serve(self, grid: Columns) -> bool:
         """Whether columns are wide enough: their edges move by a quarter of one at most."""
         return grid.width >= 2 * self.cell

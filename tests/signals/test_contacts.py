@@ -10,10 +10,14 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.signals import contacts
-from forcelab.signals.contacts import contact_events, finding_contacts, near
+from forcelab.signals.contacts import finding_contacts, near
 from forcelab.simulation.tasks import performing
 
 RATE = 1000.0
+
+
+def contact_events(times, signals):
+    return finish(finding_contacts(times, signals))
 
 
 def steps(at, height=2.0, rise=0.004, length=4.0, noise=0.01, rest=0.3, seed=0, rate=RATE):

@@ -90,13 +90,28 @@ def test_a_picture_holds_the_largest_power_of_each_column(tapped, first, last, c
     assert worst(picture, expected) < 0.02
 
 
-@pytest.mark.parametrize("p", [2.0, 6.0])
-def test_other_carriers_are_as_right(tapped, p):
-    view = finish(survey(recorded(tapped), "fz", 256.0, Morlet(p)))
-    scales = row_scales(20, 256.0, 4.0)
-    picture = finish(scalogram(view, 10.0, 20.0, scales=scales, columns=250))
-    full = np.abs(cwt(tapped, scales, Morlet(p)))[:, 10_000:20_000] ** 2
-    assert worst(picture, full.reshape(20, 250, -1).max(axis=-1)) < 0.02
+@pytest.mark.parametrize("p", [2.0, 6.0, 12.0, 20.0, 30.0, 1000.0])
+@pytest.mark.parametrize(("last", "columns"), [(20_000, 250), (11_000, 500)])
+def test_other_carriers_are_as_right(tapped, p, last, columns):
+    view = finish(survey(recorded(tapped), "fz", 1024.0, Morlet(p)))
+    scales = row_scales(20, 1024.0, 2.0)
+    asked = {"scales": scales, "columns": columns}
+    full = cwt(tapped, scales, Morlet(p))[:, 10_000:last]
+    sizes = np.abs(full).reshape(20, columns, -1).max(axis=-1)
+    picture = finish(scalogram(view, 10.0, last / RATE, **asked))
+    floor = 2e-6 * np.ptp(tapped) * np.sqrt(scales)[:, np.newaxis]
+    allowed = 0.02 * sizes.max(axis=1, keepdims=True) ** 2 + floor * (2 * sizes + floor)
+    assert np.all(np.abs(power(picture) - sizes**2) < allowed)
+    turned = finish(scalogram(view, 10.0, last / RATE, **asked, phase=True)).values
+    each = (last - 10_000) // columns
+    centres = full[:, each // 2 :: each]
+    strong = np.abs(centres) > 0.1 * np.abs(centres).max(axis=1, keepdims=True)
+    strong &= np.abs(centres) > 100 * floor
+    # Not of wavelets that the Nyquist frequency cuts.
+    strong &= scales[:, np.newaxis] > (p + 6.5) / math.pi
+    assert strong.any() or p > 60
+    error = np.abs(np.angle(np.exp(1j * (turned - np.angle(centres)))))
+    assert np.max(error[strong], initial=0.0) < 0.03
 
 
 @pytest.fixture
@@ -164,7 +179,7 @@ def test_pictures_become_exact_bit_by_bit(tapped):
 
 def first_pictures(view, samples):
     """What is shown of a whole recording before the first tile is there."""
-    job = scalogram(view.without_tiles(), 0.0, samples / RATE, scales=SCALES, columns=800)
+    job = scalogram(view, 0.0, samples / RATE, scales=SCALES, columns=800)
     shown = []
     for step in job:
         if step.picture is not None and (not shown or shown[-1] is not step.picture):
@@ -210,6 +225,20 @@ def test_the_first_picture_of_a_long_span_knows_all_scales():
         np.testing.assert_allclose(told, largest[row, known], atol=0.1 * largest[row].max())
 
 
+@pytest.mark.parametrize(("p", "known"), [(60.0, [True, True, False, True]), (200.0, [True, True])])
+def test_the_first_picture_of_a_high_carrier_tells_nothing_wrong(p, known):
+    x = force(400_000)
+    view = finish(survey(recorded(x), "fz", 2048.0, Morlet(p)))
+    first = first_pictures(view, len(x))[-1]
+    known = known + [False] * (len(first.scales) - len(known))
+    assert np.isfinite(first.values).any(axis=1).tolist() == known
+    if known[-1]:
+        full = np.abs(cwt(x, first.scales[-1:], Morlet(p))) ** 2
+        largest = full.reshape(800, -1).max(axis=1)
+        # Six means to a wave: a decibel of what is folded, until the exact picture is there.
+        np.testing.assert_allclose(power(first)[-1], largest, atol=0.25 * largest.max())
+
+
 def test_tiles_of_endless_recordings_are_bounded():
     source = finish(open_source(recorded(np.zeros(1000)), "fz"))
     for count, cell in ((10_000_000, 64), (100_000_000, 512)):
@@ -249,6 +278,17 @@ def test_a_steady_tone_is_as_high_as_it_is(hertz, columns):
     expected = np.abs(cwt(x, scales))[:, 30_000] ** 2
     decibels = 10 * np.log10(power(picture)[:, columns // 2] / expected)
     assert np.max(np.abs(decibels)) < 0.05
+
+
+@pytest.mark.parametrize("apart", [2.0, 4.0, 5.0])
+@pytest.mark.parametrize("columns", [100, 500, 20_000])
+def test_tones_that_beat_are_nearly_as_high_as_they_are(apart, columns):
+    scale, t = 64.0, np.arange(60_000)
+    low, high = (Morlet().p + sign * apart / 2 for sign in (-1, 1))
+    x = np.sin(low / scale * t) + np.sin(high / scale * t)
+    picture = made(x, 20.0, 40.0, columns=columns, scales=np.array([scale]))
+    error = worst(picture, reference(x, 20_000, 40_000, picture.values.shape[1], [scale]))
+    assert error < 1.02 * math.sin(apart / 16) ** 2
 
 
 @pytest.mark.parametrize(
@@ -344,14 +384,32 @@ def test_a_piece_within_a_long_gap_knows_both_sides():
     assert not known.any()
 
 
+@pytest.mark.parametrize("even", [True, False])
+def test_a_gap_is_as_long_as_it_is_where_a_piece_begins_or_ends_in_it(even):
+    x, times = force(1_000), np.arange(1_000) / RATE
+    x[:8] = x[500:510] = x[-8:] = x[700:704] = np.nan
+    if not even:
+        times += np.where(times > 0.3, 4e-4, 0.0)
+    demonstration = recorded(x, times)
+    source, whole = finish(open_source(demonstration, "fz")), on_grid(demonstration)
+    assert source.uniform == even
+    for piece in ((508, 530), (480, 502), (503, 506), (5, 20), (980, 995), (702, 710)):
+        np.testing.assert_array_equal(source.read(*piece)[1], whole.valid[slice(*piece)])
+
+
 @settings(max_examples=20, deadline=None)
 @given(
-    hnp.arrays(np.float64, st.integers(3, 60), elements=st.floats(0.2, 1.8)),
+    st.one_of(
+        hnp.arrays(np.float64, st.integers(3, 60), elements=st.floats(0.2, 1.8)),
+        st.integers(3, 60).map(np.ones),
+    ),
     st.data(),
 )
 def test_pieces_are_those_of_the_whole_grid(distances, data):
     times = np.cumsum(distances) / RATE
     x = np.cumsum(np.sin(np.arange(len(times))))
+    begin = data.draw(st.integers(0, len(x)))
+    x[begin : begin + data.draw(st.integers(0, 9))] = np.nan
     demonstration = recorded(x, times)
     whole = on_grid(demonstration)
     source = finish(open_source(demonstration, "fz"))

@@ -74,6 +74,7 @@ class ScalogramPanel(TimePanel):
         self._layers = Layers()
         self._pointer: QPointF | None = None
         self._trouble = ""
+        self._owed = False  # a picture that was not asked for while the window was minimised
         self._asking = Asking(jobs, self._wish, self)
         self._asking.came.connect(self._take)
         self._asking.done.connect(self.invalidate)  # what is settled is drawn smoothly
@@ -192,6 +193,8 @@ class ScalogramPanel(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw the pictures where their time is now, then the cone and the scales."""
+        if self._owed:
+            self._ask()  # not every platform says so when a minimised window comes back
         now = colours()
         start, end = self.document.start, self.document.end
         self._layers.paint(painter, plot, start, end, smooth=self.settled)
@@ -288,7 +291,9 @@ class ScalogramPanel(TimePanel):
 
     def _ask(self, *_: object) -> None:
         """Have a picture of what is seen made, once the span has come to rest."""
-        if self.isVisible() and self._channel:
+        # To Qt the panels of a minimised window are visible.
+        self._owed = self.window().isMinimized()
+        if self.isVisible() and self._channel and not self._owed:
             self._asking.ask()
         else:
             self._asking.stop()

@@ -104,14 +104,20 @@ class Cut:
         at = (distance * self._width - 0.5 * self._high) / math.sqrt(2)
         return np.asarray(0.5 * erfc(at), dtype=np.float64)
 
+    def _bins(self, length: int) -> int:
+        """How many bins of a ring's spectrum the band goes on for, on either side of Nyquist's.
+
+        It may end on a bin exactly, so rounding is asked only here.
+        """
+        most = min(length // (2 * COPY), length // (2 * GRID) - 1)
+        return min(math.ceil(self._high / self._width * length / (2 * math.pi)), most)
+
     def _band(self, scale: float, length: int) -> Real:
         """By what the copy's spectrum is multiplied at bins -K .. K, counted from Nyquist's.
 
         That is ``H w`` over what the Gaussian and the interpolation multiply by.
         """
-        bin_width = 2 * math.pi / length
-        most = min(length // (2 * COPY), length // (2 * GRID) - 1)
-        bins = min(math.ceil(self._high / self._width / bin_width), most)
+        bin_width, bins = 2 * math.pi / length, self._bins(length)
         # Bit by bit: of a long ring what it takes is more than the result.
         return np.concatenate(
             [
@@ -165,9 +171,8 @@ class Cut:
             COPY,
             weights,
         )
-        bins = math.ceil(self._high / self._width * length / (2 * math.pi)) + 1
         # A copy: the rest of the spectrum is not needed.
-        return np.asarray(fft.rfft(means, axis=-1, overwrite_x=True)[:, :bins].copy())
+        return fft.rfft(means, axis=-1, overwrite_x=True)[:, : self._bins(length) + 1].copy()
 
     def _grid(
         self,

@@ -14,7 +14,7 @@ from forcelab.signals.conditioning import condition
 from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Wavelet
 
-__all__ = ["log_polar", "real_share", "transform"]
+__all__ = ["log_polar", "transform"]
 
 Real = NDArray[np.float64]
 
@@ -51,6 +51,13 @@ def transform(
     ------
     InputError
         If `x` is empty or not channels, a scale is not positive or the tolerance is unknown.
+
+    Notes
+    -----
+    A slow strong force is cut where a block of samples ends, so that each scale errs by up to the
+    tolerance times a fiftieth of the channel's range times the root of the scale besides: more
+    than the tolerance where all coefficients of a scale are smaller than that. Interpolating in
+    single precision, for tolerances from 1e-7 on, adds up to 2e-7.
     """
     ready = condition(_channels(x))
     plan = plan_for(ready.values.shape[1], scales, wavelet, tolerance)
@@ -80,35 +87,6 @@ def log_polar(
     plan = plan_for(ready.values.shape[1], scales, wavelet, tolerance)
     shift = np.asarray(ready.exponent * math.log(2.0), dtype=np.float64)
     return plan.log_polar(ready.values, shift=shift, workers=workers)
-
-
-def real_share(x: ArrayLike, scales: Sequence[float] | Real) -> Real:
-    """The share of a Morlet wavelet's energy that lies on samples that were there.
-
-    Parameters
-    ----------
-    x : array_like, shape (n,)
-        NaN and infinity mark missing samples; beyond the ends all are missing.
-    scales : array_like, shape (k,)
-        In samples.
-
-    Returns
-    -------
-    ndarray, shape (k, n)
-        From 0 to 1. The energy is that of the envelope, ``exp(-t^2 / a^2) / (a sqrt(pi))``, of
-        which a stretch of samples holds half a difference of two error functions.
-    """
-    from scipy.special import erf
-
-    there = np.isfinite(np.asarray(x, dtype=np.float64))
-    sizes = np.asarray(scales, dtype=np.float64)[:, None]
-    change = np.diff(np.concatenate(([0], there.astype(np.int8), [0])))
-    index = np.arange(there.size)
-    share = np.zeros((len(sizes), there.size))
-    ends = zip(np.flatnonzero(change == 1), np.flatnonzero(change == -1), strict=True)
-    for first, last in ends:
-        share += 0.5 * (erf((last - 0.5 - index) / sizes) - erf((first - 0.5 - index) / sizes))
-    return share
 
 
 def _channels(x: ArrayLike) -> NDArray[Any]:

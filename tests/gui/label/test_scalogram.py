@@ -105,6 +105,17 @@ def test_hiding_ends_what_is_being_computed(panel, document, ran, app):
     assert panel.settled
 
 
+def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
+    open_panel.showMinimized()
+    document.set_span(1.0, 2.0)
+    QTest.qWait(120)
+    assert not ran
+    assert open_panel.settled
+    open_panel.showNormal()
+    until(lambda: ran and open_panel.settled)
+    assert open_panel.picture.start == pytest.approx(1.0)
+
+
 def test_only_the_visible_span_is_computed_at_the_screens_resolution(open_panel, document, until):
     document.set_span(2.0, 4.0)
     until(lambda: open_panel.settled)
@@ -177,7 +188,7 @@ def test_what_is_not_seen_yet_is_ready_when_somebody_pans(panel, document, jobs,
     until(lambda: not jobs.busy)
     picture = panel.picture
     assert picture.end == pytest.approx(20.0)
-    assert picture.view.tiles(picture.scales).complete
+    assert not picture.view.tiles(picture.scales).missing(0, 60_000)
     document.set_span(30.0, 55.0)
     until(lambda: panel.settled)
     assert panel.picture.view is picture.view

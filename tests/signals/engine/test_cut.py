@@ -56,6 +56,16 @@ def test_a_cut_wavelet_in_a_long_ring_is_the_plain_one_everywhere(tolerance, p, 
     assert worst(plan.coefficients(x), expected) < allowed
 
 
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-14])
+def test_a_band_that_ends_on_a_bin_exactly_is_had_as_a_whole(tolerance):
+    n = 271_173  # in a ring of 7 * 5 * 2**13 samples
+    x = condition(np.random.default_rng(2).standard_normal((1, n))).values
+    plan = Plan(n, [2.0], Morlet(), tolerance, False)
+    assert isinstance(plan._paths[0], Cut)
+    expected = transform_channels(x, np.array([2.0]), Morlet())
+    assert worst(plan.coefficients(x), expected) < tolerance + 1e-13
+
+
 @pytest.mark.usefixtures("_short_rings_are_long")
 def test_in_few_points_at_a_time_and_in_threads_it_is_the_same(monkeypatch):
     x, scales = channels(), [1.0, 2.0, 3.0]

@@ -17,7 +17,7 @@ from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
 from forcelab.signals.engine.design import TOLERANCES, design
 from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
-from forcelab.signals.engine.plan import Plan, plan_for
+from forcelab.signals.engine.plan import ROUNDING, Plan, plan_for
 from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
 
@@ -127,6 +127,22 @@ def test_every_tolerance_is_held_on_twenty_random_signals_at_every_scale_edges_i
         found = plan_for(n, scales, tolerance=tolerance).coefficients(x)
         errors = worst(x, found, scales, expected=expected)
         assert errors.max() < allowed(tolerance), tolerance
+
+
+@pytest.mark.parametrize("n", [7404, 150_000])
+@pytest.mark.parametrize("p", [0.3, 5.0])
+def test_what_a_slow_strong_force_adds_is_bounded(n, p):
+    slow = np.stack([np.linspace(0.0, 1.0, n), np.sin(3 * np.arange(n) / n)])
+    x, scales = slow + 1e-8 * white(n), np.array([1.3, 9.3, 35.4, 1000.0])
+    ready = condition(x)
+    expected = transform_channels(ready.values, scales, Morlet(p))
+    sizes = np.abs(expected).max(axis=2)
+    besides = np.ptp(ready.values, axis=1)[:, None] * np.sqrt(scales) / 50
+    for tolerance in TOLERANCES:
+        found = plan_for(n, scales, Morlet(p), tolerance).coefficients(ready.values)
+        error = np.abs(found - expected).max(axis=2)
+        held = allowed(tolerance) * sizes + tolerance * besides + ROUNDING * np.sqrt(scales)
+        assert np.all(error < held), tolerance
 
 
 def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():
