@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["ForcelabError", "InputError", "StaleTrackError", "UnclearAuthorError"]
+__all__ = [
+    "ForcelabError",
+    "InputError",
+    "StaleTrackError",
+    "UnclearAuthorError",
+    "UnclearRateError",
+]
 
 
 class ForcelabError(Exception):
@@ -18,6 +24,10 @@ class InputError(ForcelabError):
 
 class UnclearAuthorError(InputError):
     """Several coders labelled and none was chosen; whoever tells it adds how to choose one."""
+
+
+class UnclearRateError(InputError):
+    """A recording does not tell its rate; whoever tells it adds how to say that."""
 
 
 class StaleTrackError(ForcelabError):

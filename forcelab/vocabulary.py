@@ -100,7 +100,7 @@ class Vocabulary:
     Parameters
     ----------
     actions : iterable of Action
-        In the order in which they are listed on screen and numbered in legends.
+        In the order in which they are listed on screen.
 
     Raises
     ------

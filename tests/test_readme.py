@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,18 @@ def test_the_readme_shows_pictures_that_are_there():
 def test_the_example_recordings_are_what_the_generator_makes():
     found = {path.name: path.read_text("utf-8") for path in Path(ASSETS).glob("*.csv")}
     assert found == assets()
+
+
+def test_what_the_commands_write_into_a_clone_is_ignored():
+    """Somebody who tries them all has no new file to commit."""
+    ignored = [line.strip("/") for line in (ROOT / ".gitignore").read_text("utf-8").splitlines()]
+    commands = re.findall(r"^(?:\$|\.ci/setup|  forcelab) .*", TEXT, re.M)
+    named = re.findall(
+        r"(?:--(?:screenshot|figure|confusion|json|out)|[>])\s+([\w.-]+)(?![\w.{}/-])",
+        "\n".join(commands),
+    )
+    named += ["ttyACM0.bin", *re.findall(r"[\w-]+\.forcelab\b", "\n".join(commands))]
+    assert {"window-dark.png", "ports.json", "cat.txt", "tongs.skops", "labels"} <= set(named)
+    for name in named:
+        places = (name, f"{name}/")
+        assert any(fnmatch(place, rule) for place in places for rule in ignored), name

@@ -76,7 +76,7 @@ class Device(Protocol):
         """Whether its last value holds."""
 
     def open(self) -> None:
-        """Connect and configure.
+        """Connect and configure, as a device that nothing is known of: a zero is forgotten.
 
         Raises
         ------
@@ -94,7 +94,11 @@ class Device(Protocol):
         """
 
     def zero(self) -> None:
-        """Take the present readings for zero."""
+        """Take the present readings for zero.
+
+        That holds until the device is zeroed again or opened anew, and so after a cable was
+        unplugged and plugged in again too.
+        """
 
     def remarks(self) -> tuple[str, ...]:
         """What went wrong since the last time this was asked, a sentence each."""

@@ -1,5 +1,11 @@
 """Calibration of DAQs that are read live: the same files as for dumps, found by serial number."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from forcelab.demonstration import Channel
 from forcelab.formats.optoforce.calibration import (
     ANY,
     Calibration,
@@ -8,4 +14,38 @@ from forcelab.formats.optoforce.calibration import (
     read_calibrations,
 )
 
-__all__ = ["ANY", "Calibration", "Calibrations", "channels_of", "read_calibrations"]
+__all__ = [
+    "ANY",
+    "Calibration",
+    "Calibrations",
+    "channels_of",
+    "counting",
+    "read_calibrations",
+    "uncalibrated",
+]
+
+
+class _Told(Protocol):
+    """What is known of a device."""
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+
+    @property
+    def channels(self) -> Sequence[Channel]:
+        """What it gives."""
+
+
+def counting(device: _Told) -> bool:
+    """Whether a device that is open gives the raw counts of an OptoForce DAQ."""
+    called = device.name.startswith("optoforce:")
+    return called and any(not channel.unit for channel in device.channels)
+
+
+def uncalibrated(name: str, cure: str = "give ?calibration=FILE") -> str:
+    """What is said of a device that gives raw counts, before it is recorded, and what to do."""
+    return (
+        f"{name} is not calibrated: its forces are recorded as raw counts, which do not compare "
+        f"with newtons; {cure}."
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TypeVar
+from urllib.parse import quote, unquote
 
 from forcelab.capture.blocks import Device
 from forcelab.capture.discovery import port_of
@@ -13,7 +14,15 @@ from forcelab.capture.optoforce_device import OptoForce
 from forcelab.capture.text_device import TextLine
 from forcelab.errors import InputError
 
-__all__ = ["Encoder", "OptoForce", "TextLine", "device_named", "number_sensors"]
+__all__ = [
+    "Encoder",
+    "OptoForce",
+    "TextLine",
+    "calibrated_by",
+    "device_named",
+    "number_sensors",
+    "said",
+]
 
 T = TypeVar("T")
 D = TypeVar("D")
@@ -35,7 +44,8 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         ``KIND:PORT?OPTION=VALUE&...``. Without a port the only device of that kind is meant.
         Options are, of ``optoforce``, `rate` (Hz), `filter` (Hz, 0 for none), `calibration` (a
         file) and `serial`; of ``text`` `baud` and `rate`; of ``encoder`` `scale` (units a count),
-        `unit`, `channel`, `rate` and `reverse` (yes or no).
+        `unit`, `channel`, `rate` and `reverse` (yes or no). In port and values ``%26`` is an
+        ampersand, ``%3F`` a question mark and ``%25`` a percent sign; see :func:`said`.
 
     Raises
     ------
@@ -48,9 +58,9 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
             f"'{name}' is no device; write optoforce:PORT, text:PORT or encoder:PORT, such as "
             f"optoforce:/dev/ttyACM0."
         )
-    port, _, said = rest.partition("?")
-    options = _Options(name, kind, said)
-    path = port or port_of(kind)
+    port, _, behind = rest.partition("?")
+    options = _Options(name, kind, behind)
+    path = unquote(port) or port_of(kind)
     if kind == "optoforce":
         return OptoForce(
             path,
@@ -75,6 +85,20 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
     )
 
 
+def said(words: str) -> str:
+    """A port or a value as it stands in a name: what would end it there is written as ``%26``."""
+    return quote(words, safe="/:=,;+@ ~!$'()*\\")
+
+
+def calibrated_by(name: str, file: Path | None) -> str:
+    """The name of a device with another calibration file, or with none; its other options stay."""
+    place, _, behind = name.partition("?")
+    parts = [part for part in behind.split("&") if part and not part.startswith("calibration=")]
+    if file is not None:
+        parts.append(f"calibration={said(str(file))}")
+    return "?".join([place, *(["&".join(parts)] if parts else [])])
+
+
 def number_sensors(devices: Sequence[Device]) -> None:
     """Number the sensors of open devices through, so that no two channels have the same name.
 
@@ -93,17 +117,18 @@ def number_sensors(devices: Sequence[Device]) -> None:
 class _Options:
     """What stands behind the question mark of a name."""
 
-    def __init__(self, name: str, kind: str, said: str) -> None:
+    def __init__(self, name: str, kind: str, behind: str) -> None:
         self._name = name
         self._values: dict[str, str] = {}
-        for part in said.split("&") if said else []:
+        for part in behind.split("&") if behind else []:
             key, equals, value = part.partition("=")
             if key not in OPTIONS[kind] or not equals or key in self._values:
                 raise InputError(
                     f"'{part}' in '{name}' means nothing; {kind} takes "
-                    f"{', '.join(f'{option}=...' for option in OPTIONS[kind])}, each once."
+                    f"{', '.join(f'{option}=...' for option in OPTIONS[kind])}, each once"
+                    f"{'' if equals else '; an & within a value is written as %26'}."
                 )
-            self._values[key] = value
+            self._values[key] = unquote(value)
 
     def take(self, key: str, kind: Callable[[str], T], default: D, right: str = "") -> T | D:
         """The value of an option, or what it is where nothing was said.

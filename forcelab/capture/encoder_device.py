@@ -22,7 +22,9 @@ ANSWERS = 1.0
 class Encoder(LineDevice):
     """The opening of the tongs by a quadrature encoder behind a QSB; see ``Device``.
 
-    It sends its count when that changes: in between the last value holds.
+    It sends its count when that changes: in between the last value holds. A zero holds over the
+    cable as that of every device does; but without power the adapter forgets what it counted, and
+    whether it had any is not told: a remark asks to zero it again.
 
     Parameters
     ----------
@@ -78,6 +80,11 @@ class Encoder(LineDevice):
     def statistics(self) -> dict[str, int]:
         """What became of the lines since it was opened first."""
         return {"junk_lines": self._parser.junk_lines, "connections": self.connections}
+
+    def open(self) -> None:
+        """Connect and have it stream; see ``Device.open``."""
+        self._parser, self._zero, self._count, self.serial = EncoderParser(), 0, 0, None
+        super().open()
 
     def read(self, timeout: float) -> Block | None:
         """What has arrived; see ``Device.read``."""

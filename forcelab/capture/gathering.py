@@ -154,18 +154,21 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
     """What is said of samples that are missing."""
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
-    sentences = []
+    sentences, gaps = [], len(stream.away)
     if stream.even and ticks is not None and len(ticks) > 1:
         period = float(np.median(np.diff(stream.host)))
         missing = np.round(np.diff(stream.host) / period) - 1
         lost = int(np.minimum(missing, np.diff(ticks) - 1)[missing > 0].clip(0).sum())
         if lost:
-            sentences.append(f"{lost} samples of {name} were lost")
+            gaps += lost
+            were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
+            sentences.append(f"{were.format(name)} lost")
     if stream.away:
         number = len(stream.away)
-        who = "it" if sentences else name
+        who = "the device" if sentences else name
         sentences.append(f"{who} was unplugged {'once' if number == 1 else f'{number} times'}")
-    return f"{' and '.join(sentences)}; they are gaps." if sentences else ""
+    which = "that is a gap" if gaps == 1 else "these are gaps"
+    return f"{' and '.join(sentences)}; {which}." if sentences else ""
 
 
 def channels_of_all(devices: Sequence[Sequence[Channel]]) -> tuple[Channel, ...]:

@@ -19,7 +19,15 @@ from forcelab.capture.wander import ZeroWander
 from forcelab.demonstration import Channel
 from forcelab.errors import ForcelabError
 
-__all__ = ["FORCES", "OVERLOAD", "PLUGGED", "UNPLUGGED", "DeviceReader", "DeviceState"]
+__all__ = [
+    "FORCES",
+    "FORCE_NAME",
+    "OVERLOAD",
+    "PLUGGED",
+    "UNPLUGGED",
+    "DeviceReader",
+    "DeviceState",
+]
 
 #: What events in the journal are called.
 UNPLUGGED, PLUGGED = "unplugged", "plugged in again"
@@ -28,7 +36,7 @@ OVERLOAD = 0x03F0
 #: Units of channels that read zero when nothing is touched.
 FORCES = frozenset({"N", "mN", "kN", "Nm", "N m", "Nmm", "N mm", "mNm", "mN m", "g", "kg"})
 
-_FORCE = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
+FORCE_NAME = re.compile(r"[ft][xyz]\d*")  # raw counts have no unit, but the name of a force
 _WAIT = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
 _RECENT = 2.0  # s for which an alarm is shown after its cause
@@ -192,7 +200,7 @@ class DeviceReader:
         return tuple(
             (channel, by)
             for channel, by in zip(self.device.channels, wander, strict=True)
-            if by and (channel.unit in FORCES or _FORCE.fullmatch(channel.name))
+            if by and (channel.unit in FORCES or FORCE_NAME.fullmatch(channel.name))
         )
 
     def close(self) -> None:

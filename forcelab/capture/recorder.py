@@ -7,7 +7,6 @@ import time
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
-from types import TracebackType
 
 from forcelab import __version__
 from forcelab.capture.blocks import Device
@@ -17,6 +16,7 @@ from forcelab.capture.devices import number_sensors
 from forcelab.capture.journal import SUFFIX, Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name, videos
+from forcelab.capture.opened import Opened
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.recorder_state import RecorderState
 from forcelab.capture.ring import Window
@@ -26,7 +26,7 @@ from forcelab.project import Project
 __all__ = ["Recorder"]
 
 
-class Recorder:
+class Recorder(Opened):
     """Reads devices and cameras from :meth:`open` to :meth:`close`, and records in between.
 
     A context manager. Its methods are for one thread; whoever shows it asks every now and then.
@@ -95,18 +95,6 @@ class Recorder:
         if self._journal is not None:
             self._journal.close()
             self._journal = None
-
-    def __enter__(self) -> Recorder:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     # Recording
 

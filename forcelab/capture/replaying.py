@@ -1,26 +1,27 @@
-"""A recording played in real time by virtual DAQs, one for each 3-axis sensor."""
+"""A recording played in real time by virtual devices: a DAQ for each 3-axis sensor, or a board."""
 
 from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.calibration import Calibrations
+from forcelab.capture.opened import Opened
 from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_lines import VirtualTextLine
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import KINDS
 from forcelab.signals.channels import channel_map
 
-__all__ = ["Replay", "Sensor", "sensors_of"]
+__all__ = ["Board", "Replay", "Sensor", "board_of", "sensors_of"]
 
 #: Counts that a packet can hold.
 LARGEST = 32_767
@@ -51,6 +52,36 @@ class Sensor:
     counts: NDArray[np.int64]
     missing: NDArray[np.bool_]
     clipped: int
+
+
+@dataclass(frozen=True)
+class Board:
+    """All channels of a recording, as a microcontroller would print them.
+
+    Parameters
+    ----------
+    names, units : tuple of str
+        Of the channels.
+    values : ndarray, shape (n, c)
+        NaN where the recording has no reading.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: NDArray[np.float64]
+
+    @property
+    def header(self) -> tuple[str, ...]:
+        """What stands above its columns."""
+        both = zip(self.names, self.units, strict=True)
+        return tuple(f"{name} [{unit}]" if unit else name for name, unit in both)
+
+
+def board_of(demonstration: Demonstration) -> Board:
+    """A recording's channels, whatever they measure."""
+    channels = demonstration.channels
+    names, units = tuple(c.name for c in channels), tuple(c.unit for c in channels)
+    return Board(names, units, np.asarray(demonstration.signals))
 
 
 def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tuple[Sensor, ...]:
@@ -94,8 +125,8 @@ def sensors_of(demonstration: Demonstration, calibrations: Calibrations) -> tupl
     return tuple(sensors)
 
 
-class Replay:
-    """Virtual DAQs that play a recording together.
+class Replay(Opened):
+    """Virtual devices that play a recording together.
 
     Each gives its first sample over and over until all ports are opened and `lead` seconds have
     passed since then; all begin at the same moment.
@@ -104,8 +135,8 @@ class Replay:
     ----------
     demonstration : Demonstration
         The recording.
-    sensors : sequence of Sensor
-        Of it; see :func:`sensors_of`.
+    parts : sequence of Sensor or Board
+        Of it, a device each; see :func:`sensors_of` and :func:`board_of`.
     speed : float
         Recorded seconds in one second.
     lead : float
@@ -120,7 +151,7 @@ class Replay:
     def __init__(
         self,
         demonstration: Demonstration,
-        sensors: tuple[Sensor, ...],
+        parts: Sequence[Sensor | Board],
         *,
         speed: float = 1.0,
         lead: float = 1.0,
@@ -130,7 +161,7 @@ class Replay:
                 f"Replaying needs a speed above 0 and a lead of 0 s or more, not {speed:g} and "
                 f"{lead:g} s."
             )
-        self.sensors = sensors
+        self.parts = tuple(parts)
         #: Seconds that playing takes.
         self.seconds = demonstration.duration / speed
         self._speed, self._lead = speed, lead
@@ -138,24 +169,16 @@ class Replay:
         self._period = demonstration.period
         self._start: float | None = None
         self._folder: Path | None = None
-        self.devices: list[VirtualOptoForce] = []
-        for number, sensor in enumerate(sensors):
-            device = VirtualOptoForce(
-                self._source(number, sensor),
-                demonstration.rate * speed,
-                serial=sensor.serial,
-                path=Path(f"ttyACM{number}"),
-                absent=self._absent(number, sensor),
-                waits=True,
-            )
-            self.devices.append(device)
+        rate = demonstration.rate * speed
+        self.devices = [self._device(number, part, rate) for number, part in enumerate(self.parts)]
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Their names, once it was entered."""
+        """Their names, once it was opened."""
         return tuple(device.port for device in self.devices)
 
-    def __enter__(self) -> Replay:
+    def open(self) -> None:
+        """Switch all on, each at a port of its own."""
         self._folder = Path(tempfile.mkdtemp(prefix="forcelab-replay-"))
         try:
             for device in self.devices:
@@ -164,15 +187,6 @@ class Replay:
         except BaseException:
             self.close()
             raise
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Switch all off; closing twice is fine."""
@@ -213,14 +227,38 @@ class Replay:
         nearer = recorded - self._times[after - 1] <= self._times[after] - recorded
         return after - nearer
 
-    def _source(
-        self, number: int, sensor: Sensor
-    ) -> Callable[[NDArray[np.float64]], NDArray[np.int64]]:
-        """What a device reads."""
-        return lambda times: sensor.counts[self._nearest(self._recorded(number, times))]
+    def _device(
+        self, number: int, part: Sensor | Board, rate: float
+    ) -> VirtualOptoForce | VirtualTextLine:
+        """The device that plays a part."""
+
+        def now(times: NDArray[np.float64]) -> NDArray[np.int64]:
+            return self._nearest(self._recorded(number, times))
+
+        if isinstance(part, Board):
+            return VirtualTextLine(
+                lambda times: part.values[now(times)],
+                rate,
+                names=part.header,
+                header=True,
+                clock="micros",
+                separator="\t",
+                decimals=6,
+                path=Path(f"ttyUSB{number}"),
+                absent=self._absent(number, np.zeros(len(part.values), dtype=np.bool_)),
+                waits=True,
+            )
+        return VirtualOptoForce(
+            lambda times: part.counts[now(times)],
+            rate,
+            serial=part.serial,
+            path=Path(f"ttyACM{number}"),
+            absent=self._absent(number, part.missing),
+            waits=True,
+        )
 
     def _absent(
-        self, number: int, sensor: Sensor
+        self, number: int, missing: NDArray[np.bool_]
     ) -> Callable[[NDArray[np.float64]], NDArray[np.bool_]]:
         """Where a device reads nothing: in the recording's gaps."""
 
@@ -228,6 +266,6 @@ class Replay:
             recorded = self._recorded(number, times)
             nearest = self._nearest(recorded)
             far = np.abs(recorded - self._times[nearest]) > 0.5 * GAP_PERIODS * self._period
-            return sensor.missing[nearest] | far
+            return missing[nearest] | far
 
         return absent

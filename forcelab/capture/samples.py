@@ -14,7 +14,7 @@ import numpy as np
 from forcelab.capture.blocks import Block
 from forcelab.errors import InputError
 
-__all__ = ["Samples", "block_bytes", "block_of"]
+__all__ = ["Samples", "block_bytes"]
 
 _BLOCK = struct.Struct("<IHBx")
 _TICKS, _STATUS = 1, 2
@@ -33,19 +33,6 @@ def block_bytes(block: Block) -> bytes:
     if block.status is not None:
         parts.append(_raw(block.status, "<u2"))
     return b"".join(parts)
-
-
-def block_of(payload: bytes) -> Block:
-    """The block of samples in the payload of a record.
-
-    Raises
-    ------
-    InputError
-        If its length is not what it says of itself.
-    """
-    samples = Samples(_columns_of(payload))
-    samples.add(payload)
-    return samples.block()
 
 
 class Samples:

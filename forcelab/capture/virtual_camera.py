@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["VirtualCamera", "frame_number"]
+__all__ = ["BITS", "VirtualCamera"]
 
 #: OpenCV's numbers of what a capture object can be asked.
 POSITION_MS, WIDTH, HEIGHT, RATE = 0, 3, 4, 5
@@ -86,10 +86,6 @@ class VirtualCamera:
         self._held: _Frame | None = None
         self._released = False
         self._latest = self.start
-
-    def true_times(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
-        """When frames were taken, in seconds of the host's monotonic clock."""
-        return self.start + numbers / self.rate
 
     def isOpened(self) -> bool:  # noqa: N802 - as OpenCV calls it
         """Whether it can be read."""
@@ -170,16 +166,3 @@ def _picture(number: int, width: int, height: int) -> NDArray[np.uint8]:
     left = 4 * number % width
     out[2 * side :, left : left + side] = (40, 200, 240)
     return out
-
-
-def frame_number(picture: NDArray[np.uint8]) -> int:
-    """The number in a picture's top rows, modulo 65,536; lossy coding does it no harm.
-
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (height, width, 3)
-        Of a :class:`VirtualCamera`, as it was or out of a video file.
-    """
-    side = picture.shape[1] // BITS
-    squares = picture[:side, : side * BITS].mean(axis=(0, 2)).reshape(BITS, side)
-    return int(((squares.mean(axis=1) > 127) << np.arange(BITS)).sum())

@@ -1,4 +1,4 @@
-"""Virtual devices that speak in lines: a microcontroller's readings, and an encoder's counts."""
+"""A virtual microcontroller, which prints its readings in lines."""
 
 from __future__ import annotations
 
@@ -11,21 +11,33 @@ from numpy.typing import NDArray
 from forcelab.capture.virtual_port import BURST, VirtualPort
 from forcelab.capture.virtual_streams import Run, Truth, truth_of
 
-__all__ = ["Readings", "VirtualEncoder", "VirtualTextLine"]
+__all__ = ["Readings", "RegularPort", "VirtualTextLine"]
 
 #: Numbers at device times (s), shape (m,): shape (m, c).
 Readings = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-#: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
-#: looks, its clock, its count, what it is, and how it replies.
-THRESHOLD, INTERVAL, CLOCK, COUNT, VERSION, FORMAT = "0B", "0C", "0D", "0E", "14", "15"
-#: Bits of the last: line feed, carriage return, a time stamp before them, blanks between all.
-LINE_FEED, RETURN, STAMPED, SPACED = 1, 2, 4, 8
-#: Steps a second of its clock.
-STAMP_RATE = 512.0
+#: Which samples are never sent, by their device times (s), shape (m,).
+Absent = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 
 
-class _Regular(VirtualPort):
-    """A device that takes samples at one rate, and its truth."""
+class RegularPort(VirtualPort):
+    """A device that takes samples at one rate, and its truth.
+
+    Parameters
+    ----------
+    source : callable
+        Readings, shape (m, c), at device times (s), shape (m,).
+    rate : float
+        Samples a second of its own clock.
+    clock_ppm, path, burst, waits
+        As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
+    absent : callable, optional
+        Which samples never leave it, by their device times (s).
+
+    Attributes
+    ----------
+    duration : float
+        Seconds of the device's clock after which it has nothing more to send; can be set later.
+    """
 
     def __init__(
         self,
@@ -35,13 +47,21 @@ class _Regular(VirtualPort):
         path: Path | None,
         burst: float,
         waits: bool,
+        absent: Absent | None = None,
     ) -> None:
         super().__init__(path, burst=burst, waits=waits)
+        self.duration = np.inf
+        self._absent = absent
         self._source, self._rate, self._pace = source, rate, 1.0 + 1e-6 * clock_ppm
         self._runs: list[Run] = []
         self._sent = 0
         self._last = (0, 0)
         self._spoiled: list[NDArray[np.int64]] = []
+
+    @property
+    def begun(self) -> float | None:
+        """When its own clock began, in seconds of the host's monotonic one; None before that."""
+        return self._runs[0].start if self._runs else None
 
     def truth(self) -> Truth:
         """What was measured and when, up to now; settled once the device is closed."""
@@ -56,9 +76,16 @@ class _Regular(VirtualPort):
         """Device times (s) and readings of the samples taken since the last time."""
         run = self._runs[-1]
         samples = np.arange(self._sent, run.first + run.due(now))
+        times = run.device_times(samples)
+        samples, times = samples[times < self.duration], times[times < self.duration]
+        if run.device + (now - run.start) * run.pace >= self.duration:
+            self.ended.set()
         self._last = (self._sent, self._sent + len(samples))
         self._sent += len(samples)
-        times = run.device_times(samples)
+        if self._absent is not None and len(times):
+            gone = self._absent(times)
+            self._spoiled.append(samples[gone])
+            times = times[~gone]
         return times, self._source(times)
 
     def _unheard(self) -> None:
@@ -66,7 +93,7 @@ class _Regular(VirtualPort):
             self._spoiled.append(np.arange(*self._last))
 
 
-class VirtualTextLine(_Regular):
+class VirtualTextLine(RegularPort):
     """A microcontroller that prints a line for each sample.
 
     Parameters
@@ -82,7 +109,8 @@ class VirtualTextLine(_Regular):
     labelled : bool
         Whether each value stands behind its name and a colon.
     clock : str
-        Name of a first column with the device's time in milliseconds; empty for none.
+        Name of a first column with the device's time, in microseconds if it is ``"micros"``, else
+        in milliseconds; empty for none.
     separator : str
         What stands between values.
     decimals : int
@@ -91,7 +119,7 @@ class VirtualTextLine(_Regular):
         Share of the lines before which there is one that means nothing.
     seed : int
         Of the junk.
-    clock_ppm, path, burst, waits
+    clock_ppm, path, burst, waits, absent
         As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
     """
 
@@ -112,8 +140,9 @@ class VirtualTextLine(_Regular):
         path: Path | None = None,
         burst: float = BURST,
         waits: bool = False,
+        absent: Absent | None = None,
     ) -> None:
-        super().__init__(source, rate, clock_ppm, path, burst, waits)
+        super().__init__(source, rate, clock_ppm, path, burst, waits, absent)
         #: All that it was sent.
         self.heard = b""
         self._names, self._header, self._labelled = tuple(names), header, labelled
@@ -143,123 +172,10 @@ class VirtualTextLine(_Regular):
         if self._labelled:
             cells = [f"{name}:{cell}" for name, cell in zip(self._names, cells, strict=True)]
         if self._clock:
-            stamp = f"{1000.0 * time:.0f}"
+            stamp = f"{(1e6 if self._clock == 'micros' else 1e3) * time:.0f}"
             cells.insert(0, f"{self._clock}:{stamp}" if self._labelled else stamp)
         return self._separator.join(cells)
 
     def _heard(self, data: bytes) -> bytes:
         self.heard += data
         return b""
-
-
-class VirtualEncoder(_Regular):
-    """A quadrature encoder behind a QSB adapter: it streams on change once it is told to.
-
-    Its replies are ``r``, ``w``, ``s`` or ``e``, the register, the value in hexadecimal, and where
-    register 15 says so a time stamp; then ``!`` if the adapter is one that ends so. See
-    :mod:`forcelab.capture.encoder`.
-
-    Parameters
-    ----------
-    source : callable
-        Counts, shape (m, 1), at device times (s), shape (m,).
-    rate : float
-        How often a second it looks whether the count has changed.
-    bang : bool
-        Whether its replies end with ``!``.
-    serial : int
-        Its serial number.
-    clock_ppm, path, burst, waits
-        As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
-    """
-
-    def __init__(
-        self,
-        source: Readings,
-        rate: float = STAMP_RATE,
-        *,
-        bang: bool = True,
-        serial: int = 81_830,
-        clock_ppm: float = 0.0,
-        path: Path | None = None,
-        burst: float = BURST,
-        waits: bool = False,
-    ) -> None:
-        super().__init__(source, rate, clock_ppm, path, burst, waits)
-        #: All commands it was given.
-        self.commands: list[str] = []
-        self._end, self._serial = "!" if bang else "", serial
-        self._asked = ""
-        self._now = 0.0
-        self._reset()
-
-    def _reset(self) -> None:
-        """As it is when it is switched on: it has lost its count."""
-        self._streams = False
-        self._registers = {FORMAT: LINE_FEED | RETURN, VERSION: self._serial << 12 | 6}
-        self._clock = self._now
-        self._offset: int | None = None
-        self._count = self._shown = 0
-
-    def _begin(self, now: float) -> None:
-        super()._begin(now)
-        self._reset()
-
-    def _due(self, now: float) -> bytes:
-        times, values = self._next(now)
-        out = b""
-        threshold = self._registers.get(THRESHOLD, 0)
-        for time, count in zip(times.tolist(), values[:, 0].tolist(), strict=True):
-            if self._offset is None:
-                self._offset = round(count)
-            self._now, self._count = time, round(count) - self._offset
-            if self._streams and abs(self._count - self._shown) >= threshold:
-                self._shown = self._count
-                out += self._reply("s", COUNT, self._count)
-        return out
-
-    def _heard(self, data: bytes) -> bytes:
-        *lines, self._asked = (self._asked + data.decode("ascii", "replace")).split("\n")
-        commands = [line.strip().upper() for line in lines]
-        return b"".join(self._answer(command) for command in commands if command)
-
-    def _answer(self, command: str) -> bytes:
-        """What it replies to one command."""
-        self.commands.append(command)
-        verb, register, digits = command[:1], command[1:3], command[3:]
-        try:
-            number = int(digits or "0", 16)
-        except ValueError:
-            return self._reply("e", "00", 0)
-        if verb == "W":
-            self._write(register, number)
-        elif verb in {"R", "S"} and register == COUNT:
-            self._streams = verb == "S"
-            number = self._shown = self._count
-        elif verb == "R":
-            number = self._registers.get(register, 0)
-        else:
-            return self._reply("e", "00", 0)
-        return self._reply(verb.lower(), register, number)
-
-    def _write(self, register: str, number: int) -> None:
-        """Do what a register stands for."""
-        self._registers[register] = number
-        if register == INTERVAL and number and self._runs:
-            last = self._runs[-1]
-            sent = np.array([self._sent])
-            start, device = float(last.host_times(sent)[0]), float(last.device_times(sent)[0])
-            self._runs.append(Run(self._sent, start, device, STAMP_RATE / number, self._pace))
-        elif register == CLOCK:
-            self._clock = self._now
-
-    def _reply(self, verb: str, register: str, value: int) -> bytes:
-        """One reply, in the format that register 15 asks for."""
-        style = self._registers[FORMAT]
-        parts = [verb, register, f"{value & 0xFFFFFFFF:08X}"]
-        if style & STAMPED:
-            parts.append(f"{int((self._now - self._clock) * STAMP_RATE) & 0xFFFFFFFF:08X}")
-        if self._end:
-            parts.append(self._end)
-        ending = "\r" * bool(style & RETURN) + "\n" * bool(style & LINE_FEED)
-        return ((" " if style & SPACED else "").join(parts) + ending).encode("ascii")

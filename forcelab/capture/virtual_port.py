@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from types import TracebackType
 
+from forcelab.capture.opened import Opened
 from forcelab.errors import InputError
 
 __all__ = ["BURST", "VirtualPort"]
@@ -25,7 +25,7 @@ BACKLOG = 65_536
 PATIENCE = 10.0
 
 
-class VirtualPort:
+class VirtualPort(Opened):
     """A thread behind a pseudo-terminal, with its name in a folder of its own.
 
     The name is a symbolic link, so that it stays the same when the device is unplugged and comes
@@ -95,18 +95,6 @@ class VirtualPort:
         if self._folder is not None:
             with contextlib.suppress(OSError):
                 self._folder.rmdir()
-
-    def __enter__(self) -> VirtualPort:
-        self.open()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def unplug(self) -> None:
         """Pull the cable: readers see an error, the port's name is gone."""

@@ -7,13 +7,18 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import printable
 from forcelab.cli.parser import build_parser
 from forcelab.cli.stopping import Stopped, stoppable
-from forcelab.errors import ForcelabError, UnclearAuthorError
+from forcelab.errors import ForcelabError, UnclearAuthorError, UnclearRateError
 
 __all__ = ["main"]
+
+#: The options that cure errors which cannot know of them.
+CURES = {UnclearAuthorError: "--author", UnclearRateError: "--rate"}
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -28,9 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        0 when all went well, 1 when the data or a setting stands in the way, 2 when the command
+        0 when all went well, 1 when a file or a project stands in the way, 2 when the command
         line itself is wrong, 130 after Ctrl+C, 128 and the signal's number after another one.
     """
+    _open_streams()
     try:
         arguments = build_parser().parse_args(
             _for_the_window(sys.argv[1:] if argv is None else argv)
@@ -42,11 +48,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         with stoppable():
             command = import_module(f"forcelab.cli.{arguments.module}")
             status = command.run(arguments)
-        if sys.stdout is not None:  # it is None when the program was started with it closed
-            sys.stdout.flush()
+        sys.stdout.flush()
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
-        return 1
+        return 2 if isinstance(error, WrongWordError) else 1
     except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
         return 128 + (stop.number if isinstance(stop, Stopped) else signal.SIGINT)
@@ -71,12 +76,21 @@ def _for_the_window(argv: Sequence[str]) -> list[str]:
 
 def _sentence(error: ForcelabError) -> str:
     """An error's sentence, with the option that cures it where the error cannot know of one."""
-    if isinstance(error, UnclearAuthorError):
-        return f"{str(error).removesuffix('.')} (--author)."
-    return str(error)
+    option = next((option for kind, option in CURES.items() if isinstance(error, kind)), None)
+    return f"{str(error).removesuffix('.')} ({option})." if option else str(error)
+
+
+def _open_streams() -> None:
+    """Let what is said to a stream that was closed from the beginning go nowhere.
+
+    Python leaves None there, and what is printed to None goes to standard output.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - until the end
+            setattr(sys, name, nowhere)
 
 
 def _drop_output() -> None:
     """Let what is still to be written go nowhere; Python would complain again when it closes."""
-    if sys.stdout is not None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from forcelab.cli.newcomers import telling_newcomers
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, table
 from forcelab.errors import InputError
 from forcelab.project import Assignment, DemonstrationInfo, Project
@@ -18,10 +20,11 @@ def run(arguments: argparse.Namespace) -> None:
         chosen = _chosen(project, infos, arguments)
         if chosen:
             _check_author(arguments.author)
-            for id_ in chosen:
-                _carry_out(project, id_, arguments)
+            with telling_newcomers(arguments.project):
+                for id_ in chosen:
+                    _carry_out(project, id_, arguments)
         elif arguments.open or arguments.done or arguments.reopen or arguments.remove:
-            raise InputError("No demonstration was named; give names, ids or --task.")
+            raise WrongWordError("No demonstration was named; give names, ids or --task.")
         assignments = project.assignments(arguments.author)
     if chosen:
         assignments = tuple(one for one in assignments if one.demonstration in chosen)
@@ -53,7 +56,7 @@ def _chosen(
 def _check_author(author: str | None) -> None:
     """Refuse to assign to nobody."""
     if author is None:
-        raise InputError("Nobody was named; say who the coder is with --author NAME.")
+        raise WrongWordError("Nobody was named; say who the coder is with --author NAME.")
 
 
 def _carry_out(project: Project, id_: str, arguments: argparse.Namespace) -> None:

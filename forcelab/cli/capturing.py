@@ -10,12 +10,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
+from forcelab.capture.blocks import Device
+from forcelab.capture.calibration import counting, uncalibrated
 from forcelab.capture.camera_device import Capture, open_camera
 from forcelab.capture.devices import device_named
 from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.recorder_state import RecorderState
 from forcelab.cli import capture_listing
+from forcelab.cli.newcomers import telling_newcomers
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import counted, json_text, printable
 from forcelab.cli.recognising_live import told
 from forcelab.cli.stopping import unbroken
@@ -35,27 +39,28 @@ def run(arguments: argparse.Namespace) -> int:
         capture_listing.run(arguments)
         return 0
     if arguments.project is None:
-        raise InputError("Name the project to record into, or give --list.")
+        raise WrongWordError("Name the project to record into, or give --list.")
     if arguments.recover:
         return _recover(arguments.project, arguments.json)
     _check(arguments)
-    _record(arguments)
+    with telling_newcomers(arguments.project):
+        _record(arguments)
     return 0
 
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse what cannot be recorded."""
     if not arguments.device:
-        raise InputError(
+        raise WrongWordError(
             "Name what to record, such as --device optoforce:/dev/ttyACM0; --list shows what is "
             "plugged in."
         )
     if not arguments.task:
-        raise InputError("Say of which task the recording is (--task).")
+        raise WrongWordError("Say of which task the recording is (--task).")
     if arguments.seconds is not None and not 0 < arguments.seconds < math.inf:
-        raise InputError(f"--seconds must be positive, not {arguments.seconds:g}.")
+        raise WrongWordError(f"--seconds must be positive, not {arguments.seconds:g}.")
     if arguments.latency is not None and arguments.recogniser is None:
-        raise InputError("--latency is that of a recogniser; name one with --recogniser FILE.")
+        raise WrongWordError("--latency is that of a recogniser; name one with --recogniser FILE.")
 
 
 def _record(arguments: argparse.Namespace) -> None:
@@ -70,6 +75,8 @@ def _record(arguments: argparse.Namespace) -> None:
             name = arguments.recogniser.stem
             live = LiveRecognition(recogniser, name, latency, recorder, devices)
         _ready(arguments.project)
+        for sentence in _warnings(devices, live):
+            _say(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
             live.begin()
@@ -95,6 +102,12 @@ def _record(arguments: argparse.Namespace) -> None:
         print(_told(kept, state))
         if recognised is not None:
             print(printable(told(recognised)))
+
+
+def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
+    """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
+    found = [uncalibrated(device.name) for device in devices if counting(device)]
+    return found if live is None else [*found, *live.remarks]
 
 
 def _found(found: Sequence[Recognised], live: LiveRecognition, out: TextIO) -> None:

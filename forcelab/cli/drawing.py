@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from forcelab.cli.files import make_folder
+from forcelab.cli.files import filling
 from forcelab.cli.output import json_text
 
 
@@ -14,10 +14,10 @@ def run(arguments: argparse.Namespace) -> None:
     from forcelab.gui.figures import cluster_figure, wavelet_figure
 
     folder: Path = arguments.folder
-    make_folder(folder, [])
     written = []
-    for name, figure in (("wavelets", wavelet_figure()), ("clusters", cluster_figure())):
-        path = folder / f"{name}.{arguments.format}"
-        figure.save(path)
-        written.append(str(path))
+    with filling(folder):
+        for name, figure in (("wavelets", wavelet_figure()), ("clusters", cluster_figure())):
+            path = folder / f"{name}.{arguments.format}"
+            figure.save(path)
+            written.append(str(path))
     print(json_text({"written": written}) if arguments.json else "\n".join(written))

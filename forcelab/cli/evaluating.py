@@ -11,9 +11,9 @@ from typing import Any
 from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs, file_names
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import counted, json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings import choice_from, settings_from
-from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.intervals import METHOD, Intervals
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Evaluate, print the scores, and write what was asked for."""
     settings = settings_from(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
-        raise InputError(f"--jobs is 1 or more, not {arguments.jobs}.")
+        raise WrongWordError(f"--jobs is 1 or more, not {arguments.jobs}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
     asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]

@@ -6,8 +6,8 @@ import argparse
 from dataclasses import asdict
 
 from forcelab.assets import asset
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text
-from forcelab.errors import InputError
 from forcelab.glossary import Entry, glossary
 
 
@@ -17,7 +17,7 @@ def run(arguments: argparse.Namespace) -> None:
     for action in arguments.actions:
         if action not in entries:
             known = ", ".join(entries)
-            raise InputError(f"There is no '{action}' in the glossary; it has {known}.")
+            raise WrongWordError(f"There is no '{action}' in the glossary; it has {known}.")
     chosen = [entries[action] for action in arguments.actions or entries]
     if arguments.json:
         print(json_text([_plain(entry) for entry in chosen]))

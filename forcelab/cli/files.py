@@ -9,10 +9,11 @@ from pathlib import Path
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import read
+from forcelab.formats.folders import file_names, filling, stay_out_of_projects
 from forcelab.formats.recording import ReadOptions
 from forcelab.project import Project
 
-__all__ = ["check_outputs", "demonstrations_in", "file_names", "make_folder"]
+__all__ = ["check_outputs", "demonstrations_in", "file_names", "filling"]
 
 
 def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None]) -> None:
@@ -29,7 +30,7 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None])
     ------
     InputError
         If a folder does not exist or may not be written, an output is a folder, an input or lies
-        in an input project, or two outputs are one file.
+        in a project, or two outputs are one file.
     """
     asked = [path for path in outputs if path is not None]
     places = [path.resolve() for path in asked]
@@ -46,43 +47,7 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None])
         for source in read:
             if source == place or source in place.parents:
                 raise InputError(f"'{path}' is or lies in what is read here; write elsewhere.")
-
-
-def make_folder(path: Path, inputs: Sequence[Path]) -> None:
-    """Make a folder to write into, unless it is there.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made, or lies in an input project.
-    """
-    place = path.resolve()
-    for source in (source.resolve() for source in inputs if source.is_dir()):
-        if source == place or source in place.parents:
-            raise InputError(f"'{path}' lies in what is read here; write elsewhere.")
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:
-        raise InputError(f"'{path}' is a file; name a folder to write into.") from error
-    except OSError as error:
-        raise InputError(f"The folder '{path}' cannot be made: {error.strerror}.") from error
-
-
-def file_names(names: Sequence[str]) -> list[str]:
-    """A distinct, harmless file name for each name, distinct also on systems that ignore case."""
-    taken: set[str] = set()
-    result = []
-    for name in names:
-        base = "".join(c if c.isalnum() or c in " ._-()" else "_" for c in name).strip(" .") or "_"
-        # Bytes, not characters, are what a file system limits, to 255.
-        base = base.encode()[:200].decode(errors="ignore")
-        free, number = base, 1
-        while free.casefold() in taken:
-            number += 1
-            free = f"{base} ({number})"
-        taken.add(free.casefold())
-        result.append(free)
-    return result
+        stay_out_of_projects(path, place.parent)
 
 
 def demonstrations_in(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 
+from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.output import counted, json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
@@ -22,7 +23,7 @@ def run(arguments: argparse.Namespace) -> None:
         format=arguments.format,
         calibration=arguments.calibration,
     )
-    with progress_bar() as watch:
+    with telling_newcomers(arguments.project), progress_bar() as watch:
         report = finish(importing(arguments.project, arguments.files, options), watch)
     print(json_text(_plain(report)) if arguments.json else _told(report))
 

@@ -11,8 +11,9 @@ from importlib import import_module
 from pathlib import Path
 
 from forcelab.cli.files import check_outputs
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_path, printable, progress_bar, report, table
-from forcelab.errors import ForcelabError, InputError
+from forcelab.errors import ForcelabError
 from forcelab.jobs import Progress, finish
 from forcelab.measure.latency import Latencies
 from forcelab.measure.rows import FRONT, Table
@@ -60,7 +61,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """Refuse what does not go together, before the work and not after it."""
     what, figure = arguments.what, arguments.figure
     if figure is not None and what in (*WAITS, ALL):
-        raise InputError(f"There is no figure of '{what}'; leave --figure away.")
+        raise WrongWordError(f"There is no figure of '{what}'; leave --figure away.")
     if figure is not None:
         from forcelab.gui.figures.canvas import check_suffix
 
@@ -78,11 +79,11 @@ def _check(arguments: argparse.Namespace) -> None:
     other = [name for name in OTHERWISE if name in given]
     wrong = given if what not in (RECOGNITION, ALL) else other if what == ALL else []
     if wrong:
-        raise InputError(f"{wrong[0]} goes with '{RECOGNITION}', not with '{what}'.")
+        raise WrongWordError(f"{wrong[0]} goes with '{RECOGNITION}', not with '{what}'.")
     if len(other) > 1:
-        raise InputError(f"{' and '.join(other)} are two measurements; ask for one at a time.")
+        raise WrongWordError(f"{' and '.join(other)} are two measurements; ask for one at a time.")
     if other and arguments.thorough:
-        raise InputError(f"--thorough changes nothing of {other[0]}; leave it away.")
+        raise WrongWordError(f"--thorough changes nothing of {other[0]}; leave it away.")
 
 
 def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, Table | Latencies]:
@@ -176,7 +177,7 @@ def _extremes(arguments: argparse.Namespace) -> None:
     from forcelab.measure.extremes import tabulate_extremes
 
     if arguments.what != "cwt" or arguments.figure is not None:
-        raise InputError("--extremes goes with 'cwt', and there is no figure of it.")
+        raise WrongWordError("--extremes goes with 'cwt', and there is no figure of it.")
     with progress_bar("measuring") as watch:
         verdicts = finish(tabulate_extremes(), watch)
     text = "\n".join([table(verdicts.cells()), *verdicts.left_out])

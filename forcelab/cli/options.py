@@ -8,18 +8,28 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import NoReturn
 
+from forcelab.errors import InputError
+from forcelab.names import tidy_name
+
 __all__ = [
     "PROJECT",
     "Commands",
     "Formatter",
     "Parser",
+    "WrongWordError",
     "add_changes",
     "add_settings",
     "command",
     "json_flag",
+    "name_of",
 ]
 
 Commands = argparse._SubParsersAction
+
+
+class WrongWordError(InputError):
+    """An option's value that no file or project could make right; exit status 2."""
+
 
 _PRESETS = (
     "paper: the published method (default); released: what its authors' code does; fast; best: "
@@ -85,6 +95,13 @@ def command(
     return parser
 
 
+def name_of(text: str) -> str:
+    """A name from the command line, without needless spaces."""
+    if name := tidy_name(text):
+        return name
+    raise argparse.ArgumentTypeError("a name cannot be empty")
+
+
 def json_flag(parser: argparse.ArgumentParser) -> None:
     """The option of commands that print their result."""
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
@@ -96,10 +113,13 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
     which.add_argument(
         "--task",
         action="append",
+        type=name_of,
         metavar="T",
         help="task to use; given several times, the tasks are joined",
     )
-    which.add_argument("--author", help="whose labels, where there are several coders")
+    which.add_argument(
+        "--author", type=name_of, help="whose labels, where there are several coders"
+    )
     which.add_argument(
         "--apart",
         action="store_true",

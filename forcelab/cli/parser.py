@@ -9,13 +9,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from forcelab import __version__
-from forcelab.cli import parser_capture, parser_projects, parser_recognition
+from forcelab.cli import parser_arranging, parser_capture, parser_projects, parser_recognition
 from forcelab.cli.options import (
     Commands,
     Formatter,
     Parser,
     command,
     json_flag,
+    name_of,
 )
 
 __all__ = ["build_parser"]
@@ -53,8 +54,8 @@ MEASURED = (
 )
 
 CLOSING = """\
-Every command but gui has --json; each has --help. Exit status: 0 done; 1 a file, project or setting
-stands in the way (one sentence says what, where and the cure); 2 the command line is wrong.
+Every command but gui has --json; each has --help. Exit status: 0 done; 1 a file or project stands
+in the way (one sentence says what, where and the cure); 2 the command line is wrong.
 """
 
 
@@ -73,7 +74,9 @@ def build_parser() -> argparse.ArgumentParser:
     parser_projects.add_runs(commands)
     parser_projects.add_assign(commands)
     parser_projects.add_agree(commands)
+    parser_arranging.add_attach(commands)
     parser_projects.add_sync(commands)
+    parser_arranging.add_remove(commands)
     parser_capture.add_capture(commands)
     parser_projects.add_replay(commands)
     parser_recognition.add_evaluate(commands)
@@ -112,7 +115,12 @@ def _add_gui(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
     parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
     parser.add_argument("--theme", choices=("light", "dark", "system"))
-    parser.add_argument("--author", metavar="NAME", help="the coder (the one of last time)")
+    parser.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="the coder (who labelled last in the project)",
+    )
     parser.add_argument(
         "--screenshot", metavar="FILE", type=Path, help="draw the window into this .png"
     )
@@ -214,9 +222,15 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "project", metavar="PROJECT", type=Path, nargs="?", help="recognition: folder of a project"
     )
     parser.add_argument(
-        "--task", action="append", metavar="T", help="recognition: only this; may be repeated"
+        "--task",
+        action="append",
+        type=name_of,
+        metavar="T",
+        help="recognition: only this; may be repeated",
     )
-    parser.add_argument("--author", help="recognition: whose labels (who labelled most)")
+    parser.add_argument(
+        "--author", type=name_of, help="recognition: whose labels (who labelled most)"
+    )
     parser.add_argument(
         "--thorough",
         action="store_true",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from forcelab.cli.options import PROJECT, Commands, command, json_flag
+from forcelab.cli.options import PROJECT, Commands, command, json_flag, name_of
 
 __all__ = ["add_capture"]
 
@@ -23,7 +23,8 @@ def add_capture(commands: Commands[argparse.ArgumentParser]) -> None:
         "unplugged is waited for; what was missed is a gap.\n"
         "A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,\n"
         "calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,\n"
-        "reverse); without PORT the only one of its kind.",
+        "reverse); without PORT the only one of its kind. In a PORT or VALUE write & as %26,\n"
+        "? as %3F and % as %25.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, nargs="?", help=PROJECT)
     parser.add_argument(
@@ -40,7 +41,7 @@ def add_capture(commands: Commands[argparse.ArgumentParser]) -> None:
         default=[],
         help="number or device of a camera; the first one's video goes with the demonstration",
     )
-    parser.add_argument("--task", metavar="NAME", help="task of the demonstration")
+    parser.add_argument("--task", metavar="NAME", type=name_of, help="task of the demonstration")
     parser.add_argument("--name", help="its name (the task and the next number)")
     parser.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"

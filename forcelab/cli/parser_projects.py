@@ -10,6 +10,7 @@ from forcelab.cli.options import (
     Commands,
     command,
     json_flag,
+    name_of,
 )
 
 __all__ = [
@@ -60,7 +61,10 @@ def add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
         "whether 3 or 30 are made, filmed or not.",
     )
     parser.add_argument(
-        "--task", required=True, help="LEGO, cartridge, stylus, marker or foam (whatever the case)"
+        "--task",
+        type=name_of,
+        required=True,
+        help="LEGO, cartridge, stylus, marker or foam (whatever the case)",
     )
     parser.add_argument(
         "--count", metavar="N", type=int, required=True, help="number of demonstrations"
@@ -95,9 +99,12 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
-    parser.add_argument("--task", help="task of the demonstrations")
+    parser.add_argument("--task", type=name_of, help="task of the demonstrations")
     parser.add_argument(
-        "--author", default="coder", help="author of the labels in the files (default: coder)"
+        "--author",
+        type=name_of,
+        default="coder",
+        help="author of the labels in files that name none (default: coder)",
     )
     parser.add_argument(
         "--rate",
@@ -135,7 +142,7 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
         "Demonstrations by task, with their length, rate, channels and labelled share by author.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("--task", help="only this task")
+    parser.add_argument("--task", type=name_of, help="only this task")
     json_flag(parser)
 
 
@@ -147,13 +154,18 @@ def add_replay(commands: Commands[argparse.ArgumentParser]) -> None:
         "replaying",
         "play a demonstration as if its sensors were plugged in",
         "Each 3-axis sensor becomes a pseudo-terminal that sends what an OptoForce DAQ would\n"
-        "send, in real time, and answers what a DAQ answers. Nothing begins before all are\n"
-        "opened.",
+        "send, in real time, and answers what a DAQ answers; or all channels, whatever they\n"
+        "measure, one that prints lines as a microcontroller does. Nothing begins before all\n"
+        "are opened.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
-        "--as", dest="kind", choices=("optoforce",), default="optoforce", help="what to play it as"
+        "--as",
+        dest="kind",
+        choices=("optoforce", "text"),
+        default="optoforce",
+        help="what to play it as (optoforce)",
     )
     parser.add_argument(
         "--speed", metavar="X", type=float, default=1.0, help="recorded seconds a second (1)"
@@ -207,8 +219,10 @@ def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
     )
-    parser.add_argument("--author", metavar="NAME", help="the coder; without DEMO: only this one's")
-    parser.add_argument("--task", metavar="T", help="all demonstrations of this task")
+    parser.add_argument(
+        "--author", metavar="NAME", type=name_of, help="the coder; without DEMO: only this one's"
+    )
+    parser.add_argument("--task", metavar="T", type=name_of, help="all demonstrations of this task")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--open", action="store_true", help="assign openly, not blind")
     what.add_argument("--done", action="store_true", help="mark as done")
@@ -229,12 +243,17 @@ def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
         "and how consistent each coder is from one demonstration to the next.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("--task", metavar="T", help="only this task")
+    parser.add_argument("--task", metavar="T", type=name_of, help="only this task")
     parser.add_argument(
-        "--authors", metavar="NAME", nargs="+", help="only these coders (default: all)"
+        "--authors",
+        metavar="NAME",
+        type=name_of,
+        nargs="+",
+        help="only these coders (default: all)",
     )
     parser.add_argument(
         "--same",
+        type=name_of,
         metavar=("NAME", "AGAIN"),
         nargs=2,
         help="two names of one coder, who labelled twice: how consistent that coder is",

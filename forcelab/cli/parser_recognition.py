@@ -12,6 +12,7 @@ from forcelab.cli.options import (
     add_settings,
     command,
     json_flag,
+    name_of,
 )
 
 __all__ = [
@@ -40,9 +41,16 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     add_settings(parser)
     parser.add_argument(
-        "--train-task", metavar="T1", action="append", dest="task", help="the same as --task"
+        "--train-task",
+        metavar="T1",
+        type=name_of,
+        action="append",
+        dest="task",
+        help="the same as --task",
     )
-    parser.add_argument("--test-task", metavar="T2", help="train on --task, test on this one")
+    parser.add_argument(
+        "--test-task", metavar="T2", type=name_of, help="train on --task, test on this one"
+    )
     parser.add_argument(
         "--test-names",
         metavar="PATTERN",
@@ -171,7 +179,9 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
-    parser.add_argument("--task", metavar="T", help="the latest evaluation of this task")
+    parser.add_argument(
+        "--task", metavar="T", type=name_of, help="the latest evaluation of this task"
+    )
     parser.add_argument(
         "--kind",
         action="append",
@@ -194,7 +204,9 @@ def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
         "than a factor of 2 apart.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("--author", help="whose labels, where there are several coders")
+    parser.add_argument(
+        "--author", type=name_of, help="whose labels, where there are several coders"
+    )
     parser.add_argument(
         "--count", metavar="N", type=int, default=10, help="demonstrations to simulate (10)"
     )

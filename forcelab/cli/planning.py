@@ -8,10 +8,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable, progress_bar, table
 from forcelab.cli.settings import settings_from
 from forcelab.demonstration import Demonstration
-from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.measure.needs import Cost, measuring_needs, viewed
 from forcelab.measure.rows import MEGABYTE
@@ -25,7 +25,7 @@ def run(arguments: argparse.Namespace) -> None:
     settings = settings_from(arguments)
     if arguments.recogniser is not None:
         if settings != preset("paper"):
-            raise InputError("A recogniser brings its own settings; give --recogniser alone.")
+            raise WrongWordError("A recogniser brings its own settings; give --recogniser alone.")
         settings = _settings_of(arguments.recogniser)
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)

@@ -9,12 +9,14 @@ import sys
 from pathlib import Path
 
 from forcelab.atomic import write_atomically
-from forcelab.cli.files import check_outputs, demonstrations_in, file_names, make_folder
+from forcelab.cli.files import check_outputs, demonstrations_in, file_names, filling
 from forcelab.cli.output import json_text
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
+from forcelab.formats.times import plain_times
 from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.labels import Track, model_author
+from forcelab.recognition.rates import unseen
 from forcelab.recognition.storage import load
 
 #: Endings of the files in a folder. They are neither those of recordings, which they must not
@@ -32,7 +34,8 @@ def run(arguments: argparse.Namespace) -> None:
     options = ReadOptions(rate=arguments.rate, time=arguments.time)
     found: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
-        for remark in remarks:
+        told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]
+        for remark in [*remarks, *told]:
             print(f"{demonstration.name}: {remark}", file=sys.stderr)
         segments = recogniser.predict(demonstration).segments
         found.append((demonstration.name, Track(author, segments)))
@@ -52,7 +55,10 @@ def _is_folder(out: Path | None) -> bool:
 
 def _plain(name: str, track: Track) -> dict[str, object]:
     """A predicted track as plain values."""
-    segments = [{"start": s.start, "end": s.end, "action": s.action} for s in track.segments]
+    segments = [
+        {"start": start, "end": end, "action": s.action}
+        for s, (start, end) in zip(track.segments, plain_times(track.segments), strict=True)
+    ]
     return {"demonstration": name, "author": track.author, "segments": segments}
 
 
@@ -71,8 +77,8 @@ def _shown(found: list[tuple[str, Track]], kind: str) -> str:
     writer = csv.writer(text)
     writer.writerow(["demonstration", "start", "end", "action", "author"])
     for name, track in found:
-        for s in track.segments:
-            writer.writerow([name, repr(s.start), repr(s.end), s.action, track.author])
+        for s, times in zip(track.segments, plain_times(track.segments), strict=True):
+            writer.writerow([name, *map(repr, times), s.action, track.author])
     return text.getvalue()
 
 
@@ -84,9 +90,9 @@ def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Pa
             raise InputError(f"'{out}' is one file; {len(found)} demonstrations need a folder.")
         write_atomically(out, texts[0].encode())
         return [out]
-    make_folder(out, inputs)
     paths = [out / f"{name}{ENDINGS[kind]}" for name in file_names([name for name, _ in found])]
-    check_outputs(paths, inputs)
-    for path, text in zip(paths, texts, strict=True):
-        write_atomically(path, text.encode())
+    with filling(out, inputs):
+        check_outputs(paths, inputs)
+        for path, text in zip(paths, texts, strict=True):
+            write_atomically(path, text.encode())
     return paths

@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import shlex
 import time
+from collections.abc import Sequence
 
 from forcelab.assets import asset
 from forcelab.capture.calibration import read_calibrations
-from forcelab.capture.replaying import Replay, Sensor, sensors_of
+from forcelab.capture.devices import said
+from forcelab.capture.replaying import Board, Replay, Sensor, board_of, sensors_of
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import counted, json_text, printable
 from forcelab.cli.stopping import stoppable
 from forcelab.project import Project
@@ -24,16 +27,23 @@ def run(arguments: argparse.Namespace) -> None:
     calibration = arguments.calibration or asset("calibrations", "3-axis-40N.toml")
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)
-    sensors = sensors_of(demonstration, read_calibrations(calibration))
-    replay = Replay(demonstration, sensors, speed=arguments.speed, lead=arguments.lead)
+    parts: Sequence[Sensor | Board]
+    if arguments.kind == "text":
+        if arguments.calibration is not None:
+            raise WrongWordError("Lines of text hold no counts; leave --calibration away.")
+        parts, behind = [board_of(demonstration)], ""
+    else:
+        parts = sensors_of(demonstration, read_calibrations(calibration))
+        behind = f"?calibration={said(str(calibration))}"
+    replay = Replay(demonstration, parts, speed=arguments.speed, lead=arguments.lead)
     with stoppable(), replay:
-        devices = [f"optoforce:{port}?calibration={calibration}" for port in replay.ports]
+        devices = [f"{arguments.kind}:{said(port)}{behind}" for port in replay.ports]
         if arguments.json:
             print(json_text(_plain(replay, devices)), flush=True)
         else:
             words = " ".join(f"--device {shlex.quote(device)}" for device in devices)
             print(
-                f"{_told(replay, sensors)}\n"
+                f"{_told(replay)}\n"
                 f"\n"
                 f"'{printable(demonstration.name)}' begins {arguments.lead:g} s after the last "
                 f"port is opened and lasts {replay.seconds:.2f} s; Ctrl+C ends it. To record it:\n"
@@ -49,28 +59,24 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"{counted(overrun, 'byte')} were lost, as nobody read them.")
 
 
-def _told(replay: Replay, sensors: tuple[Sensor, ...]) -> str:
+def _told(replay: Replay) -> str:
     """A line for each port."""
     lines = []
-    for port, sensor in zip(replay.ports, sensors, strict=True):
-        clipped = f", {counted(sensor.clipped, 'sample')} clipped" if sensor.clipped else ""
-        names = printable(" ".join(sensor.names))
-        lines.append(f"{port}  {names}, serial number {sensor.serial}{clipped}")
+    for port, part in zip(replay.ports, replay.parts, strict=True):
+        line = f"{port}  {printable(' '.join(part.names))}"
+        if isinstance(part, Sensor):
+            clipped = f", {counted(part.clipped, 'sample')} clipped" if part.clipped else ""
+            line += f", serial number {part.serial}{clipped}"
+        lines.append(line)
     return "\n".join(lines)
 
 
 def _plain(replay: Replay, devices: list[str]) -> dict[str, object]:
     """The same as plain values."""
-    return {
-        "seconds": replay.seconds,
-        "ports": [
-            {
-                "port": port,
-                "device": device,
-                "channels": list(sensor.names),
-                "serial": sensor.serial,
-                "clipped": sensor.clipped,
-            }
-            for port, device, sensor in zip(replay.ports, devices, replay.sensors, strict=True)
-        ],
-    }
+    ports: list[dict[str, object]] = []
+    for port, device, part in zip(replay.ports, devices, replay.parts, strict=True):
+        plain: dict[str, object] = {"port": port, "device": device, "channels": list(part.names)}
+        if isinstance(part, Sensor):
+            plain |= {"serial": part.serial, "clipped": part.clipped}
+        ports.append(plain)
+    return {"seconds": replay.seconds, "ports": ports}

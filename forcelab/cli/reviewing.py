@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import counted, json_text, percent, printable, table
 from forcelab.errors import InputError
 from forcelab.project import Project
@@ -28,7 +29,7 @@ USUAL = ("suspected", "actions", "missed")
 def run(arguments: argparse.Namespace) -> None:
     """Print the queue of a run and the verdicts on it."""
     if arguments.limit is not None and arguments.limit < 1:
-        raise InputError(f"--limit is 1 or more, not {arguments.limit}.")
+        raise WrongWordError(f"--limit is 1 or more, not {arguments.limit}.")
     with Project.open(arguments.project) as project:
         outcome = _outcome(project, arguments.run, arguments.task)
         found = queue(project, outcome, invented=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from forcelab.cli.options import WrongWordError
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
 from forcelab.recognition.settings import Settings, preset
@@ -20,9 +21,12 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 
     Raises
     ------
-    InputError
+    WrongWordError
         If a value is out of its range.
+    InputError
+        If the file of spellings cannot be used.
     """
+    merge = None if arguments.merge is None else MergeMap.read(arguments.merge)
     changes: dict[str, Any] = {
         name: getattr(arguments, name)
         for name in (
@@ -60,9 +64,12 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         text = getattr(arguments, name)
         if text is not None:
             changes[name] = _switchable(name, text, kind)
-    if arguments.merge is not None:
-        changes["merge"] = MergeMap.read(arguments.merge)
-    return preset(arguments.preset).replace(**changes)
+    if merge is not None:
+        changes["merge"] = merge
+    try:
+        return preset(arguments.preset).replace(**changes)
+    except InputError as error:
+        raise WrongWordError(str(error)) from error
 
 
 def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | int | None:
@@ -73,7 +80,7 @@ def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | 
         return kind(text)
     except ValueError as error:
         what = "a whole number" if kind is int else "a number"
-        raise InputError(f"--{name} takes {what} or 'off', not '{text}'.") from error
+        raise WrongWordError(f"--{name} takes {what} or 'off', not '{text}'.") from error
 
 
 def _windows(text: str) -> tuple[float, ...]:
@@ -81,7 +88,7 @@ def _windows(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
-        raise InputError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
+        raise WrongWordError(f"--windows takes seconds such as 0.01,0.1, not '{text}'.") from error
 
 
 def choice_from(arguments: argparse.Namespace) -> Choice:

@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import argparse
+from importlib import import_module
 
 from forcelab.cli.output import printable
-from forcelab.gui.app import Start
+from forcelab.cli.stopping import unbroken
+from forcelab.gui.app import Start, has_display
 from forcelab.gui.app import run as run_window
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Open the window, or draw it into a file and tell its name."""
-    status = run_window(
-        Start(
-            project=arguments.project,
-            demonstration=arguments.demo or "",
-            workspace=arguments.workspace,
-            at=arguments.at,
-            span=arguments.span,
-            size=arguments.size,
-            theme=arguments.theme or "",
-            author=arguments.author or "",
-            screenshot=arguments.screenshot,
-        )
+    start = Start(
+        project=arguments.project,
+        demonstration=arguments.demo or "",
+        workspace=arguments.workspace,
+        at=arguments.at,
+        span=arguments.span,
+        size=arguments.size,
+        theme=arguments.theme or "",
+        author=arguments.author or "",
+        screenshot=arguments.screenshot,
     )
-    if arguments.screenshot is not None:
-        print(printable(str(arguments.screenshot)))
-    return status
+    with unbroken():  # Qt crashes on what is raised while it begins, or calls a method
+        if start.screenshot is not None:
+            status = run_window(start)
+            print(printable(str(start.screenshot)))
+            return status
+        if has_display():
+            import_module("forcelab.gui.window")
+    return run_window(start)

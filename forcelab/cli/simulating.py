@@ -6,7 +6,9 @@ import argparse
 
 from joblib import cpu_count
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import counted, json_text, printable, progress_bar
+from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation.adding import simulating
 from forcelab.simulation.origin import origins, task_named
@@ -14,8 +16,11 @@ from forcelab.simulation.origin import origins, task_named
 
 def run(arguments: argparse.Namespace) -> None:
     """Simulate demonstrations into a project and tell what became of them."""
-    task = task_named(arguments.task)
-    wanted = origins(task, arguments.count, arguments.seed, arguments.rate)
+    try:
+        task = task_named(arguments.task)
+        wanted = origins(task, arguments.count, arguments.seed, arguments.rate)
+    except InputError as error:
+        raise WrongWordError(str(error)) from error
     with progress_bar() as watch:
         job = simulating(arguments.out, wanted, video=arguments.video, jobs=cpu_count())
         added = finish(job, watch)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
@@ -18,7 +19,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Propose the clock of a demonstration's video, or set it."""
     given = arguments.offset is not None or arguments.rate is not None
     if given and arguments.accept:
-        raise InputError("Give either --accept or a clock by --offset and --rate, not both.")
+        raise WrongWordError("Give either --accept or a clock by --offset and --rate, not both.")
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)
         if demonstration.video is None:

@@ -109,8 +109,15 @@ def identify(path: str | os.PathLike[str]) -> Format:
             worthwhile = head.startswith(known.starts) if known.starts else not announced
             if worthwhile and _module(known).sniff(path, head):
                 return known
+        kind = seems_to_be(head)
+        if kind.endswith("video"):
+            raise InputError(
+                f"'{path}' looks like {kind}, which belongs to a demonstration: import the "
+                f"recording first, then attach the video to it (forcelab attach; in the window "
+                f"File > Attach video, or a right click in the list)."
+            )
         readable = "; ".join(known.description for known in _FORMATS)
-        raise InputError(f"'{path}' looks like {seems_to_be(head)}; what can be read: {readable}.")
+        raise InputError(f"'{path}' looks like {kind}; what can be read: {readable}.")
 
 
 def read(path: str | os.PathLike[str], options: ReadOptions | None = None) -> list[Recording]:
@@ -178,7 +185,8 @@ def _telling(path: Path) -> Iterator[None]:
         yield
     except InputError as error:
         sentence = str(error) if path.name in str(error) else f"'{path}': {error}"
-        raise InputError(_one_line(sentence)) from error
+        # Who tells it may know a cure of its kind of error.
+        raise type(error)(_one_line(sentence)) from error
     except FileNotFoundError as error:
         sentence = f"'{path}' does not exist; check its spelling and folder."
         raise InputError(_one_line(sentence)) from error

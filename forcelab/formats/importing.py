@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -126,15 +126,15 @@ def importing(
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         options = replace(options, unpack=Path(scratch))
         read_files: dict[Path, list[Recording]] = {}
-        failures: dict[Path, str] = {}
+        failures: dict[Path, InputError] = {}
         for done, path in enumerate(paths):
             yield Progress(done, total, f"reading {path.name}")
             try:
                 read_files[path] = _checked(path, read(path, options))
             except InputError as error:
-                failures[path] = str(error)
+                failures[path] = error
         if failures:
-            raise InputError(_refusal(failures, len(paths)))
+            raise _refusal(list(failures.values()), len(paths))
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
@@ -184,12 +184,14 @@ def _companion(path: Path) -> Path | None:
         return None  # what is wrong is told when the file is read
 
 
-def _refusal(failures: Mapping[Path, str], total: int) -> str:
-    """One sentence for an import that did not take place."""
-    first = next(iter(failures.values()))
+def _refusal(failures: Sequence[InputError], total: int) -> InputError:
+    """One sentence for an import that did not take place, of the kind of the first error."""
+    first = failures[0]
     if len(failures) == 1:
         return first
-    return f"{len(failures)} of {total} files cannot be read, so none was imported; first: {first}"
+    return type(first)(
+        f"{len(failures)} of {total} files cannot be read, so none was imported; first: {first}"
+    )
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.formats.times import plain_times
 from forcelab.labels import Track
 
 __all__ = ["to_audacity", "to_csv", "write_audacity", "write_csv"]
@@ -30,8 +31,8 @@ def to_csv(tracks: Iterable[Track]) -> str:
     Returns
     -------
     str
-        A header and one line a segment, ``start,end,action,author``; times in seconds with as
-        many digits as tell the float64 exactly.
+        A header and one line a segment, ``start,end,action,author``; times in seconds as of
+        :func:`~forcelab.formats.times.plain_times`, with as many digits as tell them exactly.
 
     Raises
     ------
@@ -42,14 +43,14 @@ def to_csv(tracks: Iterable[Track]) -> str:
     writer = csv.writer(text)
     writer.writerow(COLUMNS)
     for track in tracks:
-        for segment in track.segments:
+        pairs = zip(track.segments, plain_times(track.segments), strict=True)
+        for segment, times in pairs:
             if "\0" in segment.action + track.author:
                 raise InputError(
                     f"The name {segment.action!a} of {track.author!a} holds a NUL, which a text "
                     f"table cannot hold; rename the action or its author."
                 )
-            times = (repr(float(time)) for time in (segment.start, segment.end))
-            writer.writerow([*times, segment.action, track.author])
+            writer.writerow([*map(repr, times), segment.action, track.author])
     return text.getvalue()
 
 
@@ -64,8 +65,8 @@ def to_audacity(track: Track) -> str:
     Returns
     -------
     str
-        One line a segment, start and end in seconds and the action, separated by tabs; times
-        without an exponent, at least six decimals and as many as tell the float64 exactly.
+        One line a segment, start and end in seconds and the action, separated by tabs; times as
+        of :func:`to_csv`, without an exponent and with at least six decimals.
 
     Raises
     ------
@@ -73,16 +74,13 @@ def to_audacity(track: Track) -> str:
         If an action holds a tab or a line break, which a label track cannot hold.
     """
     lines = []
-    for segment in track.segments:
+    for segment, times in zip(track.segments, plain_times(track.segments), strict=True):
         if "\t" in segment.action or segment.action.splitlines() != [segment.action]:
             raise InputError(
                 f"The action {segment.action!a} holds a tab or a line break, which an "
                 f"Audacity label track cannot hold; rename the action or write CSV."
             )
-        start, end = (
-            np.format_float_positional(time, unique=True, min_digits=6)
-            for time in (segment.start, segment.end)
-        )
+        start, end = (np.format_float_positional(time, unique=True, min_digits=6) for time in times)
         lines.append(f"{start}\t{end}\t{segment.action}\n")
     return "".join(lines)
 

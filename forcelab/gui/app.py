@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Start", "run"]
+__all__ = ["Start", "has_display", "run"]
 
 #: Seconds that a picture waits for everything in it to be there.
 PATIENCE = 60.0
@@ -34,7 +34,7 @@ class Start:
     theme : str
         ``"light"``, ``"dark"``, ``"system"``; ``""`` for the one chosen last.
     author : str
-        The coder; ``""`` for the one of last time.
+        The coder; ``""`` for the one who labelled last in the project.
     screenshot : Path, optional
         Draw the window into this PNG, without a display, and end.
     """
@@ -58,7 +58,7 @@ def run(start: Start) -> int:
     InputError
         With a screenshot: if what it is to show is not there, or the file cannot be written.
     """
-    if start.screenshot is not None or not _display():
+    if start.screenshot is not None or not has_display():
         if start.screenshot is None:
             from forcelab.errors import InputError
 
@@ -71,7 +71,7 @@ def run(start: Start) -> int:
 
     from forcelab import __version__
     from forcelab.gui import faults, settings, theme
-    from forcelab.gui.ending import ended_by_signals
+    from forcelab.gui.ending import ended_by_signals, put_away
     from forcelab.gui.memory import tidy_between_demonstrations
     from forcelab.gui.window import Window
 
@@ -83,27 +83,27 @@ def run(start: Start) -> int:
     choices: dict[str, theme.Choice] = {"light": "light", "dark": "dark"}
     chosen = start.theme or settings.text("window/theme")
     theme.apply(application, choices.get(chosen, "system"))
-    coder = start.author or settings.coder()
     if start.screenshot is not None:
         from forcelab.gui.picture import draw, without_chatter
 
         without_chatter()
-        draw(Window(coder, remembering=False), start, start.screenshot, PATIENCE)
+        draw(Window(start.author, remembering=False), start, start.screenshot, PATIENCE)
         return 0
-    window = Window(coder)
-    tidy_between_demonstrations(window.document)
-    faults.install(window, lambda sentence: window.document.say(sentence, True))
-    window.resize(1280, 800)
-    window.restore_layout()
-    if start.size is not None:  # what is asked for counts for more than what was last time
-        window.resize(*start.size)
-    window.show()
-    window.begin(start)
-    with ended_by_signals(window, application):
-        return int(application.exec())
+    with ended_by_signals(application) as windows:
+        window = Window(start.author)
+        windows.append(window)
+        tidy_between_demonstrations(window.document)
+        faults.install(window, lambda sentence: window.document.say(sentence, True))
+        window.resize(1280, 800)
+        window.restore_layout()
+        if start.size is not None:  # what is asked for counts for more than what was last time
+            window.resize(*start.size)
+        window.show()
+        window.begin(start)
+        return put_away(window, int(application.exec()))
 
 
-def _display() -> bool:
+def has_display() -> bool:
     """Whether windows can be seen here."""
     if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
         return True

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication
+from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
@@ -13,13 +13,17 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 
-__all__ = ["handlers"]
+__all__ = ["handlers", "show_manual"]
 
 translate = QCoreApplication.translate
 
 
 def handlers(
-    document: Document, jobs: Jobs, window: QWidget, commands: Callable[[], Mapping[str, QAction]]
+    document: Document,
+    jobs: Jobs,
+    window: QWidget,
+    commands: Callable[[], Mapping[str, QAction]],
+    shown: Callable[[], Iterable[str]],
 ) -> dict[str, Callable[[], object]]:
     """What the commands that open a dialog do, by their id.
 
@@ -33,12 +37,29 @@ def handlers(
         Over which they appear.
     commands : callable
         Gives the actions that the window has, by the command's id.
+    shown : callable
+        Gives the ids of the demonstrations that the list shows.
     """
     return {
+        "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
         "synchronise": partial(_synchronise, document, jobs, window),
         "change_keys": lambda: _change_keys(document, window, commands()),
         "help": lambda: _help(document, window, commands()),
+        "manual": lambda: show_manual(document, window),
+        "about": lambda: _about(window),
     }
+
+
+def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:
+    """Let the user write labels into a folder."""
+    from forcelab.gui.exporting import ExportDialog
+
+    if document.project is None or not document.infos:
+        document.say(translate("forcelab", "There are no labels to export yet."), True)
+        return
+    dialog = ExportDialog(document, jobs, shown, window)
+    dialog.exec()
+    dialog.deleteLater()
 
 
 def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
@@ -68,3 +89,25 @@ def _help(document: Document, window: QWidget, commands: Mapping[str, QAction]) 
     page = HelpPage(document, keys(), window, commands)
     page.exec()
     page.deleteLater()
+
+
+def _about(window: QWidget) -> None:
+    """Say which version this is, and where its manual, settings and log lie."""
+    from forcelab.gui.about import AboutDialog
+
+    dialog = AboutDialog(window)
+    dialog.exec()
+    dialog.deleteLater()
+
+
+def show_manual(document: Document, window: QWidget | None) -> None:
+    """Show the manual beside the window, which can be worked in meanwhile."""
+    from forcelab.gui.about import ManualDialog, manual
+
+    text = manual()
+    if not text:
+        document.say(translate("forcelab", "The manual is not installed here."), True)
+        return
+    dialog = ManualDialog(text, window)
+    dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    dialog.show()

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWid
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
+from forcelab.gui.naming import settled_name
 
 __all__ = ["CoderChoice"]
 
@@ -58,7 +59,9 @@ class CoderChoice(QWidget):
         if index == self._box.count() - 1:
             title, text = self.tr("Another coder"), self.tr("Name of the coder:")
             name, agreed = QInputDialog.getText(self, title, text)
-            name = name if agreed else ""
+            known = [self._box.itemText(at) for at in range(index - 1)]  # without the separator
+            name = settled_name(self, name, known) if agreed else ""
         self._document.set_author(name)
-        settings.put("coder/name", self._document.author)
+        project = self._document.project
+        settings.remember_coder(project.path if project else None, self._document.author)
         self._list()

@@ -73,6 +73,8 @@ _FILE = _group(
     ("new_project", QT_TRANSLATE_NOOP("forcelab", "New project…"), ("Ctrl+N",), "once"),
     ("open_project", QT_TRANSLATE_NOOP("forcelab", "Open project…"), ("Ctrl+O",), "once"),
     ("import", QT_TRANSLATE_NOOP("forcelab", "Import demonstrations…"), ("Ctrl+I",), "once"),
+    ("attach_video", QT_TRANSLATE_NOOP("forcelab", "Attach video…"), (), "once"),
+    ("export_labels", QT_TRANSLATE_NOOP("forcelab", "Export labels…"), (), "once"),
     (
         "next_demonstration",
         QT_TRANSLATE_NOOP("forcelab", "Next demonstration"),
@@ -251,6 +253,8 @@ _HELP = _group(
     QT_TRANSLATE_NOOP("forcelab", "Help"),
     ("help", QT_TRANSLATE_NOOP("forcelab", "Keys and mouse"), ("?", "F1"), "once"),
     ("change_keys", QT_TRANSLATE_NOOP("forcelab", "Change keys…"), (), "once"),
+    ("manual", QT_TRANSLATE_NOOP("forcelab", "Manual"), (), "once"),
+    ("about", QT_TRANSLATE_NOOP("forcelab", "About forcelab"), (), "once"),
 )
 
 #: Every command there is, in the order of menus and help.

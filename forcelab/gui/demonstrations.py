@@ -71,6 +71,7 @@ class DemonstrationList(QWidget):
         names = {
             "all": self.tr("All"),
             "unlabelled": self.tr("Not labelled by me"),
+            "begun": self.tr("Begun, not done"),
             "assigned": self.tr("Assigned to me, to do"),
             "done": self.tr("Done by me"),
         }
@@ -96,6 +97,14 @@ class DemonstrationList(QWidget):
     def open_previous(self) -> None:
         """Open the demonstration above the open one."""
         self._open_neighbour(-1)
+
+    def ask_video(self) -> None:
+        """Ask for a video of the open demonstration."""
+        for info in self._document.infos:
+            if info.id == self._document.id:
+                self.menu.ask_video(info)
+                return
+        self._document.say(self.tr("Open a demonstration first; a video belongs to one."), True)
 
     # Inside
 
@@ -128,10 +137,10 @@ class DemonstrationList(QWidget):
         document.demonstration_changed.connect(self._mark_opened)
         document.tracks_changed.connect(self._soon.start)
         self._soon.timeout.connect(self._update_own)
-        self.search.textChanged.connect(self._show)
+        self.search.textChanged.connect(self._filter)
         self.search.returnPressed.connect(self._open_first)
         self.search.leaving.connect(self._enter_list)
-        self.shown.currentIndexChanged.connect(self._show)
+        self.shown.currentIndexChanged.connect(self._filter)
         self.view.clicked.connect(self._clicked)
         self.view.opening.connect(self._open)
         self.view.collapsed.connect(lambda index: self._fold(index, True))
@@ -172,10 +181,16 @@ class DemonstrationList(QWidget):
                         self._show()
                 return
 
+    def _filter(self) -> None:
+        """Show what is searched for now; nothing of it seems open that is not."""
+        self.view.setCurrentIndex(QModelIndex())
+        self._show()
+        self._select(self._document.id)
+
     def _show(self) -> None:
         """Show what is searched for."""
         what: Shown = self.shown.currentData()
-        groups = grouped(self._rows, self.search.text(), what)
+        groups = grouped(self._rows, self.search.text(), what, self._document.id)
         selected = self._selected()
         if self.model.show(groups):
             for g, group in enumerate(groups):
@@ -189,7 +204,8 @@ class DemonstrationList(QWidget):
         self._tools.setVisible(bool(self._rows))
         self._stack.setCurrentIndex(0 if groups else 1)
         if not groups:
-            self._empty.say(self._document.project is not None, bool(self._rows))
+            there = self._document.project is not None
+            self._empty.say(there, bool(self._rows), self.search.text().strip())
 
     def _selected(self) -> str:
         """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
@@ -207,7 +223,8 @@ class DemonstrationList(QWidget):
         """Follow the document to another demonstration."""
         if self.model.opened != self._document.id:
             self.model.set_opened(self._document.id)
-            self._update_own()
+            self._update_own(show=False)
+            self._show()  # what was open until now is shown only if it fits
             self._select(self._document.id)
 
     def _fold(self, index: QModelIndex, folded: bool) -> None:

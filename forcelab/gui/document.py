@@ -17,6 +17,7 @@ from forcelab.gui.editing import Stroke
 from forcelab.gui.looking import SHORTEST_SPAN, Snap
 from forcelab.gui.reviewing import Reviewing
 from forcelab.labels import Segments, is_model
+from forcelab.names import tidy_name
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.project.labelling import Labelling
 from forcelab.review.places import Place
@@ -141,7 +142,7 @@ class Document(Reviewing):
 
     def set_author(self, name: str) -> None:
         """Label as another coder from now on."""
-        name = name.strip()
+        name = tidy_name(name)
         if not name or name == self.author:
             return
         if is_model(name):
@@ -156,6 +157,10 @@ class Document(Reviewing):
             self._take_up(self.id, labelling)
             self._take_in(seen)
         self.author = name
+        if self.examined is not None and self.coding_blind:  # it tells where others differ
+            self.examined = None
+            self.clear_range()
+            self.examined_changed.emit()
         self.selection_changed.emit()
         self.stroke_changed.emit()
         self.author_changed.emit()

@@ -54,6 +54,8 @@ class Editing(Looking):
         What a key has begun.
     refused : bool
         Whether what was asked of the store last could not be done: it may be asked once more.
+    edit_said : str
+        What was said of the latest edit, which is of the demonstration that was open then.
     """
 
     tracks_changed = Signal()
@@ -69,6 +71,7 @@ class Editing(Looking):
         self.project: Project | None = None
         self.action: str | None = None
         self.refused = False
+        self.edit_said = ""
         self._list_actions(Vocabulary())
         self._take_up("", None)
 
@@ -282,6 +285,7 @@ class Editing(Looking):
         # Undoing may bring back an action that has left the vocabulary since.
         self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
+        self.edit_said = edit.what
         self.say(edit.what)
         return True
 

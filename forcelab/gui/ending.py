@@ -2,38 +2,61 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import signal
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSocketNotifier, QTimer
+import shiboken6
+from PySide6.QtCore import QSocketNotifier, QThread, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
-__all__ = ["ended_by_signals"]
+if TYPE_CHECKING:
+    from forcelab.gui.window import Window
+
+__all__ = ["ended_by_signals", "put_away"]
 
 #: What asks a program to end; Windows has no SIGHUP.
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
+#: Milliseconds after which a signal that came before the event loop is looked at again.
+AGAIN = 20
+#: Seconds that the process waits, without a window, for threads that have not ended with it.
+PATIENCE = 5.0
 
 
 @contextmanager
-def ended_by_signals(window: QWidget, application: QApplication) -> Iterator[None]:
+def ended_by_signals(application: QApplication) -> Iterator[list[QWidget]]:
     """Within the block, signals to end close the window; the program gives 128 + their number.
 
     An exception, as Python would raise, is of no use in an event loop: Qt prints it and goes on.
+    While a window is built it is worse: raised in a method that Qt calls, it leaves Qt without
+    what that should have given, and the program crashes. So the block begins before that, and a
+    signal that comes too early waits for the event loop.
 
     Parameters
     ----------
-    window : QWidget
-        Is closed, as by its own button.
     application : QApplication
         Its event loop ends, and that of any dialog.
+
+    Yields
+    ------
+    list of QWidget
+        What is put into it is closed, as by its own button.
     """
+    windows: list[QWidget] = []
 
     def leave(number: int) -> None:
-        window.close()
+        if QThread.currentThread().loopLevel() == 0:
+            QTimer.singleShot(AGAIN, partial(leave, number))
+            return
+        for window in windows:
+            window.close()
         application.exit(128 + number)
 
     def hear(number: int, _: FrameType | None) -> None:
@@ -48,10 +71,38 @@ def ended_by_signals(window: QWidget, application: QApplication) -> Iterator[Non
         signal.signal(number, hear)
     try:
         with _woken():
-            yield
+            yield windows
     finally:
         for number, was in heard.items():
             signal.signal(number, was)
+
+
+def put_away(window: Window, status: int) -> int:
+    """Take a closed window apart, before the interpreter is.
+
+    Left to the interpreter's end, its parts go in no particular order, when half of what they call
+    is gone already. A thread that is still at work then, deep in a library, would crash: with one
+    that does not end in time the process ends at once. All labels are stored, and the layout is.
+
+    Parameters
+    ----------
+    window : Window
+    status : int
+        That the program gives.
+
+    Returns
+    -------
+    int
+        The status.
+    """
+    if not window.at_rest(PATIENCE):
+        logging.shutdown()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:  # as where there is no console
+                stream.flush()
+        os._exit(status)
+    shiboken6.delete(window)
+    return status
 
 
 @contextmanager

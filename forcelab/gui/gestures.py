@@ -77,7 +77,7 @@ PAINTING: tuple[tuple[str, str], ...] = (
         QT_TRANSLATE_NOOP("forcelab", "Give the segment that action"),
     ),
     (
-        QT_TRANSLATE_NOOP("forcelab", "Hold while recording"),
-        QT_TRANSLATE_NOOP("forcelab", "Mark the action live, in Capture"),
+        QT_TRANSLATE_NOOP("forcelab", "Hold, or tap and tap again, while recording"),
+        QT_TRANSLATE_NOOP("forcelab", "Mark the action live, in Capture, as long"),
     ),
 )

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QListWidget,
     QProgressBar,
     QPushButton,
@@ -28,6 +27,8 @@ from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.naming import settled_name
+from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 
 __all__ = ["ImportDialog"]
@@ -68,8 +69,7 @@ class ImportDialog(QDialog):
         self._task.setAccessibleName(self.tr("Task"))
         self._task.addItems(document.project.tasks() if document.project else ())
         self._task.setCurrentText(document.demonstration.task if document.demonstration else "")
-        self._author = QLineEdit(document.author)
-        self._author.setAccessibleName(self.tr("Coder of the labels in the files"))
+        self._author = self._author_choice()
         self._rate = QDoubleSpinBox()
         self._rate.setRange(0, 1e6)
         self._rate.setSuffix(self.tr(" Hz"))
@@ -77,7 +77,9 @@ class ImportDialog(QDialog):
         self._rate.setAccessibleName(self.tr("Sample rate of files without stamps"))
         form = QFormLayout()
         form.addRow(self.tr("Task"), self._task)
-        form.addRow(self.tr("Coder of labels in the files"), self._author)
+        self._taskless = self._warning()
+        form.addRow("", self._taskless)
+        form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
         form.addRow(self.tr("Sample rate, where files have no stamps"), self._rate)
         self._bar = QProgressBar()
         self._bar.setVisible(False)
@@ -105,6 +107,7 @@ class ImportDialog(QDialog):
         column.addWidget(self._bar)
         column.addWidget(self._told)
         column.addWidget(self._buttons)
+        self._warn()
         self.add_files(files)
 
     def add_files(self, files: Sequence[Path]) -> None:
@@ -117,6 +120,25 @@ class ImportDialog(QDialog):
         """Stop an import that goes on, and close."""
         self._jobs.cancel("import")
         super().reject()
+
+    def _warning(self) -> QLabel:
+        """What is said where no task is named."""
+        label = QLabel(
+            self.tr(
+                "Without a task, files that name none go under 'No task', all together. Name what "
+                "is done in them, such as stylus; recordings of another task are imported apart."
+            )
+        )
+        label.setWordWrap(True)
+        self._task.currentTextChanged.connect(self._warn)
+        return label
+
+    def _warn(self) -> None:
+        """Say plainly what becomes of recordings without a task; that is allowed."""
+        missing = not self._task.currentText().strip()
+        self._taskless.setVisible(missing)
+        self._taskless.setStyleSheet(f"color: {colours().warning}")
+        self._go.setText(self.tr("Import without a task") if missing else self.tr("Import"))
 
     def _make_removable(self) -> None:
         """Let files be left out again, by Delete or the menu."""
@@ -147,8 +169,9 @@ class ImportDialog(QDialog):
         if project is None:
             return
         options = ReadOptions(
-            task=self._task.currentText().strip() or None,
-            author=self._author.text().strip() or "coder",
+            task=settled_name(self, self._task.currentText(), project.tasks()) or None,
+            author=settled_name(self, self._author.currentText(), self._coders())
+            or ReadOptions().author,
             rate=self._rate.value() or None,
         )
         files = [self._files.item(row).text() for row in range(self._files.count())]
@@ -162,6 +185,20 @@ class ImportDialog(QDialog):
             self._show,
             key="import",
         )
+
+    def _author_choice(self) -> QComboBox:
+        """Whose the labels are: labels that are brought were seldom made by who sits here now."""
+        choice = QComboBox()
+        choice.setEditable(True)
+        choice.setAccessibleName(self.tr("Coder of labels, where a file names none"))
+        names = [ReadOptions().author, *self._coders(), self._document.author]
+        choice.addItems(list(dict.fromkeys(names)))
+        return choice
+
+    def _coders(self) -> list[str]:
+        """Whose labels the project has."""
+        project = self._document.project
+        return [a.name for a in project.authors() if a.kind == "coder"] if project else []
 
     def _show(self, progress: Progress) -> None:
         """Show how far it is."""

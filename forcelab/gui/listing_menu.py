@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QLineEdit, QMenu, QWidg
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.listing_rows import Group, Row
-from forcelab.project import Project
+from forcelab.gui.naming import settled_name
+from forcelab.project import DemonstrationInfo, Project
 
 __all__ = ["ListingMenu"]
 
@@ -22,6 +23,7 @@ class ListingMenu(QObject):
     def __init__(self, document: Document, parent: QWidget) -> None:
         super().__init__(parent)
         self._document, self._window = document, parent
+        self._left: dict[str, str] = {}  # by id, the task that a demonstration was taken from
 
     def made_for(self, item: Row | Group) -> QMenu:
         """The menu of a demonstration or a task; it deletes itself once it is closed."""
@@ -70,6 +72,19 @@ class ListingMenu(QObject):
         """Give a demonstration another name."""
         return self._do(lambda project: project.rename(id_, name), id_ == self._document.id)
 
+    def set_task(self, id_: str, task: str) -> bool:
+        """Put a demonstration into another task; the menu offers the way back."""
+        old = next((info.task for info in self._document.infos if info.id == id_), "")
+        if not self._do(lambda project: project.set_task(id_, task), id_ == self._document.id):
+            return False
+        self._left[id_] = old
+        return True
+
+    def remove(self, id_: str, heads: Mapping[str, int]) -> bool:
+        """Remove a demonstration for good, with the labels that have these heads."""
+        here = id_ == self._document.id
+        return self._do(lambda project: project.remove(id_, heads), here)
+
     def attach_video(self, id_: str, path: Path) -> bool:
         """Copy a video into the project; its clock is set by synchronising."""
         here = id_ == self._document.id
@@ -96,7 +111,14 @@ class ListingMenu(QObject):
         menu.addSeparator()
         menu.addAction(self.tr("Rename…"), lambda: self._ask_name(row))
         video = self.tr("Replace video…") if info.has_video else self.tr("Attach video…")
-        menu.addAction(video, lambda: self._ask_video(row))
+        menu.addAction(video, lambda: self.ask_video(info))
+        menu.addAction(self.tr("Task…"), lambda: self._ask_task(row))
+        before = self._left.get(info.id, info.task)
+        if before != info.task:
+            back = self.tr("Back to task '{0}'").format(before or self.tr("No task"))
+            menu.addAction(back, lambda: self.set_task(info.id, before))
+        menu.addSeparator()
+        menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove(row))
 
     def _taking(self, id_: str, author: str) -> Callable[[], object]:
         """A call that takes this assignment back."""
@@ -135,7 +157,7 @@ class ListingMenu(QObject):
             True,
         )
         if agreed:
-            self.assign(ids, name.strip())
+            self.assign(ids, settled_name(self._window, name, names))
 
     def _ask_name(self, row: Row) -> None:
         """Ask for a demonstration's new name."""
@@ -149,13 +171,44 @@ class ListingMenu(QObject):
         if agreed and name.strip() != row.info.name:
             self.rename(row.info.id, name)
 
-    def _ask_video(self, row: Row) -> None:
-        """Ask for a video."""
+    def _ask_task(self, row: Row) -> None:
+        """Ask into which task a demonstration belongs."""
+        project = self._document.project
+        if project is None:
+            return
+        tasks = list(dict.fromkeys([row.info.task, *project.tasks()]))
+        task, agreed = QInputDialog.getItem(
+            self._window,
+            self.tr("Task of {0}").format(row.info.name),
+            self.tr("Labels stay; the task gets the actions it lacks.\nTask:"),
+            tasks,
+            0,
+            True,
+        )
+        if agreed:
+            self.set_task(row.info.id, settled_name(self._window, task, project.tasks()))
+
+    def _ask_remove(self, row: Row) -> None:
+        """Ask whether a demonstration is to go, and say what goes with it."""
+        from forcelab.gui.removing import RemoveDialog
+
+        project = self._document.project
+        if project is None:
+            return
+        # Read before anything is asked: labels painted meanwhile are not among what was told.
+        heads = {name: project.head(row.info.id, name) for name in row.info.authors}
+        dialog = RemoveDialog(row, self._document.author, self._window)
+        if dialog.exec() and self.remove(row.info.id, heads):
+            self._document.say(self.tr("'{0}' was removed.").format(row.info.name))
+        dialog.deleteLater()
+
+    def ask_video(self, info: DemonstrationInfo) -> None:
+        """Ask for a video of a demonstration."""
         path, _ = QFileDialog.getOpenFileName(
             self._window,
-            self.tr("Video of {0}").format(row.info.name),
+            self.tr("Video of {0}").format(info.name),
             "",
             self.tr("Videos ({0});;All files (*)").format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
         if path:
-            self.attach_video(row.info.id, Path(path))
+            self.attach_video(info.id, Path(path))

@@ -156,10 +156,14 @@ def _shape(groups: tuple[Group, ...]) -> list[tuple[str, list[str]]]:
 def _facts(item: Row | Group, open_: bool) -> list[str]:
     """What a row shows, in words."""
     if isinstance(item, Group):
-        return [
+        facts = [
             item.task or translate("forcelab", "No task"),
             translate("forcelab", "{0} of {1} begun by you").format(item.labelled, len(item.rows)),
         ]
+        if item.half_done:
+            unfinished = translate("forcelab", "{0} of those not done")
+            facts.append(unfinished.format(item.half_done))
+        return facts
     facts = [item.info.name]
     if open_:
         facts.append(translate("forcelab", "Open now"))

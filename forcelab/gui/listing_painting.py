@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication, QObject, QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from forcelab.gui.icons import paint_icon
 from forcelab.gui.listing_model import Index, ListingModel
 from forcelab.gui.listing_rows import Group, Row, percent
+from forcelab.gui.row_painting import (
+    ABOVE,
+    GAP,
+    HOVERED,
+    SELECTED,
+    SIDE,
+    SMALL,
+    STRIPE,
+    paint_chevron,
+    put_line,
+    smaller,
+)
 from forcelab.gui.theme import Colours, colours
 
 __all__ = ["RowPainter"]
 
-#: Space at the sides, between things in a line and above each line, as shares of a text's height.
-SIDE, GAP, ABOVE = 0.6, 0.4, 0.3
-#: The smaller line's size of that of the name, and the bar's width and thickness in its heights.
-SMALL, BAR_WIDTH, BAR_THICKNESS = 0.88, 3.6, 0.32
-#: How much of the accent's colour lies on a selected row, and on one under the pointer.
-SELECTED, HOVERED = 0.20, 0.07
-#: Width of the stripe that marks the open demonstration, in pixels.
-STRIPE = 3.0
+#: The bar's width and thickness, in heights of the smaller line.
+BAR_WIDTH, BAR_THICKNESS = 3.6, 0.32
+
+MIDDLE = Qt.TextElideMode.ElideMiddle
 
 
 class RowPainter(QStyledItemDelegate):
@@ -77,12 +85,12 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) 
     height = QFontMetricsF(option.font).height()
     expanded = bool(option.state & QStyle.StateFlag.State_Open)
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
-    _paint_chevron(painter, QPointF(left + 0.25 * height, box.center().y()), height, expanded)
+    paint_chevron(painter, QPointF(left + 0.25 * height, box.center().y()), height, expanded)
     left += height * 0.9
     count = f"{group.labelled}/{len(group.rows)}"
-    small = _smaller(option.font)
+    small = smaller(option.font)
     room = QFontMetricsF(small).horizontalAdvance(count)
-    _put(
+    put_line(
         painter,
         QRectF(right - room - 1, box.top(), room + 1, box.height()),
         count,
@@ -91,7 +99,7 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) 
     )
     name = group.task or QCoreApplication.translate("forcelab", "No task")
     where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
-    _put(painter, where, name, face, theme.text)
+    put_line(painter, where, name, face, theme.text, elide=MIDDLE)
 
 
 def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_open: bool) -> None:
@@ -108,9 +116,10 @@ def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_ope
         where = QRectF(edge - side, top + (height - side) / 2, side, side)
         paint_icon(painter, where, mark, QColor(ink))
         edge -= side + GAP * height
-    _put(painter, QRectF(left, top, edge - left, height), row.info.name, face, theme.text)
+    where = QRectF(left, top, edge - left, height)
+    put_line(painter, where, row.info.name, face, theme.text, elide=MIDDLE)
 
-    small = _smaller(option.font)
+    small = smaller(option.font)
     sizes = QFontMetricsF(small)
     line = QRectF(left, top + height + ABOVE * height, right - left, sizes.height())
     bar = QRectF(line.left(), 0, BAR_WIDTH * height, BAR_THICKNESS * height)
@@ -119,12 +128,12 @@ def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_ope
     digits = sizes.horizontalAdvance("100 %")
     where = QRectF(bar.right() + GAP * height, line.top(), digits + 1, line.height())
     ink = theme.text if row.share else theme.muted
-    _put(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
+    put_line(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
     names = ", ".join(name for name, _ in row.others)
     if row.blind:
         names = QCoreApplication.translate("forcelab", "others hidden")
     start = where.right() + 1.5 * GAP * height
-    _put(
+    put_line(
         painter,
         QRectF(start, line.top(), right - start, line.height()),
         names,
@@ -159,44 +168,3 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
         length = max(bar.width() * share, bar.height())
         painter.setBrush(QColor(theme.curves[0]))
         painter.drawRoundedRect(QRectF(bar.left(), bar.top(), length, bar.height()), radius, radius)
-
-
-def _paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:
-    """An angle that points down where the task is unfolded, and to its name where it is not."""
-    a, b = 0.22 * height, 0.11 * height
-    points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
-    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
-    painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
-
-
-def _put(
-    painter: QPainter,
-    box: QRectF,
-    text: str,
-    face: QFont,
-    ink: str,
-    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
-    elide: Qt.TextElideMode = Qt.TextElideMode.ElideMiddle,
-) -> None:
-    """Write one line of text into a box, elided where it does not fit."""
-    sizes = QFontMetricsF(face)
-    if box.width() < sizes.horizontalAdvance("…"):
-        return
-    painter.setFont(face)
-    painter.setPen(QColor(ink))
-    line = " ".join(text.split())
-    fitting = sizes.elidedText(line, elide, box.width())
-    flags = align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine
-    painter.drawText(box, int(flags), fitting)
-
-
-def _smaller(font: QFont) -> QFont:
-    """The font of the second line."""
-    small = QFont(font)
-    if font.pointSizeF() > 0:
-        small.setPointSizeF(font.pointSizeF() * SMALL)
-    else:
-        small.setPixelSize(round(font.pixelSize() * SMALL))
-    return small

@@ -97,12 +97,14 @@ class Empty(QWidget):
             column.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
         column.addStretch(2)
 
-    def say(self, has_project: bool, has_demonstrations: bool) -> None:
-        """Say what is missing."""
+    def say(self, has_project: bool, has_demonstrations: bool, search: str = "") -> None:
+        """Say what is missing; `search` is what was searched for in vain."""
         self._import.setVisible(has_project and not has_demonstrations)
         self._all.setVisible(has_demonstrations)
-        if has_demonstrations:
-            text = self.tr("No demonstration fits what is searched for and shown.")
+        if has_demonstrations and search:
+            text = self.tr("Among those shown, no name, task or id has '{0}' in it.").format(search)
+        elif has_demonstrations:
+            text = self.tr("No demonstration is of this kind.")
         elif has_project:
             text = self.tr(
                 "This project has no demonstrations yet. Import recordings: tables (CSV), the "

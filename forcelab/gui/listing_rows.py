@@ -12,10 +12,10 @@ from forcelab.project import Assignment, DemonstrationInfo
 
 __all__ = ["SHOWN", "Group", "Row", "Shown", "grouped", "percent", "rows_of"]
 
-Shown = Literal["all", "unlabelled", "assigned", "done"]
+Shown = Literal["all", "unlabelled", "begun", "assigned", "done"]
 
 #: What of the list can be shown.
-SHOWN: tuple[Shown, ...] = ("all", "unlabelled", "assigned", "done")
+SHOWN: tuple[Shown, ...] = ("all", "unlabelled", "begun", "assigned", "done")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +52,17 @@ class Row:
         """Whether the coder must not see what the others labelled."""
         return self.assignment is not None and self.assignment.blind and not self.done
 
+    @property
+    def half_done(self) -> bool:
+        """Whether the coder has begun it, left time unlabelled and not marked it as done."""
+        return 0 < percent(self.share) < 100 and not self.done
+
     def shows(self, what: Shown) -> bool:
         """Whether it is among what is to be shown."""
         if what == "unlabelled":
             return self.share == 0.0
+        if what == "begun":
+            return self.half_done
         if what == "assigned":
             return self.assignment is not None and not self.done
         return what == "all" or self.done
@@ -72,6 +79,11 @@ class Group:
     def labelled(self) -> int:
         """How many of them the coder has begun to label."""
         return sum(row.share > 0 for row in self.rows)
+
+    @property
+    def half_done(self) -> int:
+        """How many of those are neither labelled to the end nor marked as done."""
+        return sum(row.half_done for row in self.rows)
 
 
 def rows_of(
@@ -94,7 +106,7 @@ def rows_of(
     return tuple(_row(info, assigned.get(info.id, ()), author) for info in infos)
 
 
-def grouped(rows: Iterable[Row], search: str, shown: Shown) -> tuple[Group, ...]:
+def grouped(rows: Iterable[Row], search: str, shown: Shown, opened: str = "") -> tuple[Group, ...]:
     """What is to be shown, by task, in the order of the rows.
 
     Parameters
@@ -103,11 +115,16 @@ def grouped(rows: Iterable[Row], search: str, shown: Shown) -> tuple[Group, ...]
         Those of one task one after the other.
     search : str
         Words that a name, task or id must all contain, whatever their case.
-    shown : "all", "unlabelled", "assigned" or "done"
+    shown : "all", "unlabelled", "begun", "assigned" or "done"
         Which of them.
+    opened : str
+        Id of the demonstration that is open: it is shown as long as it is found, whatever `shown`
+        says, as it would otherwise vanish with the first segment that is painted.
     """
     words = search.casefold().split()
-    fitting = [row for row in rows if row.shows(shown) and _found(row, words)]
+    fitting = [
+        row for row in rows if (row.info.id == opened or row.shows(shown)) and _found(row, words)
+    ]
     return tuple(
         Group(task, tuple(of_task)) for task, of_task in groupby(fitting, lambda row: row.info.task)
     )

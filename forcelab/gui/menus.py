@@ -29,6 +29,7 @@ def fill_menus(
     commands: Mapping[str, QAction],
     panels: Sequence[QAction],
     shown_tracks: QMenu,
+    recent: QMenu,
 ) -> None:
     """Make the menus of a window.
 
@@ -42,6 +43,8 @@ def fill_menus(
         Show and hide panels.
     shown_tracks : QMenu
         Shows and hides the tracks of others.
+    recent : QMenu
+        Opens a project that was open before.
     """
     menus: dict[str, QMenu] = {}
     for command in COMMANDS:
@@ -53,6 +56,8 @@ def fill_menus(
             menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
             menus[command.group].addAction(commands[command.id])
+        if command.id == "open_project":
+            menus[command.group].addMenu(recent)
     view = menus["View"]
     view.addSeparator()
     view.addMenu(translate("forcelab", "Panels")).addActions(panels)

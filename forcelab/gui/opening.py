@@ -13,6 +13,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress
+from forcelab.names import name_alike, tidy_name
 from forcelab.project import Project
 
 __all__ = ["Opening", "sample_place"]
@@ -31,16 +32,28 @@ class Opening(QObject):
         Over which dialogs appear.
     remembering : bool
         Whether what is opened is kept among the recent projects.
+    author : str
+        The coder of the project that is opened first, or of all where nothing is remembered; by
+        default, as later, the one who labelled in it last.
     """
 
     sampling = Signal(object)
 
     def __init__(
-        self, document: Document, jobs: Jobs, window: QWidget, *, remembering: bool
+        self,
+        document: Document,
+        jobs: Jobs,
+        window: QWidget,
+        *,
+        remembering: bool,
+        author: str = "",
     ) -> None:
         super().__init__(window)
         self._document, self._jobs, self._window = document, jobs, window
         self._remembering = remembering
+        self._author = author
+        self._unasked = False
+        document.project_changed.connect(self._do_without_sample)
 
     def open(self, path: Path, demonstration: str = "") -> bool:
         """Open a project and a demonstration of it; gives whether that could be done.
@@ -57,6 +70,7 @@ class Opening(QObject):
         except ForcelabError as error:
             self._document.say(str(error), True)
             return False
+        self._take_coder(path)
         if self._remembering:
             settings.remember_project(path)
         ids = [info.id for info in self._document.infos]
@@ -64,17 +78,37 @@ class Opening(QObject):
         wanted = demonstration or (last if last in ids else next(iter(ids), ""))
         return self._document.open_demonstration(wanted) if wanted else True
 
+    def _take_coder(self, path: Path) -> None:
+        """Label as who was asked for, or as who labels in this project."""
+        project = self._document.project
+        known = [a.name for a in project.authors() if a.kind == "coder"] if project else []
+        name = tidy_name(self._author) or settings.coder(path, known)
+        if self._remembering:
+            self._author = ""
+        self._document.set_author(name)
+        if (there := name_alike(name, known)) is not None:
+            self._document.say(self.tr("'{0}' is a new coder beside '{1}'.").format(name, there))
+
     def remember_demonstration(self) -> None:
         """Keep which demonstration is open, for the next time."""
         project = self._document.project
         if self._remembering and project is not None and self._document.id:
             settings.put(_last_key(project.path), self._document.id)
 
-    def make_sample(self, path: Path) -> None:
-        """Make the sample project in the background, unless it is there, and open it."""
+    def make_sample(self, path: Path, *, asked: bool = True) -> None:
+        """Make the sample project in the background, unless it is there, and open it.
+
+        Parameters
+        ----------
+        path : Path
+            Its folder.
+        asked : bool
+            Whether somebody asked for it; where nobody did, it ends when a project is opened.
+        """
         from forcelab.sample import making
 
         def over(_: object) -> None:
+            self._unasked = False
             self.sampling.emit(None)
 
         def made(_: bool) -> None:
@@ -88,9 +122,21 @@ class Opening(QObject):
             over(None)
             self._document.say(str(error), True)
 
+        self._unasked = not asked
         self.sampling.emit(Progress(0, 1, self.tr("making the sample project")))
         job = making(path, os.cpu_count() or 1)
         self._jobs.run(job, made, failed, progress=self.sampling.emit, key="sample")
+
+    def cancel_sample(self) -> None:
+        """Do without the sample project; nothing of it stays."""
+        self._jobs.cancel("sample")
+        self.sampling.emit(None)
+
+    def _do_without_sample(self) -> None:
+        """End what nobody asked for, once there is a project to work in."""
+        if self._unasked and self._document.project is not None:
+            self._unasked = False
+            self.cancel_sample()
 
     def ask_open(self) -> None:
         """Let the user choose a project's folder."""

@@ -83,7 +83,9 @@ class Reviewing(Editing):
         """
         reviewed, outcome = self.reviewed, self.outcome
         if reviewed is None or outcome is None:
-            self.say(self.tr("There is no prediction to accept here; train a recogniser."), True)
+            blind = self.tr("Predictions are hidden until you are done; nothing accepted.")
+            none = self.tr("There is no prediction to accept here; train a recogniser.")
+            self.say(blind if self.coding_blind else none, True)
             return False
         from forcelab.review.differences import spelt_as_coded
         from forcelab.review.proposing import acceptable

@@ -15,12 +15,14 @@ import logging
 import math
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
 from PySide6.QtCore import QSettings, QStandardPaths
+
+from forcelab.names import tidy_name
 
 __all__ = [
     "coder",
@@ -32,6 +34,7 @@ __all__ = [
     "put",
     "reaction_ms",
     "recent_projects",
+    "remember_coder",
     "remember_project",
     "settings",
     "strings",
@@ -139,9 +142,38 @@ def remember_project(path: Path) -> None:
     put("projects/recent", [here, *others][:RECENT])
 
 
-def coder() -> str:
-    """Who labels: the name given last, or else that of the account."""
-    return text("coder/name").strip() or _account()
+def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
+    """Who labels in a project.
+
+    Parameters
+    ----------
+    project : Path, optional
+        Its folder.
+    known : collection of str
+        The coders that it has.
+
+    Returns
+    -------
+    str
+        The name given last in this project. Where none was, the one given last anywhere if the
+        project knows it, as in a project that was moved; or else that of the account. Nobody
+        labels in a new project under the name of a coder of another one.
+    """
+    own = tidy_name(text(_coder_key(project))) if project is not None else ""
+    last = tidy_name(text("coder/name"))
+    return own or (last if last in known else "") or _account()
+
+
+def remember_coder(project: Path | None, name: str) -> None:
+    """Keep who labels in a project."""
+    if project is not None:
+        put(_coder_key(project), name)
+    put("coder/name", name)
+
+
+def _coder_key(project: Path) -> str:
+    """Where the coder of a project is kept."""
+    return "coders/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
 
 
 def reaction_ms() -> float:

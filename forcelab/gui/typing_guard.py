@@ -56,7 +56,7 @@ _TYPING = _ARROWS | _PAGING | {_K.Key_Backspace, _K.Key_Delete}
 #: What other widgets need. A table leaves left and right to the time axis; Tab walks its cells.
 _THEIRS: tuple[tuple[type[QWidget], set[Qt.Key]], ...] = (
     (QAbstractButton, {_K.Key_Space}),
-    (QComboBox, _ARROWS | _PAGING | {_K.Key_Space}),
+    (QComboBox, _ARROWS | {_K.Key_Space}),
     (QAbstractSlider, _ARROWS | _PAGING),
     (QTreeView, _ARROWS),
     (QAbstractItemView, {_K.Key_Up, _K.Key_Down}),

@@ -10,12 +10,12 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCommandLinkButton,
     QLabel,
-    QProgressBar,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.sampling import SampleProgress
 from forcelab.jobs import Progress
 
 __all__ = ["Welcome"]
@@ -30,6 +30,7 @@ class Welcome(QWidget):
     opening = Signal()
     creating = Signal()
     sampling = Signal()
+    cancelled = Signal()
     chosen = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -60,12 +61,11 @@ class Welcome(QWidget):
             ),
         ]
         self._recent = QVBoxLayout()
-        self._bar = QProgressBar()
-        self._bar.setAccessibleName(self.tr("Progress of the sample project"))
-        self._bar.setVisible(False)
+        self._sample = SampleProgress()
+        self._sample.cancelled.connect(self.cancelled)
         column = QVBoxLayout()
         column.addStretch(1)
-        for widget in (title, self._say, self._bar, *self._buttons):
+        for widget in (title, self._say, self._sample, *self._buttons):
             column.addWidget(widget)
         column.addLayout(self._recent)
         column.addStretch(2)
@@ -89,12 +89,8 @@ class Welcome(QWidget):
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show how far the sample project is; None when it is over."""
-        self._bar.setVisible(progress is not None)
+        self._sample.show_progress(progress)
         self._buttons[0].setEnabled(progress is None)
-        if progress is not None:
-            self._bar.setRange(0, progress.total)
-            self._bar.setValue(progress.done)
-            self._bar.setFormat(f"{progress.text} · %p %")
 
     def _button(self, text: str, more: str, press: Callable[[], object]) -> QCommandLinkButton:
         """A large button with a line of explanation."""

@@ -29,12 +29,15 @@ from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.gui.menus import fill_menus, follow_tabs
 from forcelab.gui.opening import Opening, sample_place
+from forcelab.gui.recent import RecentProjects
 from forcelab.gui.review.tab import UNHURRIED, ReviewTab
+from forcelab.gui.sampling import SampleProgress
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
 from forcelab.gui.tradeoff.tab import MEASURING, TradeoffTab
 from forcelab.gui.welcome import Welcome
 from forcelab.gui.workspaces import WORKSPACES
+from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
     from forcelab.gui.app import Start
@@ -56,7 +59,8 @@ class Window(QMainWindow):
     Parameters
     ----------
     author : str
-        The coder who labels.
+        The coder who labels in the project that is opened first; ``""`` for the one who did so
+        last.
     remembering : bool
         Whether layout and recent projects are kept for the next time; not for pictures.
     """
@@ -64,15 +68,18 @@ class Window(QMainWindow):
     def __init__(self, author: str, *, remembering: bool = True) -> None:
         super().__init__()
         self._remembering = remembering
-        self.document = Document(author, self)
+        self.document = Document(author or settings.coder(), self)
         self.jobs = Jobs(self)
-        self.opening = Opening(self.document, self.jobs, self, remembering=remembering)
+        self.opening = Opening(
+            self.document, self.jobs, self, remembering=remembering, author=author
+        )
         self.label = LabelWorkspace(self.document, self.jobs, self)
         self.review = ReviewTab(self.document, self.jobs, self.label)
         self.capture = CaptureTab(self.document, self.jobs)
         self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome()
+        self._sample = SampleProgress()
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
         self._tabs.tabBar().setDrawBase(False)
@@ -99,10 +106,12 @@ class Window(QMainWindow):
         self.resizeDocks([self._dock], [250], Qt.Orientation.Horizontal)
         self.commands = bind(self, self._handlers())
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
-        fill_menus(self, self.commands, panels, ShownTracks(self.document, self))
+        tracks, recent = ShownTracks(self.document, self), RecentProjects(self.opening.open, self)
+        fill_menus(self, self.commands, panels, tracks, recent)
         follow_tabs(self._tabs, [self.commands[f"workspace_{w.name}"] for w in WORKSPACES])
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
+        self.statusBar().addPermanentWidget(self._sample)
         self.statusBar().addPermanentWidget(self.review.standing)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
@@ -125,7 +134,7 @@ class Window(QMainWindow):
             project = next(iter(settings.recent_projects()), None)
             if project is None and not settings.flag("window/begun"):
                 settings.put("window/begun", True)
-                self.opening.make_sample(sample_place())
+                self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
             return
         low, high = self.document.bounds
@@ -157,6 +166,16 @@ class Window(QMainWindow):
         behind = UNHURRIED | ENDLESS | {MEASURING}
         quiet = behind.issuperset(self.jobs.busy)
         return quiet and self.label.settled and self.tradeoff.settled
+
+    def at_rest(self, patience: float) -> bool:
+        """Whether nothing works in the background any more, once it is closed.
+
+        Parameters
+        ----------
+        patience : float
+            Seconds to wait at most for each of jobs and video.
+        """
+        return self.jobs.close(patience) and self.label.video.close_video(patience)
 
     # Qt
 
@@ -208,6 +227,7 @@ class Window(QMainWindow):
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(opening.remember_demonstration)
         document.demonstration_changed.connect(self._title)
+        document.demonstration_changed.connect(self._forget_edit)
         # So that the next key paints, and is not typed into a search field.
         document.demonstration_changed.connect(self.label.tracks.setFocus)
         document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
@@ -215,7 +235,9 @@ class Window(QMainWindow):
         document.said.connect(self._say)
         self.capture.recording_changed.connect(self._recording_changed)
         self.jobs.trouble.connect(partial(self._say, trouble=True))
-        opening.sampling.connect(self._welcome.show_progress)
+        opening.sampling.connect(self._show_sample)
+        self._welcome.cancelled.connect(opening.cancel_sample)
+        self._sample.cancelled.connect(opening.cancel_sample)
         self.demonstrations.importing.connect(opening.ask_import)
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
@@ -233,6 +255,7 @@ class Window(QMainWindow):
             "new_project": opening.ask_new,
             "open_project": opening.ask_open,
             "import": opening.ask_import,
+            "attach_video": self.demonstrations.ask_video,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
             "search": self.demonstrations.focus_search,
@@ -247,7 +270,8 @@ class Window(QMainWindow):
         for choice in choices:
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
         label = verbs.handlers(document, self.label.tracks, self.label.player, self)
-        dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands)
+        shown = self.demonstrations.model.ids
+        dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands, shown)
         return handlers | label | dialogs | self.review.handlers() | self.capture.handlers()
 
     def _workspace_changed(self, index: int) -> None:
@@ -263,6 +287,11 @@ class Window(QMainWindow):
         self._dock.setVisible(there)
         self._welcome.set_recent(settings.recent_projects())
         self._title()
+
+    def _show_sample(self, progress: Progress | None) -> None:
+        """Show how far the sample project is, where one is looking."""
+        self._welcome.show_progress(progress)
+        self._sample.show_progress(progress if self.document.project is not None else None)
 
     def _look_elsewhere(self) -> None:
         """Take over what others have changed; the longer that takes, the later the next time."""
@@ -296,6 +325,11 @@ class Window(QMainWindow):
         if bar.styleSheet() != style:  # putting one on takes longer than a stroke
             bar.setStyleSheet(style)
         bar.showMessage(sentence, 15_000 if trouble else 6_000)
+
+    def _forget_edit(self) -> None:
+        """Say of another demonstration no more what was done to the one before."""
+        if self.statusBar().currentMessage() == self.document.edit_said:
+            self.statusBar().clearMessage()
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""

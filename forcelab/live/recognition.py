@@ -54,6 +54,8 @@ class LiveRecognition:
     ----------
     glimpse : Glimpse
         What was recognised last.
+    remarks : tuple of str
+        What is to be said of the devices' channels: that the recogniser learnt other units.
 
     Raises
     ------
@@ -74,6 +76,7 @@ class LiveRecognition:
         self._following = Following(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
+        self.remarks = recogniser.remarks_on(self._following.channels)
         self._segments = Growing(self._online)
         self._recent = Recent(self._online.actions)
         self.glimpse = Glimpse()

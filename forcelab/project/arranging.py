@@ -1,4 +1,4 @@
-"""What is put right about a stored demonstration: its name, its video and the video's clock."""
+"""What is put right about a stored demonstration: name, task, video and the video's clock."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.loading import DEMONSTRATIONS, row_of
+from forcelab.project.vocabularies import extend_vocabulary, vocabularies
+from forcelab.vocabulary import Vocabulary
 
-__all__ = ["attach_video", "rename", "set_video_clock"]
+__all__ = ["attach_video", "rename", "set_task", "set_video_clock"]
 
 
 def rename(database: Database, id_: str, name: str) -> None:
@@ -33,6 +35,34 @@ def rename(database: Database, id_: str, name: str) -> None:
                 f"'{row['task']}' is called '{name}'; choose another name."
             )
         database.execute("UPDATE demonstration SET name = ? WHERE id = ?", name, id_)
+
+
+def set_task(database: Database, id_: str, task: str) -> None:
+    """Put a demonstration into another task, whose vocabulary gets the actions it lacks."""
+    task = " ".join(task.split())
+    with database.writing():
+        row = row_of(database, id_)
+        if row["task"] == task:
+            return
+        if database.one(
+            "SELECT 1 FROM demonstration WHERE task = ? AND name = ?", task, row["name"]
+        ):
+            where = f"Task '{task}' has" if task else "Without a task there is"
+            raise InputError(
+                f"{where} another demonstration called '{row['name']}'; rename one of them first."
+            )
+        database.execute("UPDATE demonstration SET task = ? WHERE id = ?", task, id_)
+        painted = {
+            one["action"]
+            for one in database.all(
+                "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
+                "WHERE demonstration = ?",
+                id_,
+            )
+        }
+        old = vocabularies(database).get(row["task"], Vocabulary())
+        looks = Vocabulary(tuple(action for action in old if action.name in painted))
+        extend_vocabulary(database, task, id_, looks)
 
 
 def set_video_clock(database: Database, id_: str, clock: ClockMap) -> None:

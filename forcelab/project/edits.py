@@ -1,6 +1,6 @@
 """Tracks and the edits that made them: append-only, undone and redone by further edits.
 
-Every edit replaces a run of segments by another (see :func:`forcelab.painting.splice`), so that it
+Every edit replaces a run of segments by another (see :func:`forcelab.splicing.splice`), so that it
 costs the same on a long track as on a short one, and swapping the two runs undoes it.
 """
 
@@ -13,9 +13,9 @@ from datetime import datetime
 
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, Track, is_model, ordered
-from forcelab.painting import splice, spliced
 from forcelab.project.database import Database
 from forcelab.project.history import Line, edit_of, edits_of, line_of
+from forcelab.project.ownership import authors, kind_of, track_for, track_of
 from forcelab.project.records import (
     Author,
     AuthorKind,
@@ -24,6 +24,7 @@ from forcelab.project.records import (
     segments_to_json,
     utc_now,
 )
+from forcelab.splicing import splice, spliced
 
 __all__ = ["Tracks"]
 
@@ -60,17 +61,15 @@ class Tracks:
 
     def authors(self) -> tuple[Author, ...]:
         """Everybody who made an edit, in order of first appearance."""
-        rows = self._db.all("SELECT name, kind FROM author ORDER BY id")
-        return tuple(Author(row["name"], row["kind"]) for row in rows)
+        return authors(self._db)
 
     def kind(self, author: str) -> AuthorKind | None:
         """What an author is, if known."""
-        row = self._db.one("SELECT kind FROM author WHERE name = ?", author)
-        return row["kind"] if row else None
+        return kind_of(self._db, author)
 
     def track(self, demonstration: str, author: str) -> Track:
         """The track as it is now, empty where the author made none."""
-        row = self._row(demonstration, author)
+        row = track_of(self._db, demonstration, author)
         return Track(author) if row is None else Track(author, self._segments(row))
 
     def tracks(self, demonstration: str) -> tuple[Track, ...]:
@@ -84,14 +83,14 @@ class Tracks:
 
     def head(self, demonstration: str, author: str) -> int:
         """The number of a track's latest edit, 0 where there is none."""
-        row = self._row(demonstration, author)
+        row = track_of(self._db, demonstration, author)
         return 0 if row is None else line_of(self._db, row).head
 
     def history(
         self, demonstration: str, author: str, latest: int | None = None, before: int | None = None
     ) -> tuple[Edit, ...]:
         """The edits of a track, the first one first; see :func:`edits_of`."""
-        row = self._row(demonstration, author)
+        row = track_of(self._db, demonstration, author)
         return () if row is None else edits_of(self._db, row, latest, before)
 
     def edit(
@@ -111,7 +110,7 @@ class Tracks:
             raise InputError(f"'{author}' is a model's name; paint under a coder's.")
         if proposed_by is not None:
             self._check_proposer(proposed_by, kind)
-        track = self._row_for(demonstration, author, _made_by(kind, author))
+        track = track_for(self._db, demonstration, author, _made_by(kind, author))
         line = line_of(self._db, track)
         if self._segments(track, line.head) != before:
             raise StaleTrackError(
@@ -160,7 +159,7 @@ class Tracks:
             kind = _made_by(edit.kind, edit.author)
             if edit.reverts is not None:
                 kind = self.kind(edit.author) or kind
-            track = self._row_for(edit.demonstration, edit.author, kind)
+            track = track_for(self._db, edit.demonstration, edit.author, kind)
             line = line_of(self._db, track)
             change = _Change(
                 edit.kind,
@@ -193,7 +192,7 @@ class Tracks:
 
     def _revert(self, demonstration: str, author: str, kind: EditKind) -> Edit | None:
         """Undo or redo, if there is something to."""
-        track = self._row(demonstration, author)
+        track = track_of(self._db, demonstration, author)
         if track is None:
             return None
         line = line_of(self._db, track)
@@ -284,45 +283,6 @@ class Tracks:
             raise InputError(
                 f"'{proposer}' is no model that proposes labels to a coder; copy a coder's labels."
             )
-
-    def _row(self, demonstration: str, author: str) -> int | None:
-        """The number of a track, if there is one."""
-        row = self._db.one(
-            "SELECT track.id FROM track JOIN author ON author.id = track.author "
-            "WHERE demonstration = ? AND name = ?",
-            demonstration,
-            author,
-        )
-        return row["id"] if row else None
-
-    def _row_for(self, demonstration: str, author: str, kind: AuthorKind) -> int:
-        """The number of a track, made where there is none; its author must be of that kind."""
-        there = self._db.one(
-            "SELECT track.id, kind FROM track JOIN author ON author.id = track.author "
-            "WHERE demonstration = ? AND name = ?",
-            demonstration,
-            author,
-        )
-        if there is not None and there["kind"] == kind:
-            return int(there["id"])
-        Track(author)  # refuses an author without a name
-        known = self.kind(author)
-        if known is None:
-            self._db.execute("INSERT INTO author (name, kind) VALUES (?, ?)", author, kind)
-        elif known != kind:
-            raise InputError(
-                f"'{author}' is a {known} in this project and cannot be a {kind} as well; "
-                f"use another author's name."
-            )
-        self._db.execute(
-            "INSERT OR IGNORE INTO track (demonstration, author) "
-            "SELECT ?, id FROM author WHERE name = ?",
-            demonstration,
-            author,
-        )
-        row = self._row(demonstration, author)
-        assert row is not None
-        return row
 
 
 def _as_stored(segments: Segments) -> Segments:

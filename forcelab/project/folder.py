@@ -12,7 +12,7 @@ from typing import TypeVar
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.adding import clear_away
-from forcelab.project.database import Database
+from forcelab.project.database import FILE, Database
 from forcelab.project.loading import DEMONSTRATIONS
 from forcelab.project.runs import RECOGNISERS
 
@@ -42,6 +42,13 @@ class ProjectFolder:
         """
         with files.told(f"'{path}' cannot be opened"):
             return files.vacant(Path(path))
+
+    @staticmethod
+    def is_at(path: str | os.PathLike[str]) -> bool:
+        """Whether a folder is that of a project, be it damaged or of another version."""
+        with contextlib.suppress(OSError):  # what cannot be looked at cannot be told
+            return (Path(path) / FILE).is_file()
+        return False
 
     @classmethod
     def create(cls: type[Self], path: str | os.PathLike[str]) -> Self:

@@ -13,10 +13,10 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.labels import Track
 from forcelab.project.adding import add_all
-from forcelab.project.arranging import attach_video, rename, set_video_clock
+from forcelab.project.arranging import attach_video, rename, set_task, set_video_clock
 from forcelab.project.cameras import Camera, cameras
 from forcelab.project.computed import ProjectComputed
-from forcelab.project.discarding import discard
+from forcelab.project.discarding import discard, remove
 from forcelab.project.judged import ProjectJudged
 from forcelab.project.loading import info, infos, load, natural_order, truth
 from forcelab.project.painted import ProjectPainted
@@ -216,6 +216,42 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
             training or evaluation since: it stays then.
         """
         discard(self._db, demonstration, heads)
+
+    def remove(self, demonstration: str, heads: Mapping[str, int]) -> None:
+        """Remove a demonstration for good: recording, video, everybody's labels and assignments.
+
+        Runs and recognisers stay; what they were made of cannot be looked up any more.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        heads : mapping of str to int
+            Of each coder whose labels may go, the :meth:`head` of the track.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or a coder's labels are others than those: it stays.
+        """
+        remove(self._db, demonstration, heads)
+
+    def set_task(self, demonstration: str, task: str) -> None:
+        """Put a demonstration into another task; its vocabulary gets the actions it lacks.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        task : str
+            The task, which need not be known; ``""`` for none.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or another one of the task has its name.
+        """
+        set_task(self._db, demonstration, task)
 
     def rename(self, demonstration: str, name: str) -> None:
         """Give a demonstration another name.

@@ -16,6 +16,7 @@ from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
 from forcelab.recognition.peaks import peak_features
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.units import units_of
 from forcelab.recognition.windows import window_features
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
@@ -68,6 +69,8 @@ class Examples:
     rate : float
         Samples a second of the grid that the features were computed on; time steps may lie
         farther apart.
+    units : tuple of str
+        Of the channels; empty where they are not known.
     """
 
     name: str
@@ -77,6 +80,7 @@ class Examples:
     segments: Segments
     channels: tuple[str, ...]
     rate: float
+    units: tuple[str, ...] = ()
 
     def nearest(self, times: NDArray[np.float64]) -> NDArray[np.int64]:
         """The time step nearest to each of `times` (s), shape (m,)."""
@@ -125,6 +129,7 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
         segments=labelled.merged(settings.merge).segments,
         channels=channels.names,
         rate=grid.rate,
+        units=units_of(demonstration.channels, channels.names),
     )
 
 

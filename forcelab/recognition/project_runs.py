@@ -17,6 +17,7 @@ from forcelab.recognition.run_results import kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
+from forcelab.recognition.units import mixed_units
 from forcelab.versions import versions
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "told",
     "train_tasks",
     "unlearnt",
+    "unlike",
 ]
 
 
@@ -197,6 +199,7 @@ def evaluate_tasks(
         raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
     evaluations: list[tuple[tuple[str, ...], Evaluation]] = []
     refusals: list[str] = []
+    mixed: list[str] = []
     unclear: UnclearAuthorError | None = None
     spelt: set[str] = set()
     for tasks in groups:
@@ -232,6 +235,7 @@ def evaluate_tasks(
             continue
         evaluations.append((tasks, evaluation))
         spelt.update(*(part.spelt for part in corpora))
+        mixed += unlike(corpora, settings)
         if project.read_only or passing:
             continue
         project.add_run(
@@ -246,7 +250,7 @@ def evaluate_tasks(
         if unclear is not None:  # said once, not for every task
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
-    remarks = (*refusals, *idle(settings, spelt), *_unkept(project))
+    remarks = (*refusals, *dict.fromkeys(mixed), *idle(settings, spelt), *_unkept(project))
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
@@ -295,6 +299,12 @@ def idle(settings: Settings, spelt: Collection[str]) -> tuple[str, ...]:
     """A remark on a merge map's spellings that nobody used."""
     unused = settings.merge.unused(spelt)
     return (f"The merge map names what nobody labelled: {', '.join(unused)}.",) if unused else ()
+
+
+def unlike(corpora: Sequence[Corpus], settings: Settings) -> tuple[str, ...]:
+    """A remark on labelled demonstrations whose channels have unlike units."""
+    labelled = [item for part in corpora for item in part.labelled if item.segments]
+    return mixed_units([item.demonstration for item in labelled], settings)
 
 
 def _unkept(project: Project) -> tuple[str, ...]:
@@ -349,7 +359,7 @@ def train_tasks(
             labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
             versions=versions(),
         )
-    remarks = idle(settings, found.spelt) + _unkept(project)
+    remarks = unlike([found], settings) + idle(settings, found.spelt) + _unkept(project)
     return Trained(recogniser, content, remarks + unlearnt(found, recogniser))
 
 

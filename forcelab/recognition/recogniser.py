@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import Demonstration
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
@@ -19,6 +20,7 @@ from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Examples, Labelled, prepare
 from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.units import other_units
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_part import LivePart
@@ -109,6 +111,8 @@ class Recogniser:
     live : tuple of LivePart
         What it has learnt to follow a stream, by the time that each part looks ahead; empty where
         the classifier itself can do so.
+    units : tuple of str
+        Of the channels; empty where they are not known, as in files of older versions.
     """
 
     settings: Settings
@@ -120,6 +124,17 @@ class Recogniser:
     trained_on: tuple[str, ...] = ()
     choreography: Choreography | None = None
     live: tuple[LivePart, ...] = ()
+    units: tuple[str, ...] = ()
+
+    def remarks_on(self, channels: Sequence[Channel]) -> tuple[str, ...]:
+        """What is to be said before it recognises some recorded channels: that units differ.
+
+        Raises
+        ------
+        InputError
+            If it looks at a channel that is not there.
+        """
+        return other_units(self.units, self.channels, channels)
 
     def prepared(self, demonstration: Demonstration) -> Examples:
         """Compute the features of a demonstration that this recogniser looks at.

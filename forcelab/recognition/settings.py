@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -158,9 +159,7 @@ class Settings:
     def __post_init__(self) -> None:
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
-                raise InputError(
-                    f"There is no {name} '{getattr(self, name)}'; choose from {', '.join(known)}."
-                )
+                raise InputError(_unknown(name, getattr(self, name), known))
         for name, (fine, need) in self._ranges().items():
             if not fine:
                 raise InputError(f"The setting {name} must be {need}, not {getattr(self, name)}.")
@@ -311,6 +310,13 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
 _SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated")
 
 
+def _unknown(what: str, given: object, known: Collection[str]) -> str:
+    """What to say of a word that is none of those one may choose from."""
+    near = get_close_matches(str(given), known, n=1)
+    meant = f"did you mean '{near[0]}'? Choose" if near else "choose"
+    return f"There is no {what} '{given}'; {meant} from {', '.join(known)}."
+
+
 def _number(value: object, least: float, most: float) -> bool:
     """Whether a value is a number (True and False are not) in a range; NaN is in none."""
     return type(value) in (int, float) and least <= value <= most  # type: ignore[operator]
@@ -389,5 +395,5 @@ def preset(name: str) -> Settings:
         If there is none of that name.
     """
     if name not in PRESETS:
-        raise InputError(f"There is no preset '{name}'; choose from {', '.join(PRESETS)}.")
+        raise InputError(_unknown("preset", name, PRESETS))
     return PRESETS[name]

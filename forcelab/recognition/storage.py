@@ -83,6 +83,7 @@ def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
                 "settings": recogniser.settings.to_json(),
                 "rate": recogniser.rate,
                 "channels": list(recogniser.channels),
+                "units": list(recogniser.units),
                 "actions": list(recogniser.actions),
                 "shortest": recogniser.shortest,
                 "trained_on": list(recogniser.trained_on),
@@ -158,6 +159,7 @@ def _recogniser(content: object, path: Path) -> Recogniser:
         trained_on=tuple(str(identity) for identity in content["trained_on"]),
         choreography=_choreography(content.get("choreography"), settings),
         live=_live(content),
+        units=_units(content),
     )
     if not 0 < recogniser.rate < np.inf:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
@@ -190,6 +192,16 @@ def _live(content: Mapping[str, Any]) -> tuple[LivePart, ...]:
     if not isinstance(parts, list):
         raise TypeError("no list of parts")
     return tuple(LivePart.from_plain(part, channels, actions) for part in parts)
+
+
+def _units(content: Mapping[str, Any]) -> tuple[str, ...]:
+    """Check the channels' units; older files have none."""
+    units = content.get("units", [])
+    if not isinstance(units, list) or not all(isinstance(unit, str) for unit in units):
+        raise TypeError("no list of units")
+    if units and len(units) != len(content["channels"]):
+        raise ValueError("not a unit for each channel")
+    return tuple(units)
 
 
 def _names(values: object) -> tuple[str, ...]:

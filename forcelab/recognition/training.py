@@ -174,6 +174,8 @@ def fit_examples(
         settings=settings,
         rate=median_low(example.rate for example in examples),
         channels=examples[0].channels,
+        # Of demonstrations in unlike units nothing is learnt that others could be held against.
+        units=examples[0].units if len({example.units for example in examples}) == 1 else (),
         actions=actions,
         shortest=_shortest(examples, actions),
         classifier=classifier,

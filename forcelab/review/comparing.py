@@ -140,9 +140,9 @@ def _told(value: object) -> str:
 def _pooled(
     outcome: Outcome, stage: str, shared: tuple[str, ...], counts: list[Counts]
 ) -> Mapping[str, Any]:
-    """The pooled scores of the shared demonstrations: as stored if those are all."""
+    """The pooled scores of the shared demonstrations: as stored if those are all ever tested."""
     stored: Mapping[str, Any] | None = outcome.scores.get(stage, {}).get("pooled")
-    if stored is not None and len(shared) == len(outcome.tested):
+    if stored is not None and len(shared) == len(outcome.tested) + outcome.removed:
         return stored
     return pool("pooled", counts).to_json() if counts else {}
 

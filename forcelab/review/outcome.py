@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -95,6 +96,9 @@ class Outcome:
     seconds : mapping of str to float
         Run time of ``features``, ``fit``, ``predict``, ``filter``.
     remarks : tuple of str
+    removed : int
+        How many of those tested are no longer in the project. They are not among `tested` and have
+        no scores of their own; the pooled scores are those of all.
     """
 
     number: int
@@ -113,6 +117,7 @@ class Outcome:
     scores: Mapping[str, Any] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    removed: int = 0
 
     @property
     def proposer(self) -> str:
@@ -200,6 +205,22 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
         id_ = plain["demonstration"]
         return _reviewed(project, infos[id_], plain, plain.get("certainty", sure.get(id_)))
 
+    def there(key: str) -> list[Mapping[str, Any]]:
+        told = result.get(key, ())
+        return [one for one in told if one["demonstration"] in infos or not _is_id(one)]
+
+    tracks = there("tracks")
+    remarks = list(result["remarks"])
+    if gone := len(result["tracks"]) - len(tracks):
+        if not tracks:
+            raise InputError(
+                f"All demonstrations that run {run.id} tested were removed from "
+                f"'{project.path}'; train again."
+            )
+        remarks.append(
+            f"{gone} of the {len(result['tracks'])} demonstrations that were tested were removed "
+            f"from the project since; the scores are those of all."
+        )
     tasks, test_task = tasks_of(run.settings)
     choice = run.settings.get("choice", {})
     return Outcome(
@@ -213,13 +234,37 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
         settings=Settings.from_json(result["settings"]),
         actions=tuple(result["labels"]),
         labels=run.labels,
-        tested=tuple(reviewed(plain) for plain in result["tracks"]),
-        proposals=tuple(reviewed(plain) for plain in result.get("proposals", ())),
+        tested=tuple(reviewed(plain) for plain in tracks),
+        proposals=tuple(reviewed(plain) for plain in there("proposals")),
         recogniser=str(result.get("recogniser", "")),
-        scores={which: result[which] for which in ("raw", "filtered") if which in result},
+        scores={
+            which: _scores(result[which], result["tracks"], tracks)
+            for which in ("raw", "filtered")
+            if which in result
+        },
         seconds={name: float(spent) for name, spent in result["seconds"].items()},
-        remarks=tuple(result["remarks"]),
+        remarks=tuple(remarks),
+        removed=gone,
     )
+
+
+def _scores(
+    stage: Mapping[str, Any], told: Sequence[Mapping[str, Any]], kept: Sequence[Mapping[str, Any]]
+) -> Mapping[str, Any]:
+    """Scores of a stage; those of each demonstration stand in the order of those that are kept."""
+    if len(kept) == len(told) or "demonstrations" not in stage:
+        return stage
+    ids = {plain["demonstration"] for plain in kept}
+    each = zip(told, stage["demonstrations"], strict=False)
+    return {
+        **stage,
+        "demonstrations": [one for plain, one in each if plain["demonstration"] in ids],
+    }
+
+
+def _is_id(plain: Mapping[str, Any]) -> bool:
+    """Whether what a run tells is of a demonstration, be it one that was removed since."""
+    return re.fullmatch("[0-9a-f]{32}", plain["demonstration"]) is not None
 
 
 def _reviewed(

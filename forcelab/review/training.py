@@ -18,7 +18,7 @@ from forcelab.errors import InputError
 from forcelab.labels import from_codes
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.corpus import Corpus
-from forcelab.recognition.project_runs import Choice, evaluating, idle, told, unlearnt
+from forcelab.recognition.project_runs import Choice, evaluating, idle, told, unlearnt, unlike
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.run_results import digest, kept, title_of
@@ -113,6 +113,7 @@ def reviewing(
             trained_on: Sequence[str] = evaluation.trained_on
         else:
             result = _untested(title, settings)
+        remarks += unlike(snapshot.corpora, settings)
         remarks += idle(settings, frozenset().union(*(part.spelt for part in snapshot.corpora)))
         recogniser = None
         if fit:
@@ -227,6 +228,9 @@ def _proposals(
         except InputError as error:
             remarks.append(f"No proposal for '{info.name}': {error}")
             continue
+        remarks += [
+            f"'{info.name}': {one}" for one in recogniser.remarks_on(demonstration.channels)
+        ]
         made.append(_proposal(demonstration, prediction))
         looks.append(sampled(examples))
     for proposal, share in zip(made, typicality(looks).tolist(), strict=True):

@@ -1,13 +1,15 @@
 """Devices read through real pyserial on real ptys."""
 
+import re
 import time
 
 import numpy as np
 import pytest
+from virtual_encoder import VirtualEncoder
 
 from forcelab.capture import encoder_device, optoforce_talk
 from forcelab.capture.blocks import UnpluggedError
-from forcelab.capture.devices import device_named, number_sensors
+from forcelab.capture.devices import device_named, number_sensors, said
 from forcelab.capture.discovery import FoundPort
 from forcelab.capture.encoder_device import Encoder
 from forcelab.capture.events import Events
@@ -15,7 +17,7 @@ from forcelab.capture.optoforce_device import OptoForce
 from forcelab.capture.text_device import TextLine
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
-from forcelab.capture.virtual_lines import VirtualEncoder, VirtualTextLine
+from forcelab.capture.virtual_lines import VirtualTextLine
 from forcelab.capture.virtual_streams import rows
 from forcelab.errors import InputError
 
@@ -403,6 +405,45 @@ def test_an_encoder_gives_its_count_when_it_changes_and_holds_it_in_between(bang
         device.close()
     values = joined(blocks, "values")[:, 0]
     assert (np.diff(values) == 0.5).all()
+
+
+def test_a_zero_holds_over_the_cable_and_is_forgotten_when_a_device_is_opened_anew():
+    for kind, virtual in {
+        "text": VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200),
+        "encoder": VirtualEncoder(lambda t: np.floor(np.minimum(20 * t, 5.0))[:, None]),
+    }.items():
+        with virtual:
+            device = device_named(f"{kind}:{virtual.port}")
+            device.open()
+            assert until_it_says(device, 5.0), kind
+            device.zero()
+            device.close()
+            device.open()
+            assert until_it_says(device, 5.0), kind
+            device.zero()
+            device.reopen()  # as after a loose cable; this one was never without power
+            assert until_it_says(device, 0.0), kind
+            device.close()
+
+
+def until_it_says(device, value, seconds=10.0):
+    """Whether a device comes to give a value, and nothing but what it had before on the way."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        block = device.read(0.1)
+        if block is not None and block.values[-1, 0] == value:
+            return True
+    return False
+
+
+def test_a_name_can_hold_what_would_end_its_parts(tmp_path):
+    file = tmp_path / "50%26 of R&D?.toml"
+    file.write_text("[any]\nfx = { capacity = 10.0, counts = 100 }\n")
+    with pytest.raises(InputError, match=re.escape(str(file))):  # it is found, but lacks fy
+        device_named(f"optoforce:/dev/x?calibration={said(str(file))}&rate=100")
+    assert device_named(f"text:{said('/dev/a&b?c')}?baud=9600").name == "text:/dev/a&b?c"
+    with pytest.raises(InputError, match="an & within a value is written as %26"):
+        device_named(f"optoforce:/dev/x?calibration={file}")
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")

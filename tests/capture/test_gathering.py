@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.blocks import Block
-from forcelab.capture.gathering import gather
+from forcelab.capture.gathering import _lost, gather
 from forcelab.capture.joining import Stream, joined
 from forcelab.capture.journal import Kind, encoded, header_bytes, parsed
 from forcelab.capture.samples import block_bytes
@@ -57,7 +57,7 @@ def test_lost_samples_are_absent_stamps_and_the_clock_goes_on(tmp_path):
     np.testing.assert_allclose(d.times, times[kept] - START, atol=5e-4)
     ((begin, end),) = d.gaps
     assert (begin, end) == (pytest.approx(0.7, abs=1e-3), pytest.approx(0.8, abs=1e-3))
-    assert found.remarks == ("101 samples of a were lost; they are gaps.",)
+    assert found.remarks == ("101 samples of a were lost; these are gaps.",)
     assert d.video is None
     assert found.track is None
 
@@ -232,3 +232,18 @@ def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):
     times = START + np.arange(100) / 1000
     with pytest.raises(InputError, match="do not fit"):
         gather(contents([device(channels=AXES[:2])], samples(times, three(times))), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("away", "lost", "said"),
+    [
+        (1, False, "a was unplugged once; that is a gap."),
+        (2, False, "a was unplugged 2 times; these are gaps."),
+        (0, True, "1 sample of a was lost; that is a gap."),
+        (1, True, "1 sample of a was lost and the device was unplugged once; these are gaps."),
+    ],
+)
+def test_gaps_are_counted_in_their_sentence(away, lost, said):
+    ticks = np.delete(np.arange(100), [50] if lost else [])
+    stream = Stream(ticks / 1000, np.zeros((len(ticks), 1)), False, True, ((0.1, 0.2),) * away)
+    assert _lost("a", stream, ticks) == said

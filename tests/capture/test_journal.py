@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from read_back import block_of
 
 from forcelab.capture.blocks import Block
 from forcelab.capture.journal import (
@@ -22,7 +23,7 @@ from forcelab.capture.journal import (
     read,
 )
 from forcelab.capture.journal_writer import JournalWriter, being_written
-from forcelab.capture.samples import block_bytes, block_of
+from forcelab.capture.samples import Samples, block_bytes
 from forcelab.errors import InputError
 
 HEADER = {"name": "LEGO 01", "devices": []}
@@ -155,7 +156,7 @@ def test_another_version_is_refused_with_the_cure():
 @pytest.mark.parametrize("payload", [b"", b"\x01", block_bytes(block())[:-1]])
 def test_a_block_of_a_wrong_length_is_refused(payload):
     with pytest.raises(InputError, match="block"):
-        block_of(payload)
+        Samples(block().values.shape[1]).add(payload)
 
 
 class FullDisk(io.FileIO):

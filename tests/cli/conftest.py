@@ -28,8 +28,16 @@ class Said:
 
     @property
     def sentence(self):
-        """The one sentence of an error; fails if it is anything more or less."""
-        assert self.status == 1, (self.status, self.out, self.err)
+        """The one sentence about a file or project; fails if it is anything more or less."""
+        return self._only_sentence(1)
+
+    @property
+    def wrong_word(self):
+        """The one sentence about the command line itself; fails as :attr:`sentence`."""
+        return self._only_sentence(2)
+
+    def _only_sentence(self, status):
+        assert self.status == status, (self.status, self.out, self.err)
         assert self.out == ""
         assert self.err.startswith("forcelab: ")
         assert self.err.endswith(".\n")

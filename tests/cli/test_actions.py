@@ -24,6 +24,6 @@ def test_one_action_is_told_alone_with_how_to_decide(forcelab):
 
 def test_an_action_that_is_none_is_refused_with_those_there_are(forcelab):
     result = forcelab("actions", "dance")
-    assert result.status == 1
+    assert result.status == 2
     assert result.err.startswith("forcelab: There is no 'dance' in the glossary; it has ")
     assert "slip transition" in result.err

@@ -10,10 +10,11 @@ import time
 import numpy as np
 import pytest
 from fake_devices import eventually
+from read_back import block_of
 
+from forcelab.assets import asset
 from forcelab.capture.journal import Kind, read
 from forcelab.capture.keeping import CAPTURES, unfinished
-from forcelab.capture.samples import block_of
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
 from forcelab.project import Project
@@ -157,12 +158,8 @@ def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_pat
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ([], "--list"),
-        (["new.forcelab"], "--device"),
-        (["new.forcelab", "--device", "optoforce:/dev/nowhere"], "--task"),
         (["new.forcelab", "--device", "optoforce:/dev/nowhere", "--task", "t"], "/dev/nowhere"),
         (["new.forcelab", "--device", "x", "--task", "t"], "'x' is no device"),
-        (["new.forcelab", "--device", "text:/dev/x", "--task", "t", "--seconds", "-1"], "positive"),
         (
             ["new.forcelab", "--device", "text:/dev/x", "--task", "t", "--camera", "93"],
             "camera 93 cannot be opened",
@@ -176,3 +173,37 @@ def test_what_cannot_be_done_is_one_sentence_and_makes_no_project(
     monkeypatch.chdir(tmp_path)
     assert expected in forcelab("capture", *words).sentence
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], "--list"),
+        (["new.forcelab"], "--device"),
+        (["new.forcelab", "--device", "optoforce:/dev/nowhere"], "--task"),
+        (["new.forcelab", "--device", "text:/dev/x", "--task", "t", "--seconds", "-1"], "positive"),
+    ],
+)
+def test_a_recording_that_is_not_told_of_is_a_wrong_command_line(
+    forcelab, tmp_path, monkeypatch, words, expected
+):
+    monkeypatch.chdir(tmp_path)
+    assert expected in forcelab("capture", *words).wrong_word
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_raw_counts_are_warned_of_before_they_are_recorded(forcelab, daq, tmp_path):
+    words = ("--task", "LEGO", "--seconds", "0.3")
+    port = f"optoforce:{daq.port}"
+    said = forcelab("capture", tmp_path / "lab.forcelab", "--device", port, *words)
+    assert said.status == 0
+    warning = (
+        f"{port} is not calibrated: its forces are recorded as raw counts, which do not compare "
+        f"with newtons; give ?calibration=FILE.\n"
+    )
+    assert warning in said.err
+    assert said.err.index(warning) < said.err.index("Recording 'LEGO 01'")
+    file = asset("calibrations", "3-axis-40N.toml")
+    newtons = f"{port}?calibration={file}"
+    said = forcelab("capture", tmp_path / "lab.forcelab", "--device", newtons, *words)
+    assert "calibrated" not in said.err

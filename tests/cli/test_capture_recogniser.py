@@ -115,7 +115,7 @@ def test_what_cannot_be_recognised_is_one_sentence_and_makes_no_project(
         said = forcelab(*words, *devices, "--recogniser", tmp_path / "none.skops")
         assert "none.skops" in said.sentence
         said = forcelab(*words, *devices, "--latency", "1")
-        assert "--recogniser" in said.sentence
+        assert "--recogniser" in said.wrong_word
         said = forcelab(*words, *devices, "--recogniser", file, "--latency", "-1")
         assert "latency" in said.sentence
         said = forcelab(*words, *devices[:2], "--recogniser", file)

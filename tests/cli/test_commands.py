@@ -25,8 +25,8 @@ from forcelab.recognition.settings import CLASSIFIERS, PRESETS
 from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "sync", "capture",
-    "replay", "evaluate",
+    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "attach", "sync",
+    "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "realism", "doctor",
 ]  # fmt: skip
@@ -238,6 +238,58 @@ def test_an_export_replaces_no_recording_and_stays_out_of_projects(forcelab, rec
     assert "read here" in forcelab("export", project, "--out", project).sentence
 
 
+def test_nothing_is_written_among_the_files_of_a_project(forcelab, project, tmp_path):
+    before = {path: path.stat().st_mtime_ns for path in project.rglob("*")}
+    inside = project / "demonstrations"
+    assert f"lies in the project '{project}'" in forcelab("figures", project).sentence
+    assert "lies in the project" in forcelab("figures", inside / "new").sentence
+    other = tmp_path / "other.forcelab"
+    Project.create(other).close()
+    assert (
+        "in the project"
+        in forcelab("export", other, "--out", inside, "--format", "archive").sentence
+    )
+    words = ("evaluate", other, "--task", "foam", "--figure", inside / "pairs.svg")
+    assert "in the project" in forcelab(*words).sentence
+    assert {path: path.stat().st_mtime_ns for path in project.rglob("*")} == before
+
+
+def test_an_export_that_fails_leaves_no_folder_behind(forcelab, project, tmp_path):
+    next(project.glob("demonstrations/*/signals.npy")).unlink()
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    for out in (tmp_path / "new" / "deep", kept):
+        words = ("export", project, "--out", out, "--format", "archive")
+        assert "signals.npy" in forcelab(*words).sentence
+    assert not (tmp_path / "new").exists()
+    assert kept.is_dir()
+
+
+def test_what_goes_to_a_closed_standard_error_does_not_go_to_standard_output(project):
+    cases = ((f"list {project} --task chess --json", 1), (f"list {project} --sort", 2))
+    for words, status in cases:
+        command = f"{sys.executable} -m forcelab {words} 2>&-"
+        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (status, "")
+
+
+def test_progress_can_be_told_to_nobody(project, recordings):
+    command = f"{sys.executable} -m forcelab import {project} {recordings / 'foam-01.csv'} 2>&-"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 0
+    assert "1 recording" in done.stdout
+
+
+@pytest.mark.parametrize("rows", ["fx,fy\n3,4\n2,1\n5,6\n", "time,fx\ntea,1\nwater,2\nmilk,3\n"])
+def test_a_table_that_tells_no_rate_is_refused_with_the_option_that_cures_it(
+    forcelab, tmp_path, rows
+):
+    table = tmp_path / "table.csv"
+    table.write_text(rows)
+    said = forcelab("import", tmp_path / "p.forcelab", table).sentence
+    assert said.endswith("say how many samples there are a second (--rate).\n")
+
+
 def test_closed_standard_output_is_no_traceback(project):
     command = f"{sys.executable} -m forcelab list {project} >&-"
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
@@ -359,8 +411,8 @@ def test_every_command_of_the_parser_can_be_run():
         "gui": [],
         "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
         "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"],
-        "agree": ["p"], "sync": ["p", "d"], "capture": ["p"], "replay": ["p", "d"],
-        "evaluate": ["p"], "train": ["p", "--out", "o"],
+        "agree": ["p"], "attach": ["p", "d", "v"], "sync": ["p", "d"], "remove": ["p", "d"],
+        "capture": ["p"], "replay": ["p", "d"], "evaluate": ["p"], "train": ["p", "--out", "o"],
         "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"],
         "export": ["p", "--out", "o"],
         "plan": ["p", "d"], "actions": [], "figures": ["d"], "measure": ["contact"],
@@ -370,3 +422,29 @@ def test_every_command_of_the_parser_can_be_run():
     for command, words in given.items():
         module = build_parser().parse_args([command, *words]).module
         assert callable(import_module(f"forcelab.cli.{module}").run)
+
+
+def test_a_name_is_stripped_and_one_that_is_nearly_there_is_told(forcelab, recordings, tmp_path):
+    project = tmp_path / "lab.forcelab"
+    first, second, third = (recordings / f"foam-0{number}.csv" for number in (1, 2, 3))
+    said = forcelab("import", project, first, "--task", " foam ", "--author", " Ines")
+    assert said.err == ""
+    said = forcelab("import", project, second, "--task", "Foam", "--author", "ines", "--json")
+    assert said.json["demonstrations"]
+    assert said.err.splitlines() == [
+        "'ines' is a new coder beside 'Ines'.",
+        "'Foam' is a new task beside 'foam'.",
+    ]
+    assert forcelab("import", project, third, "--task", "Foam", "--author", "ines ").err == ""
+    said = forcelab("assign", project, "foam-01", "--author", "INES")
+    assert said.err == "'INES' is a new coder beside 'Ines'.\n"
+    with Project.open(project) as opened:
+        assert [author.name for author in opened.authors()] == ["Ines", "ines"]
+        assert set(opened.tasks()) == {"foam", "Foam"}
+
+
+def test_a_name_of_nothing_is_a_wrong_command_line(forcelab, recordings, tmp_path):
+    words = ["import", tmp_path / "lab.forcelab", recordings / "foam-01.csv"]
+    said = forcelab(*words, "--author", "  ")
+    assert (said.status, said.out) == (2, "")
+    assert "--author: a name cannot be empty" in said.err

@@ -260,22 +260,37 @@ def test_filters_can_be_switched_off_one_by_one(forcelab, project):
     ("words", "says"),
     [
         (["--task", "chess"], "'foam', 'sponge'"),
-        (["--classifier", "oracle"], "naive-bayes"),
-        (["--preset", "magic"], "paper"),
-        (["--wavelet", "daubechies"], "haar"),
-        (["--stride", "0"], "stride"),
-        (["--median", "wide"], "'off'"),
-        (["--max-scale", "1"], "2 .. 1 samples"),
         (["--channels", "torque"], "normal 1"),
         (["--author", "nobody"], "coder"),
-        (["--jobs", "0"], "--jobs"),
         (["--merge", "missing.json"], "missing.json"),
         (["--figure", "pairs.gif"], ".svg"),
     ],
 )
-def test_a_wrong_setting_is_one_sentence_with_the_cure(forcelab, project, words, says):
+def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
+    forcelab, project, words, says
+):
     given = [*FAST, *words]
     assert says in forcelab("evaluate", project, "--task", "foam", *given).sentence
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--classifier", "oracle"], "naive-bayes"),
+        (["--classifier", "naive-bayse"], "did you mean 'naive-bayes'?"),
+        (["--preset", "magic"], "paper"),
+        (["--preset", "papr"], "did you mean 'paper'?"),
+        (["--wavelet", "daubechies"], "haar"),
+        (["--stride", "0"], "stride"),
+        (["--median", "wide"], "'off'"),
+        (["--windows", "0.1,wide"], "seconds"),
+        (["--max-scale", "1"], "2 .. 1 samples"),
+        (["--jobs", "0"], "--jobs"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_a_wrong_command_line(forcelab, project, words, says):
+    given = [*FAST, *words]
+    assert says in forcelab("evaluate", project, "--task", "foam", *given).wrong_word
 
 
 def test_a_single_labelled_demonstration_is_too_few(forcelab, recordings, tmp_path):

@@ -95,7 +95,7 @@ def test_streams_and_live_recognition_have_a_figure_too(forcelab, monkeypatch, t
 @pytest.mark.parametrize("what", ["view", "training"])
 def test_there_is_no_figure_of_what_has_bounds_instead_of_errors(forcelab, tmp_path, what):
     said = forcelab("measure", what, "--figure", tmp_path / "front.svg")
-    assert f"no figure of '{what}'" in said.sentence
+    assert f"no figure of '{what}'" in said.wrong_word
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):
@@ -187,7 +187,7 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     ],
 )
 def test_what_does_not_go_together_is_refused_before_the_work(forcelab, what, asked, sentence):
-    assert sentence in forcelab("measure", what, *asked).sentence
+    assert sentence in forcelab("measure", what, *asked).wrong_word
 
 
 def test_swapped_labels_are_measured_drawn_and_written(forcelab, project, tmp_path):
@@ -247,7 +247,7 @@ def test_a_sample_project_that_is_not_there_is_made_for_as_long_as_needed(
 )
 def test_what_is_for_recognition_alone_is_refused_elsewhere(forcelab, asked, option):
     said = forcelab("measure", "contact", *option)
-    assert "goes with 'recognition'" in said.sentence
+    assert "goes with 'recognition'" in said.wrong_word
     assert asked == []
 
 
@@ -278,4 +278,4 @@ def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, 
     assert list(content["tables"]) == ["contact"]
     assert set(content["skipped"]) == {"stream", "view"}
     said = forcelab("measure", "all", "--figure", tmp_path / "all.svg")
-    assert "no figure of 'all'" in said.sentence
+    assert "no figure of 'all'" in said.wrong_word

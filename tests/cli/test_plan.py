@@ -141,7 +141,7 @@ def test_a_recogniser_brings_its_own_settings(forcelab, project, tmp_path):
     assert parts["channel normal 2"]["computed"]
     assert not parts["channel tangential 1"]["computed"]
     assert not parts["column fx2"]["computed"]
-    assert "--recogniser alone" in forcelab(*words, "--stride", "3").sentence
+    assert "--recogniser alone" in forcelab(*words, "--stride", "3").wrong_word
     assert "no recogniser" in forcelab(*words[:-1], tmp_path / "none.skops").sentence
 
 

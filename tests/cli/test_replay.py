@@ -106,6 +106,42 @@ def test_both_sensors_are_played_as_they_were_recorded(stored):
     assert not any(os.path.lexists(port["port"]) for port in told["ports"])
 
 
+def test_channels_of_any_kind_are_played_as_lines_of_text(stored):
+    t = np.arange(N) / 400.0
+    channels = (Channel("opening", "mm"), Channel("grip force", "N"), Channel("thumb"))
+    signals = np.column_stack([40 * t, np.sin(9 * t), 7.0 - t])
+    signals[100:104, 2] = np.nan
+    demonstration = recording(
+        times=np.delete(t, np.s_[200:240]),
+        signals=np.delete(signals, np.s_[200:240], axis=0),
+        channels=channels,
+    )
+    with replaying(stored(demonstration), "--as", "text", "--lead", "0.3") as (child, told):
+        (port,) = told["ports"]
+        assert port["channels"] == [channel.name for channel in channels]
+        device = device_named(port["device"])
+        device.open()
+        assert device.channels == channels
+        blocks = []
+        with suppress(UnpluggedError):
+            while True:
+                block = device.read(0.02)
+                if block is not None:
+                    blocks.append(block)
+        device.close()
+        assert child.wait(30) == 0
+    assert device.rate == pytest.approx(400, rel=0.01)
+    played = np.concatenate([block.values for block in blocks])
+    ticks = np.concatenate([block.ticks for block in blocks])
+    begins = np.flatnonzero(played[:, 0] > 0.05)[0]
+    off = played[begins:-5, 0] - 0.1 * (ticks[begins:-5] - ticks[begins])
+    off -= np.median(off)
+    assert np.abs(off).max() < 0.5  # beside a gap the nearest sample holds for some periods
+    assert np.mean(np.abs(off) < 1e-6) > 0.97
+    assert 30 < np.diff(ticks[begins:]).max() < 45  # the gap is one, and counted
+    assert 3 <= np.isnan(played[:, 2]).sum() <= 5
+
+
 def test_a_closed_terminal_ends_it_with_a_sentence_and_takes_the_ports_away(stored):
     with replaying(stored(recording())) as (child, told):
         assert all(os.path.lexists(port["port"]) for port in told["ports"])
@@ -122,6 +158,12 @@ def test_a_recording_without_a_3_axis_sensor_is_refused_in_a_sentence(stored, ca
     said = capsys.readouterr().err
     assert "no 3-axis force sensor" in said
     assert "a, b, c, d, e, f" in said
+
+
+def test_a_calibration_is_refused_where_it_would_change_nothing(stored, capsys):
+    words = ["--as", "text", "--calibration", "mine.toml"]
+    assert main(["replay", str(stored(recording())), "tongs 01", *words]) == 2
+    assert "leave --calibration away" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--speed", "0"], ["--lead", "-1"]])

@@ -83,7 +83,7 @@ def test_actions_that_a_task_has_already_keep_their_looks(quick, forcelab, proje
 def test_what_cannot_be_simulated_is_refused(forcelab, tmp_path, words, sentence):
     out = tmp_path / "lab.forcelab"
     said = forcelab(*FOAM, "--count", "1", "--out", out, *words)
-    assert sentence in said.sentence
+    assert sentence in said.wrong_word
     assert not out.exists()
 
 

@@ -64,7 +64,6 @@ def test_a_clock_is_set_by_hand(project, forcelab):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("filmed 1", "--offset", "1", "--accept"), "not both"),
         (("filmed 1", "--rate", "0"), "positive rate"),
         (("filmed 1", "--offset", "nan"), "finite offset"),
         (("other",), "other"),
@@ -72,6 +71,8 @@ def test_a_clock_is_set_by_hand(project, forcelab):
 )
 def test_what_cannot_be_done_is_told_and_changes_nothing(project, forcelab, words, told):
     assert told in forcelab("sync", project, *words).sentence
+    words = ("filmed 1", "--offset", "1", "--accept")
+    assert "not both" in forcelab("sync", project, *words).wrong_word
     assert clock_of(project) == ClockMap()
 
 

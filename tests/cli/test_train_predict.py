@@ -51,6 +51,18 @@ def test_a_recogniser_labels_a_recording_it_has_not_seen(forcelab, recogniser, r
     assert right > 0.7 * (truth != UNLABELLED).sum()
 
 
+def test_forces_in_another_unit_than_the_learnt_one_are_remarked_on(
+    forcelab, recogniser, recordings, tmp_path
+):
+    known = recordings / "sponge-11.csv"
+    assert "learnt" not in forcelab("predict", recogniser, known).err
+    counts = tmp_path / "counts.csv"
+    counts.write_text(known.read_text().replace(" [N]", ""))
+    said = forcelab("predict", recogniser, counts)
+    assert said.status == 0
+    assert "counts: The channel 'tangential 1' is without a unit, but the recogniser" in said.err
+
+
 def test_the_project_keeps_a_copy_that_works(forcelab, recogniser, project, recordings):
     with Project.open(project) as opened:
         (kept,) = opened.recognisers()
@@ -184,3 +196,27 @@ def test_actions_without_a_sample_are_not_said_to_be_learnt(forcelab, project, t
     content = forcelab(*words).json
     assert "blink" not in content["actions"]
     assert content["remarks"] == ["No sample to train on at this stride: blink."]
+
+
+def test_a_recording_at_a_lower_rate_is_told_what_the_recogniser_cannot_see(
+    forcelab, recogniser, recordings, tmp_path
+):
+    lines = (recordings / "foam-01.csv").read_text("utf-8").splitlines(keepends=True)
+    slow = tmp_path / "slow.csv"
+    slow.write_text("".join([lines[0], *lines[1::4]]), "utf-8")
+    assert forcelab("predict", recogniser, recordings / "foam-01.csv").err == ""
+    told = forcelab("predict", recogniser, slow).err
+    assert told.count("\n") == 1
+    assert "sampled at 25 Hz, and the recogniser learnt at 100 Hz: " in told
+    assert "look above 12.5 Hz" in told
+    assert "--rate 25" in told
+
+
+def test_times_are_printed_with_no_digits_that_mean_nothing(forcelab, recogniser, recordings):
+    told = forcelab("predict", recogniser, recordings / "foam-01.csv")
+    times = [cell for row in told.out.splitlines()[1:] for cell in row.split(",")[:2]]
+    assert times
+    assert all(len(time.partition(".")[2]) <= 2 for time in times)
+    plain = forcelab("predict", recogniser, recordings / "foam-01.csv", "--json").json
+    shown = [str(s[edge]) for s in plain[0]["segments"] for edge in ("start", "end")]
+    assert shown == times

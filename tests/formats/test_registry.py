@@ -61,7 +61,6 @@ UNKNOWN = {
     "a PNG picture": b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256)),
     "a JPEG picture": b"\xff\xd8\xff\xe0\x00\x10JFIF\x00" + bytes(range(256)),
     "a PDF document": b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n1 0 obj\n",
-    "an MP4 or QuickTime video": b"\x00\x00\x00\x20ftypisom\x00\x00\x02\x00" + bytes(64),
     "a web page": b"<!DOCTYPE html>\n<title>404</title>\n1,2,3\n4,5,6\n",
     "a WAV recording": b"RIFF\x24\x08\x00\x00WAVEfmt \x10\x00\x00\x00" + bytes(64),
     "a gzip file, which must be unpacked first": b"\x1f\x8b\x08\x00" + bytes(range(64)),
@@ -105,6 +104,15 @@ def test_a_foreign_zip_is_told_by_what_is_in_it(tmp_path, entries, kind):
             made.writestr(entry, "x")
     with pytest.raises(InputError, match=rf"a\.zip' looks like {kind}"):
         read(tmp_path / "a.zip")
+
+
+def test_of_a_video_it_is_said_how_one_is_attached(tmp_path):
+    film = tmp_path / "karma.mp4"
+    film.write_bytes(b"\x00\x00\x00\x20ftypisom\x00\x00\x02\x00" + bytes(64))
+    with pytest.raises(InputError, match="an MP4 or QuickTime video, which .* attach") as refusal:
+        read(film)
+    assert "forcelab attach" in str(refusal.value)
+    assert "File > Attach video" in str(refusal.value)
 
 
 def test_what_is_no_file_is_refused_with_the_cure(tmp_path):

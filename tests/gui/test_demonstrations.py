@@ -11,7 +11,7 @@ from made_once import made_once
 from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
 from PySide6.QtGui import QHelpEvent, QImage
 from PySide6.QtTest import QAbstractItemModelTester, QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
@@ -19,6 +19,7 @@ from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
+from forcelab.gui.removing import RemoveDialog
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
 
@@ -243,8 +244,45 @@ def test_filters_show_what_is_left_to_do(listing, document):
         ]
     assert len(names["all"]) == 5
     assert names["unlabelled"] == [LONG, "sponge", "pen-10"]
+    assert names["begun"] == ["pen-2"]
     assert names["assigned"] == ["pen-10"]
     assert names["done"] == ["block"]
+
+
+def show(listing: DemonstrationList, what: str) -> None:
+    listing.shown.setCurrentIndex(listing.shown.findData(what))
+
+
+def test_what_is_half_labelled_is_never_lost(listing, document, until):
+    show(listing, "unlabelled")
+    document.open_demonstration(id_of(document, "pen-10"))
+    document.paint(0.0, 2.0, "grab")
+    until(lambda: row(listing, "pen-10").share > 0)
+    document.refresh_info()
+    assert shown(listing)["stylus"] == ["pen-10"]
+    current = listing.model.at(listing.view.currentIndex())
+    assert isinstance(current, Row)
+    assert current.info.name == "pen-10"
+    document.open_demonstration(id_of(document, "sponge"))
+    assert "stylus" not in shown(listing)
+    show(listing, "begun")
+    assert shown(listing) == {"foam": ["sponge"], "stylus": ["pen-2", "pen-10"]}
+    listing.menu.set_done(id_of(document, "pen-10"), True)
+    assert shown(listing)["stylus"] == ["pen-2"]
+    show(listing, "all")
+    told = listing.model.index(2, 0).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert told == "stylus; 2 of 2 begun by you; 1 of those not done"
+
+
+def test_a_filtered_list_highlights_only_what_is_open(listing, document):
+    document.open_demonstration(id_of(document, "pen-2"))
+    for name in ("block", "sponge"):
+        listing.view.setCurrentIndex(listing.model.index_of(id_of(document, name)))
+        listing.search.setText("foam")
+        assert not listing.view.selectedIndexes()
+        listing.search.clear()
+        [chosen] = listing.view.selectedIndexes()
+        assert chosen.data() == "pen-2"
 
 
 def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
@@ -288,6 +326,52 @@ def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
     assert project.assignments() == ()
 
 
+def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
+    def titles() -> list[str]:
+        return [action.text() for action in listing.menu.made_for(row(listing, "pen-2")).actions()]
+
+    document.open_demonstration(id_of(document, "pen-2"))
+    assert not any("Back" in title for title in titles())
+    assert listing.menu.set_task(document.id, "foam")
+    assert shown(listing)["foam"] == ["block", "pen-2", "sponge"]
+    assert document.demonstration.task == "foam"
+    assert "Back to task 'stylus'" in titles()
+    assert listing.menu.set_task(document.id, "stylus")
+    assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
+
+
+def test_what_was_imported_by_mistake_is_removed(listing, document):
+    id_ = id_of(document, "pen-2")
+    document.open_demonstration(id_)
+    heads = {name: document.project.head(id_, name) for name in ("anna", "bert")}
+    said = []
+    document.said.connect(lambda text, _: said.append(text))
+    assert not listing.menu.remove(id_, {"anna": heads["anna"]})
+    assert "was labelled meanwhile" in said[-1]
+    assert document.id == id_
+    assert listing.menu.remove(id_, heads)
+    assert document.id == ""
+    assert shown(listing)["stylus"] == ["pen-10"]
+
+
+def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
+    alone = RemoveDialog(row(listing, "pen-10"), "anna")
+    assert alone.remove.isEnabled()
+    both = RemoveDialog(row(listing, "pen-2"), "anna")
+    assert "bert" in both.others.text()
+    assert not both.remove.isEnabled()
+    both.others.click()
+    assert both.remove.isEnabled()
+    for name in ("pen-2", "pen-10"):
+        listing.menu.assign([id_of(document, name)], "anna")
+    blind = [RemoveDialog(row(listing, name), "anna") for name in ("pen-2", "pen-10")]
+    assert len({dialog.others.text() for dialog in blind}) == 1
+    for dialog in blind:
+        words = [label.text() for label in dialog.findChildren(QLabel)]
+        assert not any("bert" in text for text in [*words, dialog.others.text()])
+        assert not dialog.remove.isEnabled()
+
+
 def test_what_cannot_be_done_is_said(listing, document, tmp_path):
     said = []
     document.said.connect(lambda text, trouble: said.append((text, trouble)))
@@ -304,7 +388,15 @@ def test_what_cannot_be_done_is_said(listing, document, tmp_path):
 def test_every_row_has_a_menu(listing, document):
     document.open_demonstration(id_of(document, "pen-2"))
     titles = [a.text() for a in listing.menu.made_for(row(listing, "block")).actions() if a.text()]
-    assert titles == ["Open", "Mark as done", "Assign blind…", "Rename…", "Attach video…"]
+    assert titles == [
+        "Open",
+        "Mark as done",
+        "Assign blind…",
+        "Rename…",
+        "Attach video…",
+        "Task…",
+        "Remove from the project…",
+    ]
     first = listing.menu.made_for(row(listing, "pen-2")).actions()[0]
     assert not first.isEnabled()
     group = listing.menu.made_for(listing.model.groups[1])
@@ -347,6 +439,7 @@ def test_where_there_is_nothing_it_says_what_to_do(listing, document, tmp_path):
     assert button() is None
     listing.search.setText("nowhere")
     assert button().text() == "Show all"
+    assert any("'nowhere'" in label.text() for label in listing.findChildren(QLabel))
     QTest.mouseClick(button(), Qt.MouseButton.LeftButton)
     assert len(shown(listing)) == 3
     Project.create(tmp_path / "empty.forcelab").close()

@@ -2,12 +2,16 @@
 
 import pytest
 from painted import opened
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QInputDialog, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.app import Start
+from forcelab.gui.coders import CoderChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.opening import Opening
+from forcelab.gui.sampling import SampleProgress
+from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.project import Project
 
@@ -23,9 +27,10 @@ def make(app):
     """Make what opens projects into a document."""
     windows = []
 
-    def made(document, *, remembering=True):
+    def made(document, *, remembering=True, author=""):
         windows.append(QWidget())
-        return Opening(document, Jobs(windows[-1]), windows[-1], remembering=remembering)
+        jobs = Jobs(windows[-1])
+        return Opening(document, jobs, windows[-1], remembering=remembering, author=author)
 
     yield made
     for window in windows:
@@ -59,3 +64,94 @@ def test_a_sample_project_that_is_ready_late_does_not_close_another(
         assert busy.project.path == shown
     assert settings.recent_projects() == (tmp_path / "sample",)
     busy.close()
+
+
+def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, monkeypatch):
+    monkeypatch.setattr("getpass.getuser", lambda: "ada")
+    document = Document("Ada")
+    sample, study = tmp_path / "sample.forcelab", tmp_path / "study.forcelab"
+    for path in (sample, study):
+        Project.create(path).close()
+    opening = make(document)
+    opening.open(sample)
+    choice = CoderChoice(document)
+    monkeypatch.setattr(QInputDialog, "getText", lambda *_: (" Ines ", True))
+    choice._chosen(choice._box.count() - 1)
+    assert document.author == "Ines"
+    opening.open(study)
+    assert (document.author, choice._box.currentText()) == ("Ada", "Ada")
+    opening.open(sample)
+    assert (document.author, choice._box.currentText()) == ("Ines", "Ines")
+    choice.deleteLater()
+    document.close()
+
+
+def test_who_was_asked_for_labels_in_the_first_project_alone(make, tmp_path, monkeypatch):
+    monkeypatch.setattr("getpass.getuser", lambda: "ada")
+    document = Document("Ines")
+    for name in ("a", "b"):
+        Project.create(tmp_path / name).close()
+    opening = make(document, author="Ines")
+    opening.open(tmp_path / "a")
+    assert document.author == "Ines"
+    opening.open(tmp_path / "b")
+    assert document.author == "Ada"
+    document.close()
+
+
+def endless(ended):
+    def making(path, *_):
+        try:
+            while True:
+                yield Progress(1, 30, "LEGO")
+        finally:
+            ended.append(path)
+
+    return making
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_sample_project_nobody_asked_for_ends_when_a_project_is_opened(
+    make, tmp_path, monkeypatch, until, asked
+):
+    ended, shown, study = [], [], tmp_path / "study.forcelab"
+    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    Project.create(study).close()
+    document = Document("Ann")
+    opening = make(document)
+    opening.sampling.connect(shown.append)
+    opening.make_sample(tmp_path / "sample", asked=asked)
+    until(lambda: len(shown) > 1)
+    opening.open(study)
+    if asked:
+        opening._jobs.cancel("sample")
+        assert shown[-1] is not None
+    else:
+        assert shown[-1] is None
+    until(lambda: ended)
+    document.close()
+
+
+def test_making_the_sample_project_can_be_cancelled_wherever_it_is_shown(
+    app, tmp_path, monkeypatch, until
+):
+    ended, study = [], tmp_path / "study.forcelab"
+    monkeypatch.setattr("forcelab.sample.making", endless(ended))
+    monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: tmp_path / "sample")
+    Project.create(study).close()
+    window = Window("Ann")
+    window.show()
+    window.begin(Start())
+    (here,) = window._welcome.findChildren(SampleProgress)
+    until(lambda: here.isVisible() and "LEGO" in here.bar.format())
+    here.cancel.click()
+    until(lambda: ended)
+    assert not here.isVisible()
+    window.opening.make_sample(tmp_path / "sample")
+    window.opening.open(study)
+    (there,) = window.statusBar().findChildren(SampleProgress)
+    until(there.isVisible)
+    there.cancel.click()
+    until(lambda: len(ended) == 2)
+    assert not there.isVisible()
+    window.close()

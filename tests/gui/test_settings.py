@@ -125,13 +125,23 @@ def test_a_relative_project_is_remembered_as_what_it_was(tmp_path, monkeypatch):
     assert settings.recent_projects() == ((tmp_path / "p").resolve(),)
 
 
-def test_the_coder_is_the_account_until_another_name_is_given(monkeypatch):
+def test_each_project_has_its_own_coder(monkeypatch, tmp_path):
     monkeypatch.setattr(getpass, "getuser", lambda: "ada")
-    assert settings.coder() == "Ada"
-    settings.put("coder/name", "Grace Hopper")
-    assert settings.coder() == "Grace Hopper"
-    settings.put("coder/name", "  ")
-    assert settings.coder() == "Ada"
+    sample, study = tmp_path / "sample.forcelab", tmp_path / "study.forcelab"
+    assert settings.coder() == settings.coder(sample) == "Ada"
+    settings.remember_coder(sample, "Ines")
+    assert settings.coder(sample, ("Ines", "Tomas")) == "Ines"
+    assert settings.coder() == settings.coder(study, ("Bo",)) == "Ada"
+    settings.remember_coder(study, "  ")
+    assert settings.coder(study) == "Ada"
+
+
+def test_a_coder_is_known_again_in_a_project_that_was_moved(monkeypatch, tmp_path):
+    monkeypatch.setattr(getpass, "getuser", lambda: "ada")
+    settings.remember_coder(tmp_path / "here.forcelab", "Grace Hopper")
+    moved = tmp_path / "there.forcelab"
+    assert settings.coder(moved, ("Bo", "Grace Hopper")) == "Grace Hopper"
+    assert settings.coder(moved, ("Bo",)) == "Ada"
 
 
 @pytest.mark.parametrize("error", [OSError, KeyError, ImportError])

@@ -325,3 +325,15 @@ def test_a_widget_that_is_gone_does_not_hear_of_new_keys(app, keys):
 
 def test_one_object_holds_the_keys_of_the_program(app):
     assert shortcuts.keys() is shortcuts.keys()
+
+
+def test_a_list_of_choices_in_focus_leaves_the_timeline_its_keys(window):
+    """Of the speed, Home and End would otherwise be the first and last, 0.1x and 4x."""
+    speed = window.add(QComboBox())
+    speed.addItems(["0.1", "1", "4"])
+    speed.setCurrentIndex(1)
+    presses = (Qt.Key_Home, Qt.Key_End, (Qt.Key_Home, Qt.ControlModifier), Qt.Key_PageDown)
+    assert window.did_on(speed, *presses) == ["faster", "slower", "to_start", "next_demonstration"]
+    assert speed.currentIndex() == 1
+    assert window.did_on(speed, Qt.Key_Down) == []
+    assert speed.currentIndex() == 2

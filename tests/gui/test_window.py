@@ -1,5 +1,6 @@
 """The whole window: what it leaves out, what it remembers."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -185,3 +186,17 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
     drop(study.parent / "a.csv", study.parent / "b.csv")
     drop(study)
     assert asked == [(study.parent / "a.csv", study.parent / "b.csv"), study]
+
+
+def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
+    with Project.open(study) as project:
+        second = project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
+    window = windows(Start(project=study))
+    document, bar = window.document, window.statusBar()
+    document.paint(1.0, 2.0, "grab")
+    assert "grab" in bar.currentMessage()
+    assert document.open_demonstration(second.id)
+    assert bar.currentMessage() == ""
+    document.say("This is the last demonstration of the list.")
+    document.open_demonstration(document.infos[0].id)
+    assert "last demonstration" in bar.currentMessage()

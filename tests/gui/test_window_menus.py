@@ -1,9 +1,5 @@
-"""The window's frame: menus, panels put back, keys from every list, what a signal ends."""
+"""The window's frame: menus, panels put back, keys from every list."""
 
-import os
-import signal
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,32 +121,6 @@ def test_tab_reaches_the_track(window):
             return
         QTest.keyClick(window.focusWidget(), Qt.Key.Key_Tab)
     raise AssertionError("Tab never came to the track")
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_closes_a_window_in_which_nothing_moves(study, tmp_path, number):
-    script = f"""
-import subprocess, os, sys
-from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication
-application = QApplication(["forcelab"])
-soon = f"sleep 1; kill -{int(number)} {{os.getpid()}}"
-QTimer.singleShot(500, lambda: subprocess.Popen(["sh", "-c", soon]))
-from forcelab.cli import main
-sys.exit(main([{str(study)!r}]))
-"""
-    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", script],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 128 + number, done.stderr
-    assert "Traceback" not in done.stderr
 
 
 def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):

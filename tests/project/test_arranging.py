@@ -11,6 +11,8 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
+GRAB = (Segment(0.0, 0.1, "grab"),)
+
 
 @pytest.fixture
 def film(tmp_path):
@@ -167,3 +169,23 @@ def test_a_thousand_demonstrations_are_listed_at_once(path):
     assert infos[6].labelled == pytest.approx({"anna": 0.3, "b": 0.3})
     # 25 ms where nothing else is at work; ten times that says that it grew with the square.
     assert min(took) < 0.25
+
+
+def test_another_task_gets_the_demonstration_with_its_actions_and_their_looks(project, make):
+    first = project.add(make(1, name="pen-1", task="stylus"), [Track("anna", GRAB)]).id
+    project.add(make(2, name="block", task="foam"))
+    grab = project.vocabulary("stylus")["grab"]
+    project.set_task(first, " foam ")
+    assert project.info(first).task == project.load(first).task == "foam"
+    assert project.vocabulary("foam")["grab"].look == grab.look
+    assert project.track(first, "anna").segments == GRAB
+    project.set_task(first, "")
+    assert project.tasks() == ("", "foam")
+
+
+def test_a_task_takes_no_second_demonstration_of_the_same_name(project, make):
+    first = project.add(make(1, name="pen-1", task="stylus")).id
+    project.add(make(2, name="pen-1", task="foam"))
+    with pytest.raises(InputError, match="'foam' has another demonstration called 'pen-1'; rename"):
+        project.set_task(first, "foam")
+    assert project.info(first).task == "stylus"

@@ -127,13 +127,57 @@ def test_a_second_window_sees_that_it_is_gone(project, path, kept):
         assert other.track(first, "dora").segments == GRAB
 
 
+def worked_with(project, id_):
+    """Everything that people and runs can do with a demonstration."""
+    painted_and_taken_back(project, id_)
+    painted_by_another(project, id_)
+    project.edit(id_, "model: net", (), GRAB, "predicted", kind="predict")
+    used(project, id_)
+    project.assign(id_, "dora")
+    project.set_done(id_, "dora")
+    return {name: project.head(id_, name) for name in ("bea", "cara")}
+
+
+def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, kept):
+    id_, _ = kept
+    left = next(info.id for info in project.demonstrations() if info.id != id_)
+    project.assign(left, "dora")
+    heads = worked_with(project, id_)
+    schema = everything(path)[0]
+    project.remove(id_, heads)
+    assert [info.id for info in project.demonstrations()] == [left]
+    assert [author.name for author in project.authors()] == ["anna"]
+    assert [one.demonstration for one in project.assignments()] == [left]
+    assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left]
+    assert everything(path)[0] == schema
+    [run] = project.runs()
+    assert project.run(run.id).labels[0].demonstration == id_
+    with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        for table in ("edit", "assignment"):
+            with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
+                store.execute(f"DELETE FROM {table}")
+
+
+def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
+    id_, _ = kept
+    heads = worked_with(project, id_)
+    painted(project, id_)
+    before = everything(path)
+    for told in (heads, {}, {"cara": heads["cara"]}):
+        with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):
+            project.remove(id_, told)
+    assert everything(path) == before
+    with pytest.raises(InputError, match="no demonstration"):
+        project.remove("0" * 64, {})
+
+
 KILLED = """
 import os, signal, sys
 from pathlib import Path
 from forcelab.project import Project, discarding, files
 from forcelab.project.database import Database
 
-folder, id_, author, head = sys.argv[1:]
+folder, verb, id_, author, head = sys.argv[1:]
 
 def counted(call):
     def step(*given, **named):
@@ -152,7 +196,7 @@ def discard(path, number):
     discarding.sync_folder = counted(discarding.sync_folder)
     os.unlink, os.rmdir = counted(os.unlink), counted(os.rmdir)  # of shutil.rmtree
     Path.rename = counted(Path.rename)
-    project.discard(id_, {author: int(head)})
+    getattr(project, verb)(id_, {author: int(head)})
     os._exit(0)
 
 for number in range(1, 99):
@@ -169,12 +213,13 @@ print(number)
 
 
 @pytest.mark.skipif(not hasattr(sys, "setdlopenflags"), reason="needs fork of POSIX")
-def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept):
+@pytest.mark.parametrize("verb", ["discard", "remove"])
+def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, verb):
     id_, heads = kept
     [(author, head)] = heads.items()
     whole = everything(path)
     project.close()
-    arguments = [sys.executable, "-c", KILLED, str(path.parent), id_, author, str(head)]
+    arguments = [sys.executable, "-c", KILLED, str(path.parent), verb, id_, author, str(head)]
     done = subprocess.run(arguments, capture_output=True, text=True, check=True)
     steps = int(done.stdout)
     assert steps > 12
@@ -189,7 +234,7 @@ def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept):
             assert opened.load(id_).id == id_ if id_ in there else True
             if id_ in there:
                 assert opened.track(id_, author).segments == GRAB
-                opened.discard(id_, heads)  # once more
+                getattr(opened, verb)(id_, heads)  # once more
             assert [e.name for e in (copy / "demonstrations").iterdir()] == [
                 info.id for info in opened.demonstrations()
             ]

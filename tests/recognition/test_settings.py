@@ -67,7 +67,8 @@ def test_every_preset_bears_its_own_name():
 
 
 def test_a_preset_that_there_is_not_is_refused_with_those_that_there_are():
-    with pytest.raises(InputError, match=r"no preset 'better'; choose from .*paper"):
+    said = r"no preset 'better'; did you mean 'best'\? Choose from .*paper"
+    with pytest.raises(InputError, match=said):
         preset("better")
 
 

@@ -1,5 +1,6 @@
 """Outcomes out of the runs of a project."""
 
+import shutil
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -8,6 +9,7 @@ import pytest
 from trained_project import CHOICE, FAST, make
 
 from forcelab.errors import InputError
+from forcelab.formats.archive import read_archive, write_archive
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.certainty import Certainty
@@ -135,3 +137,27 @@ def test_edits_are_counted_by_the_track_that_was_used(tmp_path):
         project.edit(bare, "Ada", (), segments, "painted")
         assert edits_since(project, outcome) == 2
         assert edits_since(project, replace(outcome, labels=())) == 3  # all are new then
+
+
+def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
+    copy = shutil.copytree(path, tmp_path / "study.forcelab")
+    with Project.open(copy) as project:
+        before = latest(project)
+        gone = before.tested[0].id
+        heads = {name: project.head(gone, name) for name in project.info(gone).authors}
+        project.remove(gone, heads)
+        after = load(project, before.number)
+        assert [one.id for one in after.tested] == [one.id for one in before.tested[1:]]
+        assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]
+        for stage in ("raw", "filtered"):
+            each = before.scores[stage]["demonstrations"]
+            assert after.scores[stage]["demonstrations"] == each[1:]
+            assert each[0] != each[1]
+        assert after.removed == 1
+        assert after.remarks[-1].startswith(f"1 of the {len(before.tested)} demonstrations")
+        edits_since(project, after)
+        write_archive(project, tmp_path / "study.zip")
+        left = {used for used in before.labels if used.demonstration != gone}
+    with read_archive(tmp_path / "study.zip", tmp_path / "again.forcelab") as again:
+        [*_, run] = [run for run in again.runs() if run.id == before.number]
+        assert {used.demonstration for used in run.labels} == {u.demonstration for u in left}

@@ -25,6 +25,8 @@ ORDERS = {
     "marker": "still grab twist hold twist (hold twist )?release still",
     "foam": "still grab hold release still",
 }
+#: Where a jaw shears by nothing but friction: a stylus also wedges the jaws apart.
+KNOCKING = [f"{task} {n}" for task in TASKS if task != "stylus" for n in NUMBERS]
 #: Around a tap, jaws swing for so long, s.
 SWING = 0.25
 #: What the domes' own inertia amounts to at most while nothing is touched, N.
@@ -165,6 +167,7 @@ def test_the_stylus_sticks_slips_and_slips_off_until_the_jaws_meet(performed):
         before = one.motion.times < slip.start - 0.01
         # Stuck, the jaws give by the bending of the domes; in the end they are beyond the tip.
         assert np.abs(along[before]).max() < 2e-3
+        assert np.abs(one.forces[untapped(one)].reshape(-1, 3)[:, :2]).max() < 24.0
         tip = one.scene.profile.end + one.scene.profile.taper
         assert along[during(one, slipped)][-1] > tip
 
@@ -204,9 +207,29 @@ def test_forces_are_finite_and_of_a_size_that_hands_have(one):
     pressed = -forces[:, :, 2]
     shear = np.hypot(forces[:, :, 0], forces[:, :, 1])
     assert 1.5 < pressed.max() < 32.0
-    assert 1.0 < shear.max() < 24.0
+    assert shear.max() > 1.0
     # Silicone domes are pressed, never pulled; what is left is their inertia.
     assert pressed.min() > -INERTIA - 0.4
+
+
+@pytest.mark.parametrize("one", KNOCKING, indirect=True)
+def test_no_knock_shears_a_dome_by_more_than_friction_bears(one):
+    # In one of a hundred demonstrations a body that snaps in knocks on the socket's bottom so hard
+    # that 30 N shear a dome for some ms: more than a hand pulls with, and as much as it grips.
+    calm = untapped(one)
+    scene, motion = one.scene, one.motion
+    pads = (scene.arm or scene.thread).pads
+    if scene.thread:
+        past = scene.thread.radius * (motion.tongs[:, 2:] - motion.body[:, 3:])
+    else:
+        past = motion.tongs[:, :2] - motion.body[:, 1:3]
+    passing = np.linalg.norm(np.gradient(past, motion.times, axis=0), axis=1)
+    fast = (pads.damping + pads.viscous) * passing[:, np.newaxis]
+    tilts = np.array([scene.jaws.tilt_left, scene.jaws.tilt_right])
+    share = np.array([1.0, pads.asymmetry])
+    most = motion.normal * (share * (pads.static + fast) + np.sin(tilts))
+    sheared = np.linalg.norm(one.forces.reshape(-1, 2, 3)[:, :, :2], axis=2)
+    assert (sheared - most)[calm].max() < INERTIA
 
 
 def test_nothing_is_felt_before_the_first_contact_and_after_the_last(one):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
+from typing import Any
 
 from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
@@ -14,7 +15,7 @@ from forcelab.formats.archive.values import (
     made_to_json,
     verdict_to_json,
 )
-from forcelab.project import DemonstrationInfo, Edit, Project
+from forcelab.project import DemonstrationInfo, Edit, Project, StoredRecogniser, StoredRun
 from forcelab.project.records import segments_to_json
 
 __all__ = ["write_archive"]
@@ -47,13 +48,21 @@ def write_archive(project: Project, path: str | Path) -> None:
         verdicts = project.verdict_events()
         out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
         recognisers = project.recognisers()
-        named = [{"id": r.id, "name": r.name, **made_to_json(r)} for r in recognisers]
+        there = {info.id for info in project.demonstrations()}
+        named = [{"id": r.id, "name": r.name, **_made(r, there)} for r in recognisers]
         out.json("recognisers.json", named)
         for recogniser in recognisers:
             path_ = project.recogniser_path(recogniser.id)
             out.file(f"recognisers/{recogniser.id}.skops", path_)
-        runs = [{"kind": r.kind, **made_to_json(r), "result": r.result} for r in stored]
+        runs = [{"kind": r.kind, **_made(r, there), "result": r.result} for r in stored]
         out.json("runs.json", runs)
+
+
+def _made(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str, Any]:
+    """How a thing was made; labels of demonstrations that were removed since cannot be told."""
+    plain = made_to_json(made)
+    labels = [used for used in plain["labels"] if used["demonstration"] in there]
+    return {**plain, "labels": labels}
 
 
 def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
-from forcelab.errors import InputError
+from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.body import Body, Plan, Words, read_body
 from forcelab.formats.table.cells import Kind
@@ -27,6 +27,7 @@ from forcelab.formats.table.labels import lies_beside, read_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
 from forcelab.formats.table.roles import UNLABELLED_WORDS, Roles, choose_roles, label_column
 from forcelab.formats.table.stamps import Repaired, counted, repair
+from forcelab.formats.times import on_samples
 from forcelab.labels import UNLABELLED, Track, from_codes
 
 __all__ = ["read", "sniff"]
@@ -115,6 +116,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         remarks.append(f"{beside.name} was not read, as the table has labels of its own.")
     elif beside is not None:
         tracks, more = read_beside(beside, options, repaired.start, demonstration.duration)
+        tracks = on_samples(tracks, demonstration.times)
         remarks += more
     return [Recording(demonstration, tracks, tuple(remarks))]
 
@@ -153,9 +155,9 @@ def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Re
     if clock is None or table.roles.time is None or table.body.stamps is None:
         if options.rate is None:
             names = ", ".join(column.name for column in table.layout.columns)
-            raise InputError(
-                f"{path} has no column of stamps among {names}; say how many "
-                "samples there are a second, or name the column of stamps."
+            raise UnclearRateError(
+                f"{path} has no column of stamps among {names}; name the column of stamps, or say "
+                "how many samples there are a second."
             )
         return Repaired(np.arange(lines.size) / options.rate, np.arange(lines.size), 0.0, ())
     column = table.layout.columns[table.roles.time]

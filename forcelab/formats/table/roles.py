@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from forcelab.errors import InputError
+from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.body import Words
 from forcelab.formats.table.cells import Kind, kind_of, numbers
@@ -141,7 +141,7 @@ def _time(
 def _not_understood(layout: Layout, index: int, where: str) -> InputError:
     """The error for stamps that are words."""
     shown = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
-    return InputError(
+    return UnclearRateError(
         f"{where}: stamps such as {shown!r} in column '{layout.columns[index].name}' are not "
         "understood; write numbers or ISO 8601 (2024-05-31 12:00:00.000), or say how many samples "
         "there are a second."

@@ -106,6 +106,7 @@ class Attached(QObject):
         if not devices:
             self.say(self.tr("Tick a device, or write one such as optoforce:/dev/ttyACM0."), True)
             return
+        self.unsay()
         self._path = project.path
         self._work(
             Phase.CONNECTING,
@@ -150,6 +151,11 @@ class Attached(QObject):
         """Say a sentence on the page and in the status line."""
         self.sentences.append((sentence, trouble))
         self.document.say(sentence, trouble)
+        self.said.emit()
+
+    def unsay(self) -> None:
+        """Nothing that was said before counts any more: something is tried anew."""
+        self.sentences.clear()
         self.said.emit()
 
     def let_go(self) -> None:

@@ -5,14 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Scale", "columns_of"]
+from forcelab.capture.reader import FORCE_NAME
+from forcelab.demonstration import Channel
+
+__all__ = ["Scale", "columns_of", "least_span"]
 
 Real = NDArray[np.float64]
 
 #: A step between samples longer than so many periods, and at least so many seconds, is a gap.
 GAP_PERIODS, GAP = 5.0, 0.02
-#: Least span of a lane, in the channel's unit; share of it that is left free at either end.
-LEAST, FREE = 0.2, 0.12
+#: Least span of a lane, so that noise looks like noise: in units of force and torque, of a force in
+#: raw counts, and of anything else; share of it that is left free at either end.
+LEASTS = {
+    "N": 0.2, "mN": 200.0, "kN": 2e-4, "g": 20.0, "kg": 0.02,
+    "Nm": 0.01, "N m": 0.01, "Nmm": 10.0, "N mm": 10.0, "mNm": 10.0, "mN m": 10.0,
+}  # fmt: skip
+COUNTS, LEAST, FREE = 100.0, 0.2, 0.12
 #: A lane is scaled down where less than this share of it was needed for so many seconds.
 NEEDED, CALM = 0.4, 2.0
 
@@ -58,8 +66,20 @@ def columns_of(times: Real, values: Real, edges: Real, holds: bool = False) -> t
     return low, high
 
 
+def least_span(channel: Channel) -> float:
+    """The least span of a channel's lane, in its unit: what noise is small in."""
+    if not channel.unit and FORCE_NAME.fullmatch(channel.name):
+        return COUNTS
+    return LEASTS.get(channel.unit, LEAST)
+
+
 class Scale:
     """The span of a lane: grows at once, and shrinks only after a while.
+
+    Parameters
+    ----------
+    least : float
+        The least span, see :func:`least_span`.
 
     Attributes
     ----------
@@ -67,7 +87,8 @@ class Scale:
         Values at the lane's lower and upper edge.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, least: float = LEAST) -> None:
+        self._least = least
         self.low, self.high = -1.0, 1.0
         self._fresh = True
         self._needed_at = -np.inf
@@ -84,7 +105,7 @@ class Scale:
         """
         if not (np.isfinite(low) and np.isfinite(high)):
             return
-        span = max(high - low, LEAST)
+        span = max(high - low, self._least)
         if span >= NEEDED * (self.high - self.low):
             self._needed_at = now
         beyond = low < self.low or high > self.high

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.capture.reader import DeviceState
-from forcelab.gui.capture.columns import Scale, columns_of
+from forcelab.gui.capture.columns import Scale, columns_of, least_span
 from forcelab.gui.capture.live_axis import (
     RULER,
     SECONDS,
@@ -19,6 +19,7 @@ from forcelab.gui.capture.live_axis import (
     live_axis,
     paint_ruler,
 )
+from forcelab.gui.capture.live_scale import paint_scale, scale_width
 from forcelab.gui.capture.live_tracks import ROW, paint_rows, rows_height
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.session import Session
@@ -127,12 +128,13 @@ class LiveView(QWidget):
             for column, channel in enumerate(device.channels):
                 box = QRectF(plot.left(), lane * height, plot.width(), height)
                 colour = QColor(colours().curves[lane % len(colours().curves)])
-                scale = self._scales.setdefault((number, column), Scale())
+                scale = self._scales.setdefault((number, column), Scale(least_span(channel)))
                 seen_low, seen_high = low[:, column], high[:, column]
                 if np.isfinite(seen_low).any():
                     scale.fit(float(np.nanmin(seen_low)), float(np.nanmax(seen_high)), now)
                 up = Axis(scale.low, scale.high, box.bottom() - INSET, box.top() + INSET)
                 self._paint_lane(painter, box, up, lane)
+                paint_scale(painter, box, up)
                 latest = float(values[-1, column]) if len(values) else math.nan
                 self._paint_name(painter, box, channel.name, channel.unit, latest, colour)
                 room = (box.top() + 1, box.bottom() - 1)
@@ -169,7 +171,7 @@ class LiveView(QWidget):
         self, painter: QPainter, box: QRectF, name: str, unit: str, value: float, colour: QColor
     ) -> None:
         """What a lane shows, and its latest value."""
-        gutter = QRectF(8, box.top(), box.left() - 14, box.height())
+        gutter = QRectF(8, box.top(), box.left() - scale_width() - 14, box.height())
         painter.fillRect(QRectF(0, box.top() + 3, 3, box.height() - 6), colour)
         painter.setPen(QColor(colours().text))
         middle = Qt.AlignmentFlag.AlignVCenter

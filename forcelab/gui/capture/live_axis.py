@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QFontMetrics, QPainter
 
+from forcelab.gui.capture.live_scale import scale_width
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.theme import colours
 
@@ -20,7 +21,7 @@ SECONDS, RULER = 10.0, 20
 
 def gutter(metrics: QFontMetrics) -> int:
     """Pixels at the left for names and numbers."""
-    return 12 + metrics.horizontalAdvance("opening  −0000.0 Nmm")
+    return 12 + metrics.horizontalAdvance("opening  −0000.0 Nmm") + scale_width()
 
 
 def live_axis(now: float, plot: QRectF) -> Axis:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from forcelab.capture.marking import BRIDGE
+from forcelab.gui import settings
 from forcelab.gui.repeats import Repeats
 from forcelab.gui.typing_guard import typing
 from forcelab.vocabulary import Vocabulary
@@ -44,8 +47,21 @@ class EventTimes:
         return stamp / 1000 + self._offset
 
 
+@dataclass(frozen=True, slots=True)
+class _Press:
+    """A key that is down: its action, since when (s), and whether letting it go may end a mark."""
+
+    action: str
+    since: float
+    marks: bool = True
+
+
 class HeldKeys(QObject):
     """Hears the keys of actions go down and up, but not where keys are text.
+
+    An action lasts as long as its key is held. A key that is only tapped (shorter than
+    ``settings.hold_ms``, no other one being down) begins its action; the next press ends it, and
+    one of another key begins its own there, as in the Label workspace.
 
     Parameters
     ----------
@@ -56,6 +72,11 @@ class HeldKeys(QObject):
     mark : callable
         Told an action, whether its key went down, and when, in seconds of the host's monotonic
         clock; gives whether that counts.
+
+    Attributes
+    ----------
+    begun : str or None
+        The action that a tap has begun.
     """
 
     def __init__(
@@ -66,7 +87,10 @@ class HeldKeys(QObject):
     ) -> None:
         super().__init__(page)
         self._page, self._vocabulary, self._mark = page, vocabulary, mark
-        self._down: dict[str, str] = {}
+        self._down: dict[str, _Press] = {}
+        self.begun: str | None = None
+        #: The key that began it, how it was pressed, and when it went up.
+        self._tapped: tuple[str, _Press, float] | None = None
         self._times = EventTimes()
         self._repeats = Repeats(self)
         application = QApplication.instance()
@@ -76,10 +100,15 @@ class HeldKeys(QObject):
         self._follow(None, application.focusWidget())
 
     def release_all(self) -> None:
-        """Their going up will not be heard."""
-        for action in tuple(self._down.values()):
-            self._mark(action, False, time.monotonic())
+        """Their going up will not be heard; what a tap has begun goes on."""
+        for press in tuple(self._down.values()):
+            if press.marks:
+                self._mark(press.action, False, time.monotonic())
         self._down.clear()
+
+    def forget_begun(self) -> None:
+        """What a tap had begun has ended with the recording."""
+        self.begun = self._tapped = None
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys of actions."""
@@ -96,8 +125,13 @@ class HeldKeys(QObject):
 
     def _let_up(self, key: str, at: float) -> None:
         """End the mark of a key, unless that was done when the keyboard went elsewhere."""
-        if key in self._down:
-            self._mark(self._down.pop(key), False, at)
+        press = self._down.pop(key, None)
+        if press is None or not press.marks:
+            return
+        if 1000 * (at - press.since) < settings.hold_ms() and not self._down:
+            self.begun, self._tapped = press.action, (key, press, at)
+        else:
+            self._mark(press.action, False, at)
 
     def _pressed(self, event: QKeyEvent) -> bool:
         """A key went down; gives whether it marks."""
@@ -110,9 +144,22 @@ class HeldKeys(QObject):
         if self._repeats.repeats(event) or key in self._down:
             return key in self._down
         action = next((a.name for a in self._vocabulary() if key and a.key == key), None)
-        if action is None or not self._mark(action, True, at):
+        return action is not None and self._take(key, action, at)
+
+    def _take(self, key: str, action: str, at: float) -> bool:
+        """The key of an action went down; gives whether it marks."""
+        if self._tapped is not None and self._tapped[0] == key and at - self._tapped[2] <= BRIDGE:
+            self._down[key] = self._tapped[1]  # no finger is as fast: it was never let go
+            self.forget_begun()
+            return True
+        ended = self.begun
+        self.forget_begun()
+        if ended is not None and self._mark(ended, False, at) and ended == action:
+            self._down[key] = _Press(action, at, marks=False)
+            return True
+        if not self._mark(action, True, at):
             return False
-        self._down[key] = action
+        self._down[key] = _Press(action, at)
         return True
 
     def _follow(self, old: QWidget | None, now: QWidget | None) -> None:

@@ -177,6 +177,16 @@ class Recognising(QObject):
         if not math.isnan(until):  # nothing is decided yet
             self._painted_until = until
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be said of the channels that it recognises; nothing while there are none."""
+        if self.loaded is None or self.trouble or not self._connected:
+            return ()
+        try:
+            return self.loaded.recogniser.remarks_on(self._connection.channels)
+        except InputError:  # it lacks a channel, and that is told as its trouble
+            return ()
+
     # Inside
 
     def _load(self, known: Recogniser | None) -> None:

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QFileDialog,
     QHBoxLayout,
     QLabel,
     QLineEdit,
-    QListWidget,
-    QListWidgetItem,
+    QMenu,
     QPushButton,
     QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.errors import InputError
 from forcelab.gui import settings
+from forcelab.gui.capture.device_rows import DeviceRows, counts, found_as
 from forcelab.gui.capture.session import Session
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
     from forcelab.capture.discovery import FoundPort
@@ -36,8 +38,6 @@ LOOKING = "capture: what is plugged in"
 TICKED, BY_HAND = "capture/ticked", "capture/by hand"
 #: Pixels: Qt's greatest height of a widget, and what devices that are connected need not exceed.
 UNBOUNDED, HIGHEST = 16_777_215, 120
-#: What is kept with a row: ``"device"`` or ``"camera"``, and its name.
-_KIND, _NAME = Qt.ItemDataRole.UserRole, Qt.ItemDataRole.UserRole + 1
 
 
 class Sources(QWidget):
@@ -54,11 +54,9 @@ class Sources(QWidget):
         super().__init__(parent)
         self._session, self._jobs = session, jobs
         self._first = True  # nobody has looked yet
-        self.rows = QListWidget()
+        self._choosing = True
+        self.rows = DeviceRows()
         self.rows.setAccessibleName(self.tr("Devices and cameras"))
-        self.rows.setSpacing(2)
-        self.rows.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        self.rows.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.refresh_button = QPushButton(self.tr("Look again"))
         self.refresh_button.setAccessibleName(self.tr("Look again what is plugged in"))
         self.refresh_button.clicked.connect(self.look)
@@ -72,6 +70,16 @@ class Sources(QWidget):
         )
         self.entry.setAccessibleName(self.tr("Add a device by its name"))
         self.entry.returnPressed.connect(self._enter)
+        self.calibration_button = QPushButton(self.tr("Calibration…"))
+        self.calibration_button.setAccessibleName(self.tr("Choose the device's calibration file"))
+        self.calibration_button.setToolTip(
+            self.tr("A file that makes newtons of the counts of the chosen OptoForce DAQ")
+        )
+        self.calibration_button.clicked.connect(self._ask_calibration)
+        self.rows.currentItemChanged.connect(self._tell)
+        self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
+        self.rows.customContextMenuRequested.connect(self._offer)
+        self.rows.delete_pressed.connect(self._remove)
         self.nothing = QLabel(self.tr("Nothing was found; plug a device in, or add one below."))
         self.nothing.setWordWrap(True)
         heading = QLabel(self.tr("Devices"))
@@ -87,22 +95,21 @@ class Sources(QWidget):
         column.addLayout(top)
         column.addWidget(self.rows, 1)
         column.addWidget(self.nothing, 1)
+        column.addWidget(self.calibration_button)
         column.addWidget(self.entry)
         for name in settings.strings(BY_HAND):
-            self._put(name)
+            self.rows.put(name)
         self._tell()
-        themes().changed.connect(self._colour)
-        self._colour()
 
     @property
     def devices(self) -> tuple[str, ...]:
         """Names of the devices that are ticked."""
-        return self._ticked("device")
+        return self.rows.ticked("device")
 
     @property
     def cameras(self) -> tuple[str, ...]:
         """Numbers or paths of the cameras that are ticked."""
-        return self._ticked("camera")
+        return self.rows.ticked("camera")
 
     def set_open(self, choosing: bool) -> None:
         """Let devices be chosen; else show those that are ticked, and take no more room."""
@@ -111,6 +118,8 @@ class Sources(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, upright)
         self.refresh_button.setVisible(choosing)
         self.entry.setVisible(choosing)
+        self._choosing = choosing
+        self._tell()
         height = 2 * (self.rows.frameWidth() + self.rows.spacing())
         for i in range(self.rows.count()):
             ticked = self.rows.item(i).checkState() == Qt.CheckState.Checked
@@ -126,26 +135,114 @@ class Sources(QWidget):
 
     def add(self, name: str) -> None:
         """Add a device by its name, and tick it."""
-        item = self._put(name)
+        item = self.rows.put(name)
         item.setCheckState(Qt.CheckState.Checked)
         known = settings.strings(BY_HAND)
         settings.put(BY_HAND, tuple(dict.fromkeys((*known, name)))[-8:])
         self._tell()
 
     def remember(self) -> None:
-        """Keep what is ticked for the next time; of what was added by hand, only that."""
+        """Keep what is ticked for the next time; of what was added by hand, that too."""
         ticked = (*self.devices, *(f"camera:{one}" for one in self.cameras))
         settings.put(TICKED, ticked)
-        settings.put(BY_HAND, [name for name in settings.strings(BY_HAND) if name in ticked])
+        known = settings.strings(BY_HAND)  # a calibration is kept: it is not easily found again
+        settings.put(BY_HAND, [n for n in known if n in ticked or "calibration=" in n])
 
     # Inside
 
     def _enter(self) -> None:
         """Take what was written."""
         name = self.entry.text().strip()
-        if name:
+        if name and self._means(name):
             self.add(name)
             self.entry.clear()
+
+    def _means(self, name: str) -> bool:
+        """Whether a name means a device; says what is wrong with it otherwise."""
+        from forcelab.capture.devices import device_named
+
+        self._session.unsay()
+        kind, _, which = name.partition(":")
+        try:
+            if kind == "camera" and not which:
+                raise InputError(self.tr("A camera has a number; write camera:0."))
+            if kind != "camera":
+                device_named(name)
+        except InputError as error:
+            self._session.say(str(error), True)
+            return False
+        return True
+
+    def _ask_calibration(self) -> None:
+        """Let a calibration file be chosen for the current device."""
+        from forcelab.capture.devices import calibrated_by
+
+        item = self.rows.currentItem()
+        if item is None or not counts(item):
+            return
+        name = self.rows.said(item)
+        file, _ = QFileDialog.getOpenFileName(
+            self, self.tr("Calibration file"), "", self.tr("Calibration files (*.toml)")
+        )
+        if file:
+            self._rename(name, calibrated_by(name, Path(file)))
+
+    def _rename(self, old: str, name: str) -> None:
+        """Give a device other options, where they mean something and it is still there."""
+        item = next((one for one in self.rows.items_here() if self.rows.said(one) == old), None)
+        if item is None or not self._means(name):
+            return
+        found = found_as(item)
+        self.rows.takeItem(self.rows.row(item))
+        settings.put(BY_HAND, [one for one in settings.strings(BY_HAND) if one != old])
+        what, usable = ("", True) if found is None else found[1:]
+        fresh = self.rows.put(name, what, usable, found=found)
+        if found is None or name != found[0]:
+            self.add(name)
+        fresh.setCheckState(Qt.CheckState.Checked)
+        self.rows.setCurrentItem(fresh)
+        self._tell()
+
+    def _offer(self, at: QPoint) -> None:
+        """Offer what can be done with a device."""
+        item = self.rows.itemAt(at)
+        if item is None:
+            return
+        self.rows.setCurrentItem(item)
+        menu = self.menu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(self.rows.viewport().mapToGlobal(at))
+
+    def menu(self) -> QMenu:
+        """What can be done with the current device."""
+        from forcelab.capture.devices import calibrated_by
+
+        menu, item = QMenu(self), self.rows.currentItem()
+        if item is not None and counts(item):
+            menu.addAction(self.tr("Calibration file…"), self._ask_calibration)
+            name = self.rows.said(item)
+            plain = calibrated_by(name, None)
+            bare = menu.addAction(self.tr("No calibration"), lambda: self._rename(name, plain))
+            bare.setEnabled(plain != name)
+        remove = menu.addAction(self.tr("Remove"), self._remove)
+        remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
+        remove.setEnabled(item is not None and found_as(item) is None)
+        return menu
+
+    def _remove(self) -> None:
+        """Take the current device off the list, if it was added by hand."""
+        item = self.rows.currentItem()
+        if item is None or not self._choosing:
+            return
+        name = self.rows.said(item)
+        if found_as(item) is not None:
+            text = self.tr("{0} is plugged in; untick it to leave it out.")
+            self._session.say(text.format(name.partition("?")[0]))
+            return
+        self.rows.takeItem(self.rows.row(item))
+        for key in (BY_HAND, TICKED):
+            settings.put(key, [one for one in settings.strings(key) if one != name])
+        self._tell()
 
     def _failed(self, error: Exception) -> None:
         self._session.say(str(error), True)
@@ -157,76 +254,44 @@ class Sources(QWidget):
         if self._first:
             self._first = False
             ticked |= set(settings.strings(TICKED))
-        by_hand = [self._said(i) for i in range(self.rows.count())]
+        by_hand, current = self.rows.names(), self.rows.currentRow()
+        chosen = by_hand[current] if current >= 0 else ""
         self.rows.clear()
         fresh = not ticked
+        said = dict.fromkeys((*by_hand, *settings.strings(BY_HAND)))
+        ticked_first = sorted(said, key=lambda n: (n not in ticked, "?" not in n))
         for port in ports:
             if port.device is not None:
-                item = self._put(port.device, port.description, port.usable)
+                plugged = port.device, port.description, port.usable
+                # What was said of a device by hand, such as its calibration, holds for it.
+                known = (n for n in ticked_first if n.partition("?")[0] == port.device)
+                name = next(known, port.device)
+                item = self.rows.put(name, port.description, port.usable, found=plugged)
                 # The tongs are what one comes for: they need no click.
-                if port.device in ticked or (fresh and port.kind == "optoforce" and port.usable):
+                if name in ticked or (fresh and port.kind == "optoforce" and port.usable):
                     item.setCheckState(Qt.CheckState.Checked)
         for film in films:
-            item = self._put(
-                f"camera:{film.device.removeprefix('/dev/video')}", film.name, film.usable
-            )
+            name = f"camera:{film.device.removeprefix('/dev/video')}"
+            self.rows.put(name, film.name, film.usable, found=(name, film.name, film.usable))
         for name in (*by_hand, *settings.strings(BY_HAND)):
             kept = name in ticked or name in settings.strings(BY_HAND)
-            if kept and name not in [self._said(i) for i in range(self.rows.count())]:
-                self._put(name)
-        for i in range(self.rows.count()):
-            if self._said(i) in ticked:
-                self.rows.item(i).setCheckState(Qt.CheckState.Checked)
+            if kept and name not in self.rows.names():
+                self.rows.put(name)
+        for item in self.rows.items_here():
+            if self.rows.said(item) in ticked:
+                item.setCheckState(Qt.CheckState.Checked)
+            if self.rows.said(item) == chosen:
+                self.rows.setCurrentItem(item)
         self._tell()
-
-    def _put(self, name: str, what: str = "", usable: bool = True) -> QListWidgetItem:
-        """Add a row, or give the one that there is."""
-        for i in range(self.rows.count()):
-            if self._said(i) == name:
-                return self.rows.item(i)
-        kind, _, rest = name.partition(":")
-        short, _, options = name.partition("?")
-        lines = [short, what, options, "" if usable else self.tr("not yours to open")]
-        item = QListWidgetItem("\n".join(line for line in lines if line))
-        item.setToolTip("\n".join([name, *filter(None, lines[1::2])]))
-        item.setData(_KIND, "camera" if kind == "camera" else "device")
-        item.setData(_NAME, rest if kind == "camera" else name)
-        item.setFlags(
-            Qt.ItemFlag.ItemIsEnabled
-            | Qt.ItemFlag.ItemIsSelectable
-            | Qt.ItemFlag.ItemIsUserCheckable
-        )
-        item.setCheckState(Qt.CheckState.Unchecked)
-        self.rows.addItem(item)
-        return item
-
-    def _said(self, row: int) -> str:
-        """A row's name as it is typed."""
-        item = self.rows.item(row)
-        prefix = "camera:" if item.data(_KIND) == "camera" else ""
-        return prefix + str(item.data(_NAME))
-
-    def _ticked(self, kind: str) -> tuple[str, ...]:
-        """The names of a kind that are ticked, in their order."""
-        items = [self.rows.item(i) for i in range(self.rows.count())]
-        return tuple(
-            str(item.data(_NAME))
-            for item in items
-            if item.data(_KIND) == kind and item.checkState() == Qt.CheckState.Checked
-        )
-
-    def _colour(self) -> None:
-        """Give the boxes an edge that is seen: the style's own is lost on dark ground."""
-        now = colours()
-        self.rows.setStyleSheet(
-            f"QListWidget::indicator:unchecked {{ background: {now.background}; "
-            f"border: 1px solid {now.muted}; border-radius: 3px; width: 11px; height: 11px; }}"
-        )
 
     def _tell(self) -> None:
         """Say where there is nothing."""
         self.nothing.setVisible(not self.rows.count())
         self.rows.setVisible(self.rows.count() > 0)
+        item = self.rows.currentItem()
+        some = any(map(counts, self.rows.items_here()))
+        self.calibration_button.setVisible(self._choosing and some)
+        self.calibration_button.setEnabled(item is not None and counts(item))
 
 
 class _Entry(QLineEdit):

@@ -8,6 +8,7 @@ from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
+from forcelab.capture.calibration import counting, uncalibrated
 from forcelab.capture.camera import CameraState
 from forcelab.capture.reader import DeviceState
 from forcelab.capture.recorder_state import RecorderState
@@ -45,6 +46,7 @@ class Standing(QWidget):
         session.ticked.connect(self._ticked)
         session.changed.connect(self.refresh)
         session.said.connect(self.refresh)
+        session.recognising.changed.connect(self.refresh)
         themes().changed.connect(self._colour)
         self._colour()
         self.refresh()
@@ -52,7 +54,9 @@ class Standing(QWidget):
     def refresh(self) -> None:
         """Say how it is now, where that can be seen."""
         state = self._told = self._session.state
-        _show(self.alarms, "" if state is None else "\n".join(alarms_of(state)))
+        remarks = [f"\N{WARNING SIGN} {one}" for one in self._session.recognising.remarks]
+        alarms = [] if state is None else [*alarms_of(state), *remarks]
+        _show(self.alarms, "\n".join(alarms))
         _show(self.facts, "" if state is None else "\n".join(_facts(state)))
         told = [sentence for sentence, _ in self._session.sentences]
         self.sentences.tell(told)
@@ -127,6 +131,12 @@ def alarms_of(state: RecorderState) -> list[str]:
         for name, alarms in ones
         for alarm in alarms
         if alarm != "zero"
+    ]
+    cure = translate("forcelab", "disconnect it and choose its calibration file")
+    found += [
+        "\N{WARNING SIGN} " + uncalibrated(_short(device.name), cure)
+        for device in state.devices
+        if counting(device)
     ]
     found += [_wandered(device, state.recording) for device in state.devices if device.wandered]
     if state.in_memory:

@@ -227,6 +227,8 @@ class CaptureWorkspace(QWidget):
         session, phase = self.session, self.session.phase
         apart = phase is Phase.APART
         busy = phase in WORKING
+        if phase is not Phase.RECORDING:
+            self.held.forget_begun()
         text = self.tr("Connect") if apart else self.tr("Disconnect")
         if phase is Phase.CONNECTING:
             text = self.tr("Connecting…")
@@ -273,7 +275,8 @@ class CaptureWorkspace(QWidget):
     def _show_actions(self) -> None:
         """Which keys mark what."""
         marking = [f"{a.key.upper()} {a.name}" for a in self.session.vocabulary if a.key]
-        told = self.tr("Hold to mark: {0}").format(" · ".join(marking)) if marking else ""
+        how = self.tr("Mark: hold a key, or tap to begin and tap to end. {0}")
+        told = how.format(" · ".join(marking)) if marking else ""
         self.legend.setText(told)
         self.legend.setVisible(bool(told))
 

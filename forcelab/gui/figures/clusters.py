@@ -128,7 +128,7 @@ class ClusterFigure(Figure):
             pen = curve_pen(QColor(CURVES[codes[first]]), 3.0)
             paint_curve(painter, self.axis, up, self.times[piece], self.signal[piece], pen=pen)
         numbers = [str(i) for i in range(1, len(CURVES) + 1)]
-        looks = {n: Look(int(n), QColor(CURVES[int(n) - 1])) for n in numbers}
+        looks = {n: Look(n, QColor(CURVES[int(n) - 1])) for n in numbers}
         segments = from_codes(codes, self.times, numbers)
         paint_track(painter, bar, self.axis, segments, looks=looks, theme=self.theme)
 

@@ -1,4 +1,4 @@
-"""The legend: a numbered swatch and a name for each action, in columns."""
+"""The legend: a swatch with the key and a name for each action, in columns."""
 
 from __future__ import annotations
 
@@ -23,11 +23,9 @@ SWATCH, SWATCH_HEIGHT = 22.0, 13.0
 
 
 def looks_in_order(actions: Iterable[str], vocabulary: Vocabulary) -> dict[str, Look]:
-    """How each action is drawn, numbered as they come."""
-    return {
-        name: Look(i, QColor(vocabulary[name].colour), vocabulary[name].texture)
-        for i, name in enumerate(actions, 1)
-    }
+    """How each action is drawn, with the key that paints it: no other number is to be learnt."""
+    found = ((name, vocabulary[name]) for name in actions)
+    return {name: Look(it.key, QColor(it.colour), it.texture) for name, it in found}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One track as a bar: coloured segments with textures and numbers, white where unlabelled."""
+"""One track as a bar: coloured segments with textures and signs, white where unlabelled."""
 
 from __future__ import annotations
 
@@ -22,16 +22,20 @@ __all__ = ["Look", "paint_look", "paint_texture", "paint_track", "plate"]
 NARROWEST = 1.0
 #: Touching segments narrower than this have no line between them: it would cover them.
 SEPARATED = 3.0
-#: Height of the numbers inside segments, and what is left free on either side, in pixels.
-NUMBER = 9.0
+#: Height of the signs inside segments, and what is left free on either side, in pixels.
+SIGN = 9.0
 PADDING = 3.0
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How an action is drawn: its number in the legend, its colour and its texture."""
+    """How an action is drawn: what stands in its bars, its colour and its texture.
 
-    number: int
+    The sign is the key that paints the action, or a number where nothing is painted; empty where
+    there is neither.
+    """
+
+    sign: str
     colour: QColor
     texture: int = 0
 
@@ -41,9 +45,9 @@ Inscription = Callable[[QPainter, QRectF, str, Look], None]
 
 
 def paint_look(painter: QPainter, box: QRectF, look: Look) -> None:
-    """Fill a box with an action's colour and texture, and its number where there is room."""
+    """Fill a box with an action's colour and texture, and its sign where there is room."""
     paint_texture(painter, box, look)
-    _number(painter, box, "", look)
+    _sign(painter, box, "", look)
 
 
 def paint_texture(painter: QPainter, box: QRectF, look: Look) -> None:
@@ -81,11 +85,11 @@ def paint_track(
         Colours of unlabelled time, frames and lines.
     inscribe : callable, optional
         Writes into each bar of a pixel or more, given painter, bar, action and look; by default
-        the action's number.
+        the action's sign.
     veils : tuple of Veil, optional
         Where the bars are lighter, as of :func:`forcelab.gui.figures.fading.veils`.
     """
-    inscribe = inscribe or _number
+    inscribe = inscribe or _sign
     painter.fillRect(box, QColor(theme.unlabelled))
     wide: dict[str, list[QRectF]] = {}
     narrow: dict[str, list[QRectF]] = {}
@@ -125,7 +129,7 @@ def paint_track(
 
 def _veiled(look: Look, bar: QRectF, veils: tuple[Veil, ...], theme: Theme) -> Look:
     """How an action looks in the middle of a bar: what is written there is to be read."""
-    share = veil_at(veils, bar.center().x()) if veils and bar.width() >= NUMBER else 0.0
+    share = veil_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
     if not share:
         return look
     return replace(look, colour=blended(look.colour, QColor(theme.unlabelled), share))
@@ -198,13 +202,13 @@ def _multiples(step: float, low: float, high: float) -> Iterator[float]:
         yield i * step
 
 
-def _number(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
-    """Draw an action's number in the middle of a bar that is wide enough for it."""
-    label = str(look.number)
+def _sign(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
+    """Draw an action's sign in the middle of a bar that is wide enough for it."""
+    label = look.sign.upper()  # as on the caps of keys
     needed = _room(label)
-    if bar.width() < needed:
+    if not label or bar.width() < needed:
         return
-    face, centre = text.font(NUMBER), bar.center()
+    face, centre = text.font(SIGN), bar.center()
     plate(painter, bar, needed - PADDING, look)
     text.put(
         painter, centre.x(), centre.y(), label, face=face, ink=_ink(look.colour.rgb()), align=0.5
@@ -213,8 +217,8 @@ def _number(painter: QPainter, bar: QRectF, _action: str, look: Look) -> None:
 
 @cache
 def _room(label: str) -> float:
-    """Width of the narrowest bar that a number is written in, in pixels."""
-    return text.width(label, text.font(NUMBER)) + 2 * PADDING
+    """Width of the narrowest bar that a sign is written in, in pixels."""
+    return text.width(label, text.font(SIGN)) + 2 * PADDING
 
 
 @lru_cache(maxsize=1024)

@@ -103,6 +103,19 @@ class CameraChoice(QComboBox):
         cameras.changed.connect(self._fill)
         self._fill()
 
+    def fit(self, room: int) -> None:
+        """Be as wide as the names need, if so many pixels are enough."""
+        # Not its size alone: a while after a change it takes the one that its names need.
+        self.setMaximumWidth(max(room, 1))
+        self.resize(self.sizeHint())
+
+    def showPopup(self) -> None:
+        """Offer the names no wider than the field, elided; their tooltips have all of them."""
+        super().showPopup()
+        popup = self.view().window()
+        popup.setFixedWidth(self.width())
+        popup.move(self.mapToGlobal(self.rect().topLeft()).x(), popup.y())
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it with as much of the name as fits."""
         painter, option = QStylePainter(self), QStyleOptionComboBox()

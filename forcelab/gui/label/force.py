@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QRectF, Qt
+from PySide6.QtCore import QEvent, QRectF, Qt
 from PySide6.QtGui import (
     QAction,
     QColor,
     QContextMenuEvent,
     QHelpEvent,
     QPainter,
-    QPen,
 )
 from PySide6.QtWidgets import QMenu, QToolTip, QWidget
 
@@ -24,6 +23,7 @@ from forcelab.gui.label.force_axes import (
     BESIDE,
     curve_colour,
     paint_axis,
+    paint_ground,
     paint_groups,
     paint_names,
     paint_notes,
@@ -177,7 +177,8 @@ class ForcePanel(TimePanel):
             (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))
             for lane in strips
         )
-        self._paint_ground(painter, plot, now)
+        paint_gaps(painter, self, self.source.gaps, plot, now)
+        paint_ground(painter, self._axes, plot, now)
         drawn = [
             (i, Curve(found[names[i]], axis, curve_colour(i, now), (lane.top, lane.bottom)))
             for lane, axis in self._axes
@@ -212,8 +213,8 @@ class ForcePanel(TimePanel):
         values, channels = self.source.values_at(self.document.cursor), self.source.channels
         x, now = self.x_at(self.document.cursor), colours()
         for lane, axis in self._axes:
-            paint_values(painter, lane, axis, channels, values, self._left, now)
-            if tagged(lane) and plot.left() <= x <= plot.right():
+            paint_values(painter, lane, axis, channels, values, self._left, self.GUTTER, now)
+            if self._tagged(lane) and plot.left() <= x <= plot.right():
                 paint_tag(painter, lane, axis, channels, values, x, plot, now)
 
     # Inside
@@ -221,8 +222,12 @@ class ForcePanel(TimePanel):
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self._axes) and tagged(self._axes[0][0])
+        tags = bool(self._axes) and self._tagged(self._axes[0][0])
         return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
+
+    def _tagged(self, lane: Lane) -> bool:
+        """Whether the values of a lane stand at the cursor."""
+        return tagged(lane, self.source.channels, self._left, self.GUTTER)
 
     def _marks_moved(self, *_: object) -> None:
         """Put the notes to the other side when the cursor comes to where they are."""
@@ -257,27 +262,6 @@ class ForcePanel(TimePanel):
                 low, high = found[name].low[known], found[name].high[known]
                 visible.append((float(low.min()), float(high.max())))
         return spanning(visible)
-
-    def _paint_ground(self, painter: QPainter, plot: QRectF, now: Colours) -> None:
-        """Draw what lies behind the curves: gaps, lines at the axes' numbers, zero, borders."""
-        paint_gaps(painter, self, self.source.gaps, plot, now)
-        for _, axis in self._axes:
-            rows = [axis.at(value) for value, _ in axis.marks(10.0, upright=True) if value]
-            painter.setPen(QPen(QColor(now.grid), 1))
-            for row in rows:
-                y = round(row) + 0.5
-                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-            if axis.start <= 0.0 <= axis.end:
-                painter.setPen(QPen(QColor(now.frame), 1, Qt.PenStyle.DotLine))
-                y = round(axis.at(0.0)) + 0.5
-                painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-        painter.setPen(QPen(QColor(now.panel_edge), 1))
-        for (lane, _), (following, _) in zip(self._axes[:-1], self._axes[1:], strict=True):
-            y = round(lane.bottom) + 0.5
-            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
-            if following.top > lane.bottom:
-                box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
-                painter.fillRect(box, QColor(now.panel))
 
     def _paint_samples(self, canvas: Canvas, columns: Columns, i: int, curve: Curve) -> None:
         """Draw a dot at each of the few samples that are visible."""

@@ -1,12 +1,12 @@
-"""The gutter of the force panel: names, units, vertical axes, and the values at the cursor."""
+"""What the force panel has around its curves: names, axes and their lines, values at the cursor."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 
-from PySide6.QtCore import QLineF, QRectF
+from PySide6.QtCore import QLineF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from forcelab.demonstration import Channel
@@ -19,6 +19,7 @@ __all__ = [
     "curve_colour",
     "number_of",
     "paint_axis",
+    "paint_ground",
     "paint_groups",
     "paint_names",
     "paint_notes",
@@ -31,6 +32,8 @@ __all__ = [
 NAME, NUMBER, LINE = 11.0, 10.0, 14.0
 #: Least height of a line of two and of a line alone.
 LEAST, SMALLEST = 11.0, 9.0
+#: So far may an axis' number stand from its value, in pixels.
+ASIDE = 3.0
 #: Where names start, with and without the brackets of groups left of them.
 BESIDE, ALONE = 20.0, 6.0
 #: Width of a value at the cursor: names and values end where the axis' numbers may begin.
@@ -63,9 +66,27 @@ def _lines(lane: Lane) -> tuple[int, float]:
     return rows, max(min(LINE, room / rows), LEAST if rows == 2 else SMALLEST)
 
 
-def tagged(lane: Lane) -> bool:
-    """Whether the values of a lane stand at the cursor, having no room below the names."""
-    return _lines(lane)[0] == 1
+def tagged(lane: Lane, channels: Sequence[Channel], left: float, right: float) -> bool:
+    """Whether the values of a lane stand at the cursor: the gutter has no room for them.
+
+    Parameters
+    ----------
+    lane : Lane
+    channels : sequence of Channel
+        All channels of the recording.
+    left, right : float
+        Where names start and where the gutter ends, in pixels.
+    """
+    return _lines(lane)[0] == 1 and not _behind_name(lane, channels, left, right)
+
+
+def _behind_name(lane: Lane, channels: Sequence[Channel], left: float, right: float) -> bool:
+    """Whether the value of a low lane stands behind the name, where unit and axis would be."""
+    rows, line = _lines(lane)
+    if rows == 2 or len(lane.channels) > 1:
+        return False
+    name = channels[lane.channels[0]].name
+    return text.width(name, text.font(min(NAME, line), bold=True)) <= right - 8 - VALUE - left
 
 
 def _spots(lane: Lane, left: float) -> list[tuple[int, float, float, float]]:
@@ -98,6 +119,7 @@ def paint_names(
     size = min(NAME, _lines(lane)[1])
     small = text.font(min(NUMBER, size))
     alone = len(lane.channels) == 1
+    behind = _behind_name(lane, channels, left, box.right())
     taken = []
     if not alone and lane.unit:
         wide = text.width(lane.unit, small)
@@ -114,7 +136,9 @@ def paint_names(
         name = text.elided(name, face, room, middle=True)
         text.put(painter, x, y, name, face=face, ink=curve_colour(column, theme))
         used = text.width(name, face)
-        if alone and lane.unit and used + 5 + text.width(lane.unit, small) <= room:
+        if behind:
+            taken.append(QRectF(box.right() - 6 - VALUE, y - NUMBER / 2, VALUE, NUMBER))
+        elif alone and lane.unit and used + 5 + text.width(lane.unit, small) <= room:
             text.put(painter, x + used + 5, y, lane.unit, face=small, ink=QColor(theme.muted))
             used += 5 + text.width(lane.unit, small)
         taken.append(QRectF(x, y - size / 2, used + 3, size))
@@ -130,14 +154,19 @@ def paint_values(
     channels: Sequence[Channel],
     values: Mapping[str, float | None],
     left: float,
+    right: float,
     theme: Colours,
 ) -> None:
-    """Write the values at the cursor below the names, where they have room."""
-    face = text.font(NUMBER)
-    for column, x, _, y in _spots(lane, left):
-        if not math.isnan(y):
-            shown = number_of(values.get(channels[column].name), axis.end - axis.start)
-            text.put(painter, x, y, shown, face=face, ink=QColor(theme.text))
+    """Write the values at the cursor below the names or behind them, where they have room."""
+    face, ink = text.font(NUMBER), QColor(theme.text)
+    behind = _behind_name(lane, channels, left, right)
+    for column, x, beside, below in _spots(lane, left):
+        shown = number_of(values.get(channels[column].name), axis.end - axis.start)
+        if behind:
+            shown = text.elided(shown, face, VALUE)
+            text.put(painter, right - 6, beside, shown, face=face, ink=ink, align=1.0)
+        elif not math.isnan(below):
+            text.put(painter, x, below, shown, face=face, ink=ink)
 
 
 def paint_tag(
@@ -158,11 +187,12 @@ def paint_tag(
     high = len(shown) * (NUMBER + 2) + 2
     left = cursor + 5 if cursor + 5 + wide <= plot.right() else cursor - 5 - wide
     top = max(min(lane.top + 1, plot.bottom() - high), plot.top())
-    ground = QColor(theme.background)
-    ground.setAlphaF(0.85)
-    painter.fillRect(QRectF(left, top, wide, high), ground)
+    if len(shown) == 1:  # in a low lane: it covers nothing of the next one's
+        high = min(high, lane.height - 1)
+        top = lane.middle - high / 2
+    painter.fillRect(QRectF(left, top, wide, high), QColor(theme.background))
     for row, (column, number) in enumerate(shown):
-        y = top + 1 + (row + 0.5) * (NUMBER + 2)
+        y = top + high * (row + 0.5) / len(shown)
         ink = curve_colour(column, theme)
         text.put(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
 
@@ -199,11 +229,13 @@ def paint_axis(
         painter.setPen(QPen(QColor(theme.frame), 1.0))
         painter.drawLine(QLineF(x - 4, y, x - 1, y))
         wide = text.width(label, face)
-        place = QRectF(x - 6 - wide, y - NUMBER / 2, wide, NUMBER)
-        inside = lane.top - 3 <= place.top() and place.bottom() <= lane.bottom + 3
+        # Moved a little where it would run into a number of the next lane.
+        middle = max(min(y, lane.bottom - NUMBER / 2), lane.top + NUMBER / 2)
+        place = QRectF(x - 6 - wide, middle - NUMBER / 2, wide, NUMBER)
+        inside = abs(middle - y) <= ASIDE and place.bottom() <= lane.bottom
         if inside and not any(place.intersects(other) for other in taken):
             ink = QColor(theme.muted)
-            text.put(painter, x - 6, y, label, face=face, ink=ink, align=1.0)
+            text.put(painter, x - 6, middle, label, face=face, ink=ink, align=1.0)
 
 
 def paint_groups(
@@ -230,3 +262,26 @@ def paint_groups(
         middle = (top + bottom) / 2
         ink = QColor(theme.muted)
         text.put_upwards(painter, 8.0, middle, name, face=face, ink=ink, align=0.5)
+
+
+def paint_ground(
+    painter: QPainter, axes: Sequence[tuple[Lane, Axis]], plot: QRectF, theme: Colours
+) -> None:
+    """Draw what lies behind the curves: lines at the axes' numbers, zero, borders of lanes."""
+    for _, axis in axes:
+        rows = [axis.at(value) for value, _ in axis.marks(10.0, upright=True) if value]
+        painter.setPen(QPen(QColor(theme.grid), 1))
+        for row in rows:
+            y = round(row) + 0.5
+            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        if axis.start <= 0.0 <= axis.end:
+            painter.setPen(QPen(QColor(theme.frame), 1, Qt.PenStyle.DotLine))
+            y = round(axis.at(0.0)) + 0.5
+            painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+    painter.setPen(QPen(QColor(theme.panel_edge), 1))
+    for (lane, _), (following, _) in pairwise(axes):
+        y = round(lane.bottom) + 0.5
+        painter.drawLine(QLineF(plot.left(), y, plot.right(), y))
+        if following.top > lane.bottom:
+            box = QRectF(plot.left(), lane.bottom, plot.width(), following.top - lane.bottom)
+            painter.fillRect(box, QColor(theme.panel))

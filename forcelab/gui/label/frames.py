@@ -11,7 +11,7 @@ from PySide6.QtGui import QImage
 
 from forcelab.gui.label.frame_thread import FrameThread
 
-__all__ = ["Frames"]
+__all__ = ["PATIENCE", "Frames"]
 
 #: Seconds that closing waits for decoders to come to the end of a frame.
 PATIENCE = 5.0
@@ -108,13 +108,14 @@ class Frames(QObject):
         """Whether every frame that is slow to reach has a sketch, as far as there is room."""
         return self._decoder is not None and self._decoder.prepared
 
-    def close(self) -> None:
-        """Let go of the video; no thread is left."""
+    def close(self, patience: float = PATIENCE) -> bool:
+        """Let go of the video; gives whether no thread is left after so many seconds."""
         self.leave()
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + patience
         for decoder in self._ending:
             decoder.thread.join(max(0.0, deadline - time.monotonic()))
         self._ending = [decoder for decoder in self._ending if decoder.thread.is_alive()]
+        return not self._ending
 
     def leave(self) -> None:
         """Let go of the video without waiting for the decoder to end."""

@@ -17,6 +17,7 @@ from forcelab.gui.label.snapping import rounded, snap, targets_of
 from forcelab.gui.label.track_hits import index_at
 from forcelab.gui.repeats import Repeats
 from forcelab.gui.typing_guard import kept, typing
+from forcelab.vocabulary import KEYS
 
 __all__ = ["KeyStrokes"]
 
@@ -89,6 +90,10 @@ class KeyStrokes(QObject):
         """An action's key went down; gives whether it is one."""
         document = self.document
         action = self._action(key)
+        if document.demonstration is not None and not document.vocabulary and key in KEYS:
+            document.say(
+                self.tr("There is no action for a key to paint: add one under Actions first."), True
+            )
         if action is None or document.demonstration is None:
             return False
         self._held = None

@@ -14,10 +14,10 @@ __all__ = ["look_of", "paint_key", "paint_swatch", "swatch_icon"]
 
 def look_of(vocabulary: Vocabulary, name: str) -> Look:
     """How an action of the vocabulary is drawn; one that is not in it is grey."""
-    for number, action in enumerate(vocabulary, 1):
+    for action in vocabulary:
         if action.name == name:
-            return Look(number, QColor(action.colour), action.texture)
-    return Look(0, QColor(colours().frame))
+            return Look(action.key, QColor(action.colour), action.texture)
+    return Look("", QColor(colours().frame))
 
 
 def paint_swatch(painter: QPainter, box: QRectF, look: Look) -> None:
@@ -39,7 +39,7 @@ def swatch_icon(colour: str, texture: int = 0) -> QIcon:
     picture.setDevicePixelRatio(2.0)
     picture.fill(Qt.GlobalColor.transparent)
     painter = QPainter(picture)
-    paint_swatch(painter, QRectF(1, 1, 14, 14), Look(0, QColor(colour), texture))
+    paint_swatch(painter, QRectF(1, 1, 14, 14), Look("", QColor(colour), texture))
     painter.end()
     return QIcon(picture)
 

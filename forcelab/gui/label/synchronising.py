@@ -14,6 +14,7 @@ from forcelab.errors import InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.synchronising_form import SynchroniseForm
+from forcelab.gui.label.synchronising_words import seconds, signed, told
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.synchronising import Proposal, proposing_for
@@ -253,8 +254,8 @@ class SynchroniseDialog(SynchroniseForm):
         for number, row in enumerate(self.rows):
             away = ""
             if row.video is not None and row.force is not None and self.candidate is not None:
-                away = _signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
-            for column, text in enumerate((_seconds(row.video), _seconds(row.force), away)):
+                away = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
+            for column, text in enumerate((seconds(row.video), seconds(row.force), away)):
                 item = QTableWidgetItem(text)
                 item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
                 self.table.setItem(number, column, item)
@@ -264,8 +265,8 @@ class SynchroniseDialog(SynchroniseForm):
         self.remove_button.setEnabled(bool(self.rows))
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
-        self.stored_label.setText(_told(self.stored))
-        self.new_label.setText("–" if self.candidate is None else _told(self.candidate))
+        self.stored_label.setText(told(self.stored))
+        self.new_label.setText("–" if self.candidate is None else told(self.candidate))
         self.residual_label.setText(self._residual(proposed))
         self.confidence_label.setText(self._confidence() if proposed else "–")
         doubtful = proposed and self.proposal is not None and self.proposal.confidence < TRUSTED
@@ -293,18 +294,3 @@ class SynchroniseDialog(SynchroniseForm):
         if self.proposal.confidence < TRUSTED:
             return self.tr("{0} – low: compare the frames at a tap before accepting").format(value)
         return self.tr("{0} of 1").format(value)
-
-
-def _seconds(time: float | None) -> str:
-    """A time of the table; a dash where it is still to be marked."""
-    return "–" if time is None else _signed(f"{time:.3f}")
-
-
-def _told(clock: ClockMap) -> str:
-    """A clock for people."""
-    return _signed(f"offset {clock.offset:+.4f} s, rate {1e6 * (clock.rate - 1):+.1f} ppm")
-
-
-def _signed(numbers: str) -> str:
-    """Numbers with a sign that is as wide as a plus."""
-    return numbers.replace("-", "\N{MINUS SIGN}")

@@ -26,12 +26,14 @@ from forcelab.gui.theme import Colours
 from forcelab.labels import Segments
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["crowd", "looks_of", "outline", "paint_row", "put_plate", "visible"]
+__all__ = ["beside", "crowd", "looks_of", "outline", "paint_row", "put_plate", "visible"]
 
 #: Room left of and right of a name inside its segment, in pixels.
 PADDING = 4.0
 #: Below this contrast to the ground (WCAG 2.2) a segment gets a line around it.
 SEEN = 1.6
+#: From what is dragged, and from the pointer's arrow, to the words about it, in pixels.
+APART, ARROW = 8.0, 20.0
 #: Segments narrower than this many pixels are drawn as columns of pixels.
 NARROW = 3.0
 
@@ -43,12 +45,12 @@ _action = attrgetter("action")
 def looks_of(vocabulary: Vocabulary, used: Iterable[str], theme: Theme) -> dict[str, Look]:
     """How each action is drawn; grey where another author's action is not in the vocabulary."""
     looks = {
-        action.name: Look(number, QColor(action.colour), action.texture)
-        for number, action in enumerate(vocabulary, 1)
+        action.name: Look(action.key, QColor(action.colour), action.texture)
+        for action in vocabulary
     }
     for name in used:
         if name not in looks:
-            looks[name] = Look(0, QColor(theme.muted))
+            looks[name] = Look("", QColor(theme.muted))
     return looks
 
 
@@ -197,10 +199,44 @@ def outline(painter: QPainter, bar: QRectF, theme: Colours) -> None:
         painter.drawRect(bar.adjusted(shrunk, shrunk, -shrunk, -shrunk))
 
 
+def _plate(words: str) -> QRectF:
+    """A small plate for a few words."""
+    return QRectF(0, 0, text.width(words, text.font(10)) + 10, 16)
+
+
+def beside(bar: QRectF, words: str, pointer: float, within: QRectF) -> QPointF:
+    """Where the middle of a plate is to be, that it covers neither a bar nor the pointer.
+
+    Parameters
+    ----------
+    bar : QRectF
+        What is dragged.
+    words : str
+        On the plate.
+    pointer : float
+        Where it is pointed at, in pixels.
+    within : QRectF
+        There is no room elsewhere. Where the bar leaves none either, the plate lies at the end
+        that is further from the pointer.
+    """
+    wide, y = _plate(words).width(), bar.center().y()
+    before = min(bar.left() - APART, pointer - APART) - wide / 2
+    behind = max(bar.right() + APART, pointer + ARROW) + wide / 2
+    fits_before = before - wide / 2 >= within.left()
+    fits_behind = behind + wide / 2 <= within.right()
+    at_the_end = abs(pointer - bar.right()) <= abs(pointer - bar.left())
+    if fits_before and (at_the_end or not fits_behind):
+        return QPointF(before, y)
+    if fits_behind:
+        return QPointF(behind, y)
+    ends = within.left() + wide / 2, within.right() - wide / 2
+    return QPointF(max(ends, key=lambda x: abs(x - pointer)), y)
+
+
 def put_plate(painter: QPainter, at: QPointF, words: str, theme: Colours, within: QRectF) -> None:
     """Write a few words on a small plate centred on a point, kept within a box."""
     face = text.font(10)
-    room = QRectF(0, 0, text.width(words, face) + 10, 16)
+    room = _plate(words)
     room.moveCenter(at)
     room.moveLeft(max(min(room.left(), within.right() - room.width()), within.left()))
     painter.setPen(QPen(QColor(theme.frame), 1))

@@ -162,7 +162,11 @@ class TrackRows(TimePanel):
                 self._paint_kept(painter, row)
         if not document.segments:
             own = self.rows()[0].box
-            words = self.tr("Drag here to paint, or press the key of an action to begin.")
+            words = (
+                self.tr("Drag here to paint, or press the key of an action to begin.")
+                if document.vocabulary
+                else self.tr("Add an action under Actions first; then drag here, or press its key.")
+            )
             face = text.font(OWN_NAME)
             words = text.elided(words, face, own.width() - 20)
             centre, ink = own.center(), QColor(now.on_unlabelled)

@@ -20,7 +20,7 @@ from forcelab.gui.label.track_gestures import (
     MovingSegment,
 )
 from forcelab.gui.label.track_hits import Hit, hit, index_at
-from forcelab.gui.label.track_painting import outline, put_plate
+from forcelab.gui.label.track_painting import beside, outline, put_plate
 from forcelab.gui.label.track_rows import Row, TrackRows
 from forcelab.gui.theme import colours
 from forcelab.labels import Segments
@@ -64,6 +64,7 @@ class TrackPanel(TrackRows):
         self._gesture: Gesture | None = None
         self._live = False
         self._pressed: QPointF | None = None
+        self._pointer = 0.0
         #: As they were when the drag began.
         self._targets: Targets | None = None
         self._dragged: tuple[str, str, Segments] = self._track
@@ -248,7 +249,8 @@ class TrackPanel(TrackRows):
         assert gesture is not None
         free = _CTRL if isinstance(gesture, MovingSegment) else _ALT
         snapping = self.document.snapping and not event.modifiers() & free
-        time = self.time_at(event.position().x())
+        self._pointer = event.position().x()
+        time = self.time_at(self._pointer)
         scale = 1 / self.seconds_per_pixel
         found = gesture.follow(time, scale, self._targets if snapping else None)
         self.document.set_hint(found)
@@ -335,4 +337,5 @@ class TrackPanel(TrackRows):
             bar.setRight(self.x_at(end))
             outline(painter, bar, colours())
             words = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
-            put_plate(painter, bar.center(), words, colours(), own.box)
+            at = beside(bar, words, self._pointer, own.box)
+            put_plate(painter, at, words, colours(), own.box)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
 from forcelab.gui.label.cameras import CameraChoice, Cameras
-from forcelab.gui.label.frames import Frames
+from forcelab.gui.label.frames import PATIENCE, Frames
 from forcelab.gui.label.picture_view import PictureView
 from forcelab.video.index import last_at
 
@@ -146,11 +146,10 @@ class VideoPanel(PictureView):
         """Whether the video, or the frame at the cursor, cannot be shown."""
         return bool(self._trouble) or 0 <= self._wanted == self._missing[0]
 
-    def close_video(self) -> None:
-        """Let go of the video; no thread is left."""
+    def close_video(self, patience: float = PATIENCE) -> bool:
+        """Let go of the video; gives whether no thread is left after so many seconds."""
         self._let_go()
-        if self._frames is not None:
-            self._frames.close()
+        return self._frames is None or self._frames.close(patience)
 
     # The document
 
@@ -187,6 +186,8 @@ class VideoPanel(PictureView):
         video = (self.document.id, str(reference.path))
         if video != self._open:
             self._forget()
+            if self.document.frame_times is not None:  # of another camera: nothing steps by them
+                self.document.set_frame_times(None)
             self._open = video
             self.fit()
             self._source().open(reference.path)
@@ -296,9 +297,7 @@ class VideoPanel(PictureView):
     def _fit_choice(self) -> None:
         """Give the choice of a camera its room."""
         if self._choice is not None:
-            # Not its size alone: a while after a change it takes the one that its names need.
-            self._choice.setMaximumWidth(max(self.width() - 2 * CHOICE, 1))
-            self._choice.resize(self._choice.sizeHint())
+            self._choice.fit(self.width() - 2 * CHOICE)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Ask for the frame at the cursor, which was not followed while hidden."""

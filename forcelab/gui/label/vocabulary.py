@@ -8,14 +8,9 @@ from PySide6.QtCore import QModelIndex, QPoint, QSize, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import (
     QCompleter,
-    QFrame,
     QHBoxLayout,
-    QLabel,
     QLineEdit,
     QMenu,
-    QPushButton,
-    QScrollArea,
-    QStackedLayout,
     QToolButton,
     QVBoxLayout,
     QWidget,
@@ -28,6 +23,7 @@ from forcelab.gui.label.segment_verbs import fill_range
 from forcelab.gui.label.vocabulary_dialogs import KeyDialog, ask_name, colour_menu
 from forcelab.gui.label.vocabulary_model import VocabularyModel, entries
 from forcelab.gui.label.vocabulary_rows import ActionRows
+from forcelab.gui.label.vocabulary_suggestions import Suggestions
 from forcelab.gui.theme import themes
 from forcelab.vocabulary import Vocabulary
 
@@ -69,9 +65,11 @@ class VocabularyView(QWidget):
         add.setToolTip(self.tr("Add the action; it gets a free colour and a free key"))
         add.setAccessibleName(self.tr("Add action"))
         add.clicked.connect(self._add_typed)
-        self._pages = QStackedLayout()
-        self._pages.addWidget(self.list)
-        self._pages.addWidget(self._suggestions())
+        self.suggestions = Suggestions()
+        self.suggestions.chosen.connect(self.add)
+        self.suggestions.dismissed.connect(self._suggest_no_more)
+        #: The task to which actions are suggested: from its first one on, until it is painted.
+        self._suggested: str | None = None
         bar = QHBoxLayout()
         bar.setSpacing(2)
         bar.addWidget(self.entry, 1)
@@ -79,7 +77,8 @@ class VocabularyView(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(4)
-        column.addLayout(self._pages, 1)
+        column.addWidget(self.list, 1)
+        column.addWidget(self.suggestions, 1)
         column.addLayout(bar)
         self._striking = -1
         self._counting = QTimer(self)
@@ -89,6 +88,8 @@ class VocabularyView(QWidget):
         document.vocabulary_changed.connect(self._refresh)
         document.demonstration_changed.connect(self._refresh)
         document.tracks_changed.connect(self._count_soon)
+        document.tracks_changed.connect(self._follow_painting)
+        document.stroke_changed.connect(self._follow_painting)
         document.action_changed.connect(self.list.viewport().update)
         document.stroke_changed.connect(self._show_stroke)
         themes().changed.connect(self.list.viewport().update)
@@ -238,11 +239,35 @@ class VocabularyView(QWidget):
     def _refresh(self) -> None:
         """Show the vocabulary as it is now."""
         self.model.refresh()
-        there = self.document.demonstration is not None
-        self._pages.setCurrentIndex(0 if self.model.rowCount() or not there else 1)
+        demonstration, names = self.document.demonstration, self.document.vocabulary.names
+        there = demonstration is not None
+        task = None if demonstration is None else demonstration.task
+        if task != self._suggested:
+            self._suggested = None
+        if not names:
+            self._suggested = task
+        self.suggestions.leave_out(names)
+        self._show_parts()
         self.entry.setEnabled(there)
         self.plus.setEnabled(there)
         self._count_soon()
+
+    def _show_parts(self) -> None:
+        """Show the actions, what else could be one, or both."""
+        suggesting = self._suggested is not None
+        self.list.setVisible(bool(self.document.vocabulary.names) or not suggesting)
+        self.suggestions.setVisible(suggesting)
+
+    def _suggest_no_more(self) -> None:
+        """The actions there are do for this task."""
+        self._suggested = None
+        self._show_parts()
+
+    def _follow_painting(self) -> None:
+        """Who paints has all the actions it takes to begin."""
+        document = self.document
+        if self._suggested is not None and (document.segments or document.stroke is not None):
+            self._suggest_no_more()
 
     def _count_soon(self) -> None:
         """Count when painting pauses."""
@@ -253,26 +278,6 @@ class VocabularyView(QWidget):
         """Count the coder's segments."""
         if self.isVisible():
             self.model.count()
-
-    def _suggestions(self) -> QWidget:
-        """What is shown while there is no action: those of the glossary, one click each."""
-        page = QWidget()
-        column = QVBoxLayout(page)
-        text = QLabel(self.tr("No actions yet: add one below, or begin with one of these."))
-        text.setWordWrap(True)
-        column.addWidget(text)
-        # Below each other: side by side the longer names are cut off in a narrow list.
-        for name in entries():
-            button = QPushButton(name)
-            button.setToolTip(entries()[name].sentence)
-            button.clicked.connect(lambda _=False, name=name: self.add(name))
-            column.addWidget(button)
-        column.addStretch(1)
-        area = QScrollArea()
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setWidget(page)
-        return area
 
 
 class _List(ActionRows):

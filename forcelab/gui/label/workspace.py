@@ -42,7 +42,7 @@ LAYOUT = 1
 
 
 class LabelWorkspace(QMainWindow):
-    """Everything for labeling one demonstration.
+    """Everything for labelling one demonstration.
 
     Parameters
     ----------

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
+from operator import attrgetter
 
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
@@ -132,7 +134,9 @@ class AcceptButtons(QWidget):
 
     def _is_there(self, start: float, end: float) -> bool:
         """Whether anything is predicted there."""
-        return any(s.start < end and start < s.end for s in self.document.prediction)
+        predicted = self.document.prediction  # asked at each step of playback: not all of it
+        first = bisect_right(predicted, start, key=attrgetter("end"))
+        return first < len(predicted) and predicted[first].start < end
 
     def _follow_cursor(self, cursor: float) -> None:
         """Offer what lies at the cursor."""

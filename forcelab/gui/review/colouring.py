@@ -1,4 +1,4 @@
-"""How the actions of an outcome look, which may come from several tasks."""
+"""How the actions of an outcome look, which may come from several tasks, and what paints them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from forcelab.project import Project
 from forcelab.review.outcome import Outcome
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["vocabulary_of", "vocabulary_seen"]
+__all__ = ["painted_by", "vocabulary_of", "vocabulary_seen"]
 
 
 def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
@@ -36,6 +36,27 @@ def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
             free = (t for t in count(action.texture) if (action.colour, t) not in taken)
             found = Vocabulary((*found, replace(action, name=name, key="", texture=next(free))))
     return found.with_actions(*outcome.actions)
+
+
+def painted_by(
+    vocabulary: Vocabulary, keys: Vocabulary, *, task: str = "", apart: bool = False
+) -> Vocabulary:
+    """The same looks, each action with the key that paints it now, or with none.
+
+    Parameters
+    ----------
+    vocabulary : Vocabulary
+        How the actions of an outcome look.
+    keys : Vocabulary
+        Of the open demonstration: its keys are the ones that paint.
+    task : str
+        The open demonstration's.
+    apart : bool
+        Whether the outcome's actions have their task as a suffix.
+    """
+    suffix = f"_{task}" if apart else ""
+    known = {action.name + suffix: action.key for action in keys}
+    return Vocabulary(tuple(replace(a, key=known.get(a.name, "")) for a in vocabulary))
 
 
 def vocabulary_seen(document: Document) -> Vocabulary:

@@ -72,7 +72,7 @@ class ComparingDialog(QDialog):
         self.other.setAccessibleName(self.tr("Second run"))
         self.stage = choice(
             self.tr("Prediction"),
-            {self.tr("Final"): "filtered", self.tr("Raw"): "raw"},
+            {self.tr("Filtered"): "filtered", self.tr("Raw"): "raw"},
             self.tr("Predictions after the filters, or as the classifier gave them"),
         )
         self.settings = QLabel()

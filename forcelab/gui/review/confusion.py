@@ -209,7 +209,7 @@ class ConfusionView(QWidget):
         """Show what was counted."""
         self.cells = cells
         if not cells.demonstrations:
-            self._show_empty(self.tr("This run kept no raw predictions; choose 'Final'."))
+            self._show_empty(self.tr("This run kept no raw predictions; choose 'Filtered'."))
             self.switches.show()
             return
         self._pages.setCurrentIndex(0)

@@ -29,7 +29,7 @@ class Switches(QWidget):
         super().__init__(parent)
         self.stage_box = choice(
             self.tr("Prediction"),
-            {self.tr("Final"): "filtered", self.tr("Raw"): "raw"},
+            {self.tr("Filtered"): "filtered", self.tr("Raw"): "raw"},
             self.tr("Predictions after the filters, or as the classifier gave them"),
         )
         self.unit_box = choice(

@@ -15,7 +15,7 @@ from forcelab.gui.figures.legend import looks_in_order
 from forcelab.gui.figures.timelines import TimelinePairs
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.colouring import vocabulary_of
+from forcelab.gui.review.colouring import painted_by, vocabulary_of
 from forcelab.gui.review.pairs_area import PairsArea
 from forcelab.gui.review.pairs_export import figure_of, saving
 from forcelab.gui.review.pairs_hits import Hit, place_of
@@ -241,12 +241,15 @@ class PairsView(QWidget):
         return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
 
     def _take_vocabulary(self) -> bool:
-        """Take the colours of the outcome's tasks; gives whether they are other ones."""
+        """Take the looks of the outcome's actions and their keys; gives whether they are others."""
         outcome, project = self.document.outcome, self.document.project
         if outcome is None or project is None:
             return False
         before = self._vocabulary
-        self._vocabulary = vocabulary_of(project, outcome).with_actions(*self._actions())
+        looks = vocabulary_of(project, outcome).with_actions(*self._actions())
+        document, shown = self.document, self.document.demonstration
+        task = "" if shown is None else shown.task
+        self._vocabulary = painted_by(looks, document.vocabulary, task=task, apart=outcome.apart)
         return self._vocabulary != before
 
     def _say_what_is_missing(self, shown: int | None = None) -> None:

@@ -225,6 +225,8 @@ class PairsCanvas(QAbstractScrollArea):
             painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
             painter.setPen(QPen(QColor(colours().cursor), 1.0))
             painter.drawLine(QLineF(x, boxes.human.top() - 4, x, bottom + 4))
+            # The next move takes away what stands here, however it came to stand here.
+            self._cursor_at = self._cursor_box()
 
     def _paint_heading(self, painter: QPainter, bottom: float) -> None:
         """Draw the heading of the proposals."""
@@ -241,16 +243,20 @@ class PairsCanvas(QAbstractScrollArea):
         text.put(painter, x, middle, what, face=small, ink=QColor(theme.muted))
 
     def _remark(self, entry: Entry) -> str:
-        """What stands below the accuracy."""
+        """What stands below the share: since when it differs, how long it lasts, or what it is."""
         if entry.edited:
             return self.tr("edited")
         if self.stretched:
             return f"{entry.reviewed.end - entry.reviewed.start:.1f} s"
-        return ""
+        if entry.share is None or entry.human is None:  # a proposal's is told by their heading
+            return ""
+        return self.tr("accuracy")
 
     def scrollContentsBy(self, dx: int, dy: int) -> None:
         """Move what is there; only what comes into view is painted."""
-        self._cursor_at, self._scrolled = None, True
+        self._scrolled = True
+        if self._cursor_at is not None:  # what is drawn moves along
+            self._cursor_at.translate(dx, dy)
         self.viewport().scroll(dx, dy)
 
     def focusInEvent(self, event: QFocusEvent) -> None:

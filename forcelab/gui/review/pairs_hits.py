@@ -134,7 +134,7 @@ def described(entry: Entry, mark: int | None = None) -> str:
     if entry.human is None:
         mean = translate("forcelab", "proposal, mean probability {share}").format(share=share)
         return mean if share else translate("forcelab", "proposal")
-    words = [translate("forcelab", "{share} right").format(share=share)] if share else []
+    words = [translate("forcelab", "accuracy {share}").format(share=share)] if share else []
     if entry.edited:
         words.append(translate("forcelab", "edited since the run"))
     count = len(entry.marks)

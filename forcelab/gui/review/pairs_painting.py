@@ -100,7 +100,7 @@ def paint_row(
     ratio : float
         Image pixels for each pixel.
     remark : str
-        Said below the accuracy.
+        Said below the share.
     """
     theme, entry = colours(), layout.entries[row]
     axis, boxes = layout.axis(entry), layout.boxes(row)

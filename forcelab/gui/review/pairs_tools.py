@@ -100,7 +100,7 @@ class PairsTools(QWidget):
         """Offer the rows of these coders besides those of the recogniser."""
         self.coders = tuple(coders)
         self.menu.clear()
-        self.menu.addSection(self.tr("Before the final prediction"))
+        self.menu.addSection(self.tr("Before the filtered prediction"))
         for key, caption in self._stages():
             self._add(key, caption)
         if coders:
@@ -154,7 +154,7 @@ class PairsTools(QWidget):
 
 
 class LegendStrip(QWidget):
-    """The numbered legend above the pairs.
+    """The legend above the pairs, with the key of each action.
 
     Signals
     -------
@@ -175,7 +175,7 @@ class LegendStrip(QWidget):
         """Show these actions in this order."""
         self._looks = looks
         self.setAccessibleDescription(
-            ", ".join(f"{look.number} {name}" for name, look in looks.items())
+            ", ".join(f"{look.sign.upper()} {name}".lstrip() for name, look in looks.items())
         )
         self._fit()
         self.update()

@@ -6,6 +6,7 @@ from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QColor
 
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.review.queue_words import untested
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours
 from forcelab.review.outcome import Outcome
@@ -20,7 +21,7 @@ class Looks(dict[str, Look]):
 
     def __missing__(self, action: str) -> Look:
         """A look that is nobody's."""
-        return Look(0, QColor(colours().muted))
+        return Look("", QColor(colours().muted))
 
 
 def actions_of(outcome: Outcome) -> tuple[str, ...]:
@@ -63,7 +64,5 @@ def missing(
             "forcelab", "All demonstrations of this run are hidden while you code them blind."
         )
     if not entries:
-        return translate(
-            "forcelab", "This run tested no demonstration; label a second one and train again."
-        )
+        return untested(outcome, translate("forcelab", "This run tested no demonstration."))
     return "" if shown else translate("forcelab", "No demonstration fits the filter.")

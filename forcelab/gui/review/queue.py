@@ -14,10 +14,11 @@ from forcelab.gui.review.queue_list import QueueList
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_reading import QueueReader
 from forcelab.gui.review.queue_undo import Repainted
+from forcelab.gui.review.queue_words import missing, summary
 from forcelab.labels import Segment
 from forcelab.project.decisions import StoredVerdict, VerdictKind
 from forcelab.review.differences import Difference
-from forcelab.review.judging import change_for, judge, report, withdraw
+from forcelab.review.judging import change_for, judge, withdraw
 from forcelab.review.outcome import Outcome
 from forcelab.review.places import Place
 from forcelab.review.queue import Queue
@@ -204,7 +205,7 @@ class QueueView(QWidget):
             if self.list.unfold_one():
                 self._step(direction)
                 return
-            self.document.say(self._missing() or self.tr("Everything listed is judged."))
+            self.document.say(self._missing or self.tr("Everything listed is judged."))
             return
         place, wrapped = self.list.beside(direction)
         if self._examine(place) and wrapped:
@@ -239,6 +240,11 @@ class QueueView(QWidget):
             direction, self._steps = self._steps, 0
             self._step(direction)
 
+    @property
+    def _missing(self) -> str:
+        """Why there is nothing to list, if that is so."""
+        return missing(self.document.outcome, self.reader.read, training=self.document.training)
+
     def _show(self) -> None:
         """Show what the filter lets through."""
         read = self.reader.read
@@ -246,57 +252,17 @@ class QueueView(QWidget):
         if self.model.show(self.queue, names, self.filter.text()):
             self.list.mark(self.document.examined, unfold=False)
         self.list.viewport().update()
-        missing = self._missing()
-        if not missing and not self.model.sections:
-            missing = self.tr("Nothing here fits the filter.")
-        self._empty.setText(missing)
-        self._pages.setCurrentIndex(1 if missing else 0)
+        empty = self._missing
+        if not empty and not self.model.sections:
+            empty = self.tr("Nothing here fits the filter.")
+        self._empty.setText(empty)
+        self._pages.setCurrentIndex(1 if empty else 0)
         there = bool(self.queue.open or self.queue.judged)
         self.filter.setVisible(there)
         self.buttons.setVisible(there)
         self._summary.setVisible(there)
-        self._summary.setText(self._summarised())
+        self._summary.setText(summary(self.queue))
         self._offer()
-
-    def _missing(self) -> str:
-        """Why there is nothing to list, if that is so."""
-        outcome, read = self.document.outcome, self.reader.read
-        if outcome is None:
-            coming = self.tr(
-                "A recogniser is being trained; every place where you and it differ will be listed "
-                "here."
-            )
-            none = self.tr(
-                "Train a recogniser, and every place where you and it differ is listed here."
-            )
-            return coming if self.document.training else none
-        if read is None:
-            return self.tr("Comparing…")
-        if self.queue.open or self.queue.judged:
-            return ""
-        if outcome.tested and not read.outcome.tested:
-            return self.tr("You code these demonstrations blind; what differs is shown when done.")
-        if not outcome.tested:
-            return self.tr(
-                "Nothing was tested, so nothing can differ: label a second demonstration and train "
-                "again. What the recogniser proposes for the others is in Proposals."
-            )
-        return self.tr("Labels and predictions agree everywhere.")
-
-    def _summarised(self) -> str:
-        """How much is open, and who was right so far."""
-        queue = self.queue
-        main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
-        if not queue.judged:
-            return self.tr("{0} to judge, none judged yet.").format(main)
-        said = report(queue.judged)
-        text = self.tr("{0} to judge. Right so far: human {1}, model {2}; ambiguous {3}.")
-        return text.format(
-            main,
-            sum(pair.human_right for pair in said),
-            sum(pair.model_right for pair in said),
-            sum(pair.ambiguous for pair in said),
-        )
 
 
 def _muted() -> QLabel:

@@ -18,6 +18,18 @@ from forcelab.gui.review.queue_model import (
     action_name,
     verdict_name,
 )
+from forcelab.gui.row_painting import (
+    ABOVE,
+    GAP,
+    HOVERED,
+    SELECTED,
+    SIDE,
+    SMALL,
+    STRIPE,
+    paint_chevron,
+    put_line,
+    smaller,
+)
 from forcelab.gui.theme import colours
 from forcelab.project import StoredVerdict
 from forcelab.review.suspicion import SUSPECT
@@ -25,18 +37,8 @@ from forcelab.vocabulary import Vocabulary
 
 __all__ = ["QueuePainter", "row_height"]
 
-#: Space at the sides, between things in a line and above each line, as shares of a text's height.
-SIDE, GAP, ABOVE = 0.6, 0.4, 0.3
-#: The smaller line's size of that of the names.
-SMALL = 0.88
-#: How much of the accent's colour lies on a selected row, and on one under the pointer.
-SELECTED, HOVERED = 0.20, 0.07
-#: Width of the stripe that marks the row that is being looked at, in pixels.
-STRIPE = 3.0
-
 RIGHT = Qt.AlignmentFlag.AlignRight
-LEFT = Qt.AlignmentFlag.AlignLeft
-END, MIDDLE = Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideMiddle
+MIDDLE = Qt.TextElideMode.ElideMiddle
 
 
 class QueuePainter(QStyledItemDelegate):
@@ -77,7 +79,7 @@ class QueuePainter(QStyledItemDelegate):
     def _look(self, action: str | None) -> Look:
         """How an action is drawn; unlabelled time as it is in tracks."""
         if action is None:
-            return Look(0, QColor(colours().unlabelled))
+            return Look("", QColor(colours().unlabelled))
         return look_of(self._vocabulary(), action)
 
 
@@ -114,18 +116,18 @@ def _paint_section(
     line = QRectF(left + 0.9 * height, box.top() + ABOVE * height, 0, height)
     line.setRight(right)
     centre = QPointF(left + 0.25 * height, line.center().y())
-    _paint_chevron(painter, centre, height, expanded)
+    paint_chevron(painter, centre, height, expanded)
     shown = len(section)
     count = str(shown) if shown == section.total else f"{shown}/{section.total}"
-    small = _smaller(option.font)
-    _put(painter, line, count, small, theme.muted, RIGHT)
+    small = smaller(option.font)
+    put_line(painter, line, count, small, theme.muted, RIGHT)
     below = QRectF(line.left(), line.bottom() + 0.5 * ABOVE * height, line.width(), SMALL * height)
     line.setRight(right - QFontMetricsF(small).horizontalAdvance(count) - GAP * height)
     face = QFont(option.font)
     face.setBold(True)
     ink = theme.warning if section.kind == "suspected" else theme.text
-    _put(painter, line, section.title, face, ink)
-    _put(painter, below, section.explained, small, theme.muted)
+    put_line(painter, line, section.title, face, ink)
+    put_line(painter, below, section.explained, small, theme.muted)
 
 
 def _paint_item(
@@ -133,28 +135,28 @@ def _paint_item(
 ) -> None:
     """A difference: human, arrow, model and how sure above; where and how long below."""
     theme, box, place = colours(), QRectF(option.rect), item.place
-    face, small = option.font, _smaller(option.font)
+    face, small = option.font, smaller(option.font)
     height = QFontMetricsF(face).height()
     left, right = box.left() + SIDE * height + 0.9 * height, box.right() - SIDE * height
     line = QRectF(left, box.top() + ABOVE * height, right - left, height)
     told = _told(item)
     room = QFontMetricsF(face).horizontalAdvance(told) + 1 if told else 0.0
-    _put(painter, line, told, face, theme.text, RIGHT)
+    put_line(painter, line, told, face, theme.text, RIGHT)
     line.setRight(right - room - (GAP * height if told else 0))
     names = (action_name(place.human), action_name(place.predicted))
     _paint_names(painter, line, face, names, looks, (place.human, place.predicted))
     sizes = QFontMetricsF(small)
     below = QRectF(left, line.bottom() + ABOVE * height, right - left, sizes.height())
     seconds = f"{place.duration:.2f} s"
-    _put(painter, below, seconds, small, theme.muted, RIGHT)
+    put_line(painter, below, seconds, small, theme.muted, RIGHT)
     span = f"{place.start:.2f}–{place.end:.2f} s"
     below.setRight(right - sizes.horizontalAdvance(seconds) - GAP * height - 1)
     wide = sizes.horizontalAdvance(span) + GAP * height
     name = QRectF(below)
     name.setRight(below.right() - wide)
-    written = _put(painter, name, item.name, small, theme.muted, elide=MIDDLE)
+    written = put_line(painter, name, item.name, small, theme.muted, elide=MIDDLE)
     below.setLeft(left + (written + GAP * height if written else 0))
-    _put(painter, below, span, small, theme.muted)
+    put_line(painter, below, span, small, theme.muted)
 
 
 def _told(item: Item) -> str:
@@ -198,7 +200,7 @@ def _paint_names(
         x += side + gap
         ink = theme.muted if action is None else theme.text
         where = QRectF(x, line.top(), max(width, 0), height)
-        x += _put(painter, where, name, face, ink, elide=MIDDLE) + gap
+        x += put_line(painter, where, name, face, ink, elide=MIDDLE) + gap
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:
@@ -218,46 +220,3 @@ def _paint_arrow(painter: QPainter, box: QRectF) -> None:
             ]
         )
     )
-
-
-def _paint_chevron(painter: QPainter, centre: QPointF, height: float, expanded: bool) -> None:
-    """An angle that points down where the section is unfolded, and to its name where not."""
-    a, b = 0.22 * height, 0.11 * height
-    points = [(-a, -b), (0.0, b), (a, -b)] if expanded else [(-b, -a), (b, 0.0), (-b, a)]
-    pen = QPen(QColor(colours().muted), max(1.4, 0.09 * height))
-    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
-    painter.setPen(pen)
-    painter.drawPolyline(QPolygonF([centre + QPointF(x, y) for x, y in points]))
-
-
-def _put(
-    painter: QPainter,
-    box: QRectF,
-    text: str,
-    face: QFont,
-    ink: str,
-    align: Qt.AlignmentFlag = LEFT,
-    elide: Qt.TextElideMode = END,
-) -> float:
-    """Write one line of text into a box, elided where it does not fit; gives its width."""
-    sizes = QFontMetricsF(face)
-    line = " ".join(text.split())
-    whole = sizes.horizontalAdvance(line) <= box.width()
-    if not line or (not whole and box.width() < sizes.horizontalAdvance("…")):
-        return 0.0
-    painter.setFont(face)
-    painter.setPen(QColor(ink))
-    fitting = line if whole else sizes.elidedText(line, elide, box.width())
-    flags = align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine
-    painter.drawText(box, int(flags), fitting)
-    return sizes.horizontalAdvance(fitting)
-
-
-def _smaller(font: QFont) -> QFont:
-    """The font of the second line."""
-    small = QFont(font)
-    if font.pointSizeF() > 0:
-        small.setPointSizeF(font.pointSizeF() * SMALL)
-    else:
-        small.setPixelSize(round(font.pixelSize() * SMALL))
-    return small

@@ -211,6 +211,7 @@ class QueueReader(QObject):
         self.read, self._compared = read, changes
         if upheavals is not None:
             self._reread = upheavals
+        self._forget_blind()  # somebody else may look by now than when it began
         self._look_up()
         self.changed.emit()
 

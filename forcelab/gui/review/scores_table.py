@@ -56,10 +56,10 @@ def computing(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals
 
 
 def columns_of(metrics: Sequence[Metric]) -> tuple[Column, ...]:
-    """Raw and final of each metric, beside one another."""
+    """Raw and filtered of each metric, beside one another."""
     words = {
         "raw": translate("forcelab", "raw"),
-        "filtered": translate("forcelab", "final"),
+        "filtered": translate("forcelab", "filtered"),
     }
     return tuple(
         Column(f"{metric.title}\n{words[stage]}", metric.tip)

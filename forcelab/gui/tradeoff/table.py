@@ -40,8 +40,12 @@ def columns() -> tuple[Column, ...]:
         ),
         Column(translate("forcelab", "Edit"), translate("forcelab", "Order of the segments (%)")),
         Column(
-            translate("forcelab", "Edges"),
-            translate("forcelab", "How far boundaries are off (ms): the median, and 9 of 10 less"),
+            translate("forcelab", "Boundary\nmedian (ms)"),
+            translate("forcelab", "Half of the boundaries are no further off than this"),
+        ),
+        Column(
+            translate("forcelab", "Boundary\n90 % (ms)"),
+            translate("forcelab", "Nine in ten boundaries are no further off than this"),
         ),
         Column(translate("forcelab", "Recognise"), cpu),
         Column(translate("forcelab", "Train"), cpu),
@@ -75,17 +79,18 @@ def sentence(row: MeasuredRow) -> str:
     told = translate(
         "forcelab",
         "{name}: F1@50 {f1} %, accuracy {accuracy} %, balanced {balanced} %, edit {edit} %; "
-        "boundaries off by {edges} ms; {predict} s to recognise and {train} s to train on a "
-        "minute, {memory} MB",
+        "half of the boundaries at most {median} ms off, nine in ten {most} ms; {predict} s to "
+        "recognise and {train} s to train on a minute, {memory} MB",
     )
-    f1, accuracy, balanced, edit, edges, predict, train, memory = _figures(row)
+    f1, accuracy, balanced, edit, median, most, predict, train, memory = _figures(row)
     return told.format(
         name=named(row),
         f1=f1,
         accuracy=accuracy,
         balanced=balanced,
         edit=edit,
-        edges=edges,
+        median=median,
+        most=most,
         predict=predict,
         train=train,
         memory=memory,
@@ -95,7 +100,7 @@ def sentence(row: MeasuredRow) -> str:
 def _row(row: MeasuredRow, current: bool, front: bool) -> Row:
     """A row as texts."""
     mark = (IN_USE if current else "") + (FRONT if front else "")
-    cells = ("–",) * 8 if row.refusal else _figures(row)
+    cells = ("–",) * 9 if row.refusal else _figures(row)
     return Row((mark, named(row), *cells), tip=sentence(row), bold=current)
 
 
@@ -105,7 +110,8 @@ def _figures(row: MeasuredRow) -> tuple[str, ...]:
     train = further["features (s/min)"] + further["fit (s/min)"]
     return (
         *(_percent(further.get(name)) for name in ("F1@50", "accuracy", "balanced", "edit")),
-        _edges(further.get("boundary (ms)"), further.get("boundary p90 (ms)")),
+        _milliseconds(further.get("boundary (ms)")),
+        _milliseconds(further.get("boundary p90 (ms)")),
         f"{row.seconds:.2f}",
         f"{train:.2f}",
         f"{(row.peak_bytes or 0) / 1e6:.1f}",
@@ -117,6 +123,6 @@ def _percent(share: float | None) -> str:
     return "–" if share is None else f"{100 * share:.1f}"
 
 
-def _edges(median: float | None, most: float | None) -> str:
+def _milliseconds(time: float | None) -> str:
     """How far boundaries are off."""
-    return "–" if median is None or most is None else f"{median:.0f}, {most:.0f}"
+    return "–" if time is None else f"{time:.0f}"

@@ -31,7 +31,7 @@ class Camera:
         By what share the camera's second is longer than the sensors', such as 30e-6. At most 1e-3
         either way.
     jitter : float
-        Standard deviation of the instants at which the shutter opens, s; at most 2 ms.
+        Standard deviation of the instants at which the shutter opens, s; at most 1 ms.
     late : int
         Number of frames that come late: by 0.3 to 0.8 of a frame's time.
     tail : float
@@ -56,7 +56,7 @@ class Camera:
         for name, low, high in (
             ("offset", -60.0, 60.0),
             ("drift", -1e-3, 1e-3),
-            ("jitter", 0.0, 2e-3),
+            ("jitter", 0.0, 1e-3),
             ("late", 0, 1000),
             ("tail", 0.0, 60.0),
             ("seed", 0, 2**63 - 1),
@@ -118,7 +118,8 @@ class Camera:
             )
         rng = np.random.default_rng(self.seed)
         video = np.arange(count) / RATE
-        # Bounded, so that a frame is never shown before the one that was taken before it.
+        # Bounded, so that a frame is never taken before the one that is shown before it: one that
+        # is 0.8 of a frame late, and 2.5 ms more, still comes 1.7 ms before one 2.5 ms early.
         shaken = self.jitter * np.clip(rng.standard_normal(count), -2.5, 2.5)
         late = np.sort(rng.permutation(count)[: self.late])
         shaken[late] += rng.uniform(0.3, 0.8, late.size) / RATE

@@ -108,6 +108,14 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
         assert project.demonstrations() == ()
 
 
+def test_a_recogniser_that_learnt_newtons_says_so_of_raw_counts(window, connected, until):
+    choose(connected, 1)
+    until(lambda: connected.session.recognising.loaded is not None, PATIENCE)
+    until(lambda: "learnt it in N" in connected.standing.alarms.text(), PATIENCE)
+    choose(connected, 0)
+    until(lambda: "learnt it in N" not in connected.standing.alarms.text(), PATIENCE)
+
+
 def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, until):
     page, track = connected, connected.session._connection.track
     assert RECOGNISING not in window.jobs.busy

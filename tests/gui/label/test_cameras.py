@@ -92,11 +92,19 @@ def test_a_long_name_stays_within_the_panel(document, until, app):
     cameras = Cameras(document)
     panel = VideoPanel(document, cameras=cameras)
     choice = panel.findChild(CameraChoice)
-    choice.addItem("a camera with a name that is far too long for the panel")
+    choice.addItem("a camera with a name that is far too long for the panel, and for its list")
     panel.resize(180, 160)
     panel.show()
     QTest.qWait(60)  # a combo box takes its new size a moment later
     assert 100 < choice.geometry().right() <= panel.width()
+    choice.showPopup()
+    QTest.qWait(20)
+    popup = choice.view().window()
+    left, right = (
+        panel.mapToGlobal(at).x() for at in (panel.rect().topLeft(), panel.rect().topRight())
+    )
+    assert left <= popup.geometry().left() < popup.geometry().right() <= right
+    choice.hidePopup()
     panel.close_video()
     panel.close()
 
@@ -124,3 +132,18 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
     ((sentence, trouble),) = said
     assert trouble
     assert "damaged" in sentence
+
+
+def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, until):
+    document.open_demonstration("two")
+    cameras = Cameras(document)
+    panel = VideoPanel(document, cameras=cameras)
+    panel.show()
+    until(lambda: panel.settled)
+    gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())
+    cameras.all = (cameras.all[0], Camera("right", gone))
+    cameras.show(1)
+    until(lambda: panel.troubled)
+    assert document.frame_times is None
+    panel.close_video()
+    panel.close()

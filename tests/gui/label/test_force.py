@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from pictures import pixels
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
@@ -216,6 +216,7 @@ def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkey
         put(painter, x, y, line, **how)
 
     monkeypatch.setattr(text, "put", noting)
+    panel.set_overlaid(True)
     panel.resize(600, 90)
     picture(panel)
     assert places["min/max"] > panel.plot.center().x()
@@ -313,7 +314,9 @@ def test_pointing_at_a_name_tells_it_in_full(panel):
 
 
 @pytest.mark.parametrize("height", [80, 120, 400])
-def test_where_names_leave_no_room_values_stand_at_the_cursor(panel, monkeypatch, height):
+def test_values_stand_behind_the_names_and_at_the_cursor_only_where_names_are_long(
+    panel, monkeypatch, height
+):
     said = []
     put = text.put
 
@@ -330,7 +333,28 @@ def test_where_names_leave_no_room_values_stand_at_the_cursor(panel, monkeypatch
         value = number_of(signals[10_000, column], 1.0)
         assert [x for line, x in said if line == value], name
         at_cursor = any(x > panel.plot.left() for line, x in said if line == value)
-        assert at_cursor == (height < 200)
+        assert at_cursor == (height < 200 and name == "temperature")
+
+
+@pytest.mark.parametrize("height", [80, 100, 120])
+def test_in_low_lanes_what_the_gutter_says_does_not_overlap(panel, monkeypatch, height):
+    boxes, put = [], text.put
+
+    def heard(painter, x, y, line, *, face, align=0.0, **more):
+        wide = text.width(line, face)
+        if x < panel.GUTTER:
+            boxes.append((line, QRectF(x - align * wide, y - 4, wide, 8)))
+        put(painter, x, y, line, face=face, align=align, **more)
+
+    monkeypatch.setattr(text, "put", heard)
+    monkeypatch.setattr(text, "put_upwards", lambda *_, **__: None)  # left of all of it
+    panel.resize(700, height)
+    panel.document.seek(10.0)
+    picture(panel)
+    assert len(boxes) >= 2 * len(NAMES) - 1
+    for i, (line, box) in enumerate(boxes):
+        assert box.right() <= panel.GUTTER, line
+        assert not [other for other, there in boxes[:i] if box.intersects(there)], line
 
 
 def test_a_click_moves_the_cursor_there(panel):

@@ -5,13 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.demonstration import Channel
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label import force_axes
 from forcelab.gui.label.force_axes import number_of
 from forcelab.gui.label.force_curves import Canvas, Curve, fill_columns
 from forcelab.gui.label.force_lanes import axis_of, group_of, lanes, spanning
+from forcelab.gui.theme import LIGHT
 from forcelab.signals.envelope import Extremes
 
 
@@ -126,3 +128,21 @@ def test_a_canvas_that_is_used_again_is_empty(app):
     assert canvas.cleared(plot, 1.0) is canvas
     assert not canvas._pixels.any()
     assert canvas.cleared(QRectF(10, 0, 51, 30), 1.0) is not canvas
+
+
+def test_numbers_of_neighbouring_axes_do_not_run_into_each_other(app, monkeypatch):
+    written = []
+    monkeypatch.setattr(force_axes.text, "put", lambda *given, **_: written.append(given[2:]))
+    above, below = lanes(
+        [Channel("fy1", "N"), Channel("fz1", "N")], ["fy1", "fz1"], 40.0, overlaid=False
+    )
+    picture = QImage(100, 40, QImage.Format.Format_RGB32)
+    painter = QPainter(picture)
+    for lane, low, high in ((above, -2.0, 12.0), (below, -12.0, 2.0)):
+        force_axes.paint_axis(
+            painter, lane, Axis(low, high, lane.bottom, lane.top), 80.0, (), LIGHT
+        )
+    painter.end()
+    zeros = sorted(y for y, label in written if label == "0")
+    assert len(zeros) == 2
+    assert zeros[1] - zeros[0] >= force_axes.NUMBER

@@ -21,6 +21,7 @@ from forcelab.gui import settings
 from forcelab.gui.label.strokes import KeyStrokes
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
+from forcelab.vocabulary import Vocabulary
 
 GRAB, HOLD, RELEASE = Qt.Key.Key_1, Qt.Key.Key_2, Qt.Key.Key_3
 NONE = Qt.KeyboardModifier.NoModifier
@@ -405,3 +406,18 @@ def test_a_key_that_is_held_on_x11_paints_one_segment(document, monkeypatch, unt
     assert [(start, end) for start, end, *_ in shown(document)] == [(1.0, 2.0)]
     desk.window.close()
     desk.window.deleteLater()
+
+
+def test_a_key_says_what_to_do_where_there_is_no_action(document, desk):
+    said = []
+    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    desk.press(Qt.Key.Key_Space)
+    desk.press(Qt.Key.Key_9)
+    assert said == []
+    for segment in reversed(document.segments):
+        document.delete(document.index_of(segment))
+    document.set_vocabulary(Vocabulary())
+    desk.press(GRAB)
+    assert document.stroke is None
+    assert said[-1][1]
+    assert "add one under Actions" in said[-1][0]

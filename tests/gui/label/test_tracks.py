@@ -9,6 +9,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.document import Snap
+from forcelab.gui.figures import text
+from forcelab.gui.label import tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
 
@@ -78,6 +80,27 @@ def test_while_an_edge_is_dragged_that_time_is_looked_at_and_the_cursor_stays(do
     hand.panel.cancel_drag()
     assert document.seen == 8.0
     hand.release(6.8)
+
+
+@pytest.mark.parametrize(("start", "end"), [(3.5, 4.9), (4.9, 3.5), (0.2, 0.9), (9.8, 9.2)])
+def test_the_words_of_a_drag_cover_neither_pointer_nor_segment(
+    document, hand, panel, monkeypatch, start, end
+):
+    plates = []
+    monkeypatch.setattr(tracks, "put_plate", lambda _, at, words, *__: plates.append((at, words)))
+    document.set_action("hold")
+    hand.press(start)
+    hand.move(end)
+    panel.grab()
+    at, words = plates[-1]
+    half = (text.width(words, text.font(10)) + 10) / 2
+    low, high = sorted((panel.x_at(start), panel.x_at(end)))
+    assert f"{abs(end - start):.3f} s" in words
+    assert at.x() + half < low or at.x() - half > high
+    assert not -2 <= panel.x_at(end) - (at.x() - half) <= 2 * half
+    assert panel.plot.left() <= at.x() - half
+    assert at.x() + half <= panel.plot.right()
+    hand.release(end)
 
 
 def test_while_dragging_nothing_is_stored(document, hand, panel):

@@ -213,3 +213,26 @@ def test_it_fits_into_a_narrow_column(app, view, document):
     assert view.model.name(99) is None
     assert view.model.index(0).data() == "grab"
     assert QModelIndex().data() is None
+
+
+def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
+    for ending in ("painting", "enough"):
+        folder = tmp_path / ending
+        folder.mkdir()
+        with opened(folder, segments=()) as document:
+            document.set_vocabulary(Vocabulary())
+            with shown(app, VocabularyView(document)) as view:
+                buttons = view.suggestions.buttons
+                assert not view.suggestions.enough.isVisible()
+                for name in ("grab", "hold"):
+                    QTest.mouseClick(buttons[name], Qt.MouseButton.LeftButton)
+                    assert buttons["pull"].isVisible()
+                    assert not buttons[name].isVisible()
+                    assert view.list.isVisible()
+                assert document.vocabulary.names == ("grab", "hold")
+                if ending == "painting":
+                    document.paint(0.0, 1.0, "grab")
+                else:
+                    QTest.mouseClick(view.suggestions.enough, Qt.MouseButton.LeftButton)
+                assert not view.suggestions.isVisible()
+                assert view.list.isVisible()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from made_once import made_once
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, Qt
-from PySide6.QtGui import QColor
+from PySide6.QtGui import QColor, QRegion
 from PySide6.QtTest import QTest
 
 from forcelab.demonstration import Channel, Demonstration
@@ -19,7 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.fading import opacity
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import pairs_canvas
-from forcelab.gui.review.colouring import vocabulary_of
+from forcelab.gui.review.colouring import painted_by, vocabulary_of
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_hits import told
 from forcelab.labels import Segment
@@ -190,13 +190,33 @@ def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown)
     assert 0 < thickness(8.5) < thickness(3.5)
 
 
-def test_the_legend_is_numbered_in_the_order_of_occurrence(shown, study):
+def test_the_legend_is_in_the_order_of_occurrence(shown, study):
     made = [reviewed(i.id, i.name) for i in study.infos]
     made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
     study.open_demonstration(study.infos[0].id)
     study.paint(0.1, 0.4, "slip")
     view = shown(outcome(*made))
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
+
+
+def test_the_legend_tells_the_keys_that_paint(shown, study):
+    study.open_demonstration(study.infos[0].id)
+    view = shown()
+    study.set_vocabulary(study.vocabulary.rebound("release", "8").rebound("hold", ""))
+    assert view.legend.accessibleDescription() == "1 grab, hold, 8 release"
+    assert {name: look.sign for name, look in view.figure()._looks.items()} == {
+        "grab": "1", "hold": "", "release": "8"
+    }  # fmt: skip
+
+
+def test_an_action_kept_apart_by_its_task_has_the_key_of_that_task_alone():
+    looks = Vocabulary().with_actions("grab_hard", "grab_soft", "slip_hard")
+    keys_ = Vocabulary().with_actions("slip", "grab")
+    made = painted_by(looks, keys_, task="hard", apart=True)
+    assert [(a.name, a.key) for a in made] == [
+        ("grab_hard", "2"), ("grab_soft", ""), ("slip_hard", "1")
+    ]  # fmt: skip
+    assert [a.look for a in made] == [a.look for a in looks]
 
 
 def test_a_legend_of_many_actions_leaves_room_for_the_pairs(shown, study):
@@ -278,7 +298,7 @@ def test_arrows_go_over_rows_and_disagreements_and_enter_goes_there(shown, study
     view = shown()
     view.area.setFocus()
     press(view, "Down")
-    assert "d 2: 75.0 % right" in view.area.accessibleDescription()
+    assert "d 2: accuracy 75.0 %" in view.area.accessibleDescription()
     press(view, "Right")
     assert "human grab, predicted hold" in view.area.accessibleDescription()
     press(view, "Right", "Right")
@@ -418,6 +438,8 @@ def test_without_an_outcome_it_says_what_to_do(shown, study):
     assert not view._rows.isVisible()
     study.set_outcome(outcome())
     assert "tested no demonstration" in view._empty.text()
+    study.set_outcome(outcome(remarks=("Nothing could be tested: there is only still.",)))
+    assert view._empty.text() == "Nothing could be tested: there is only still."
 
 
 def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
@@ -517,10 +539,12 @@ class Painted(QObject):
     def __init__(self):
         super().__init__()
         self.regions = []
+        self.all = QRegion()
 
     def eventFilter(self, _, event):  # noqa: N802
         if event.type() == QEvent.Type.Paint:
             self.regions.append(event.region().boundingRect())
+            self.all += event.region()
         return False
 
 
@@ -586,3 +610,29 @@ def test_an_action_has_the_colour_of_the_task_that_is_tested(shown, study):
     apart = vocabulary_of(study.project, replace(outcome(), tasks=("foam", "LEGO"), apart=True))
     assert apart["grab_foam"].colour == foam["grab"].colour
     assert apart["hold_LEGO"].colour == other["hold"].colour
+
+
+@pytest.mark.parametrize("scrolled", [0, 24])
+def test_the_first_move_of_the_cursor_takes_away_what_stood_there(shown, study, app, scrolled):
+    study.open_demonstration(study.infos[0].id)
+    study.seek(3.0)
+    others = [reviewed(f"id {i}", f"e {i}") for i in range(9)]
+    view = shown(outcome(reviewed(study.id, "d 1"), *others), size=(600, 300))
+    area = view.area
+    area.verticalScrollBar().setValue(scrolled)
+    app.processEvents()
+    before = spot(view, 0, 3.0, "predicted", 0.9).toPoint() - QPoint(0, scrolled)
+    events = Painted()
+    area.viewport().installEventFilter(events)
+    study.seek(7.0)
+    app.processEvents()
+    area.viewport().removeEventFilter(events)
+    assert events.all.contains(before)
+
+
+def test_what_the_share_at_the_right_is_stands_below_it(shown, study):
+    view = shown()
+    entry = view.area.entries[0]
+    assert view.area._remark(entry) == "accuracy"
+    view.tools.stretched.setChecked(True)
+    assert view.area._remark(entry) == "10.0 s"

@@ -6,6 +6,7 @@ import pytest
 from learning_bench import PREDICTED, certainty, outcome_of, study
 from PySide6.QtCore import Qt
 
+from forcelab.labels import Segment
 from forcelab.review.outcome import Reviewed
 
 
@@ -152,6 +153,40 @@ def test_where_nothing_is_predicted_nothing_can_be_accepted(view, document):
     assert view.accepting.in_view.isEnabled()
     view.accepting.at_least.setValue(1.0)
     assert not view.accepting.above.isEnabled()
+
+
+def test_a_step_of_playback_looks_at_few_predictions_of_many(view, document, monkeypatch):
+    class Counted(tuple):
+        looked = 0
+
+        def __getitem__(self, place):
+            Counted.looked += 1
+            return super().__getitem__(place)
+
+        def __iter__(self):
+            Counted.looked += len(self)
+            return super().__iter__()
+
+    many = Counted(Segment(i / 1000, (i + 0.5) / 1000, "hold") for i in range(8000))
+    monkeypatch.setattr(type(document), "prediction", property(lambda _: many))
+    document.set_outcome(outcome_of(document.project))
+    document.open_demonstration(document.outcome.proposals[0].id)
+    for time, there in ((7.9902, True), (7.9907, False), (0.0, True), (9.5, False)):
+        Counted.looked = 0
+        document.cursor_moved.emit(time)
+        assert view.accepting.here.isEnabled() == there
+        assert 0 < Counted.looked < 40
+
+
+def test_who_codes_blind_is_not_told_to_train(document):
+    said = []
+    document.set_outcome(outcome_of(document.project))
+    third = document.outcome.proposals[0].id
+    document.project.assign(third, document.author, blind=True)
+    document.open_demonstration(third)
+    document.said.connect(lambda text, *_: said.append(text))
+    assert not document.accept_in_view()
+    assert said == ["Predictions are hidden until you are done; nothing accepted."]
 
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):

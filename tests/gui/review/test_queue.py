@@ -1,5 +1,6 @@
 """The queue in the window: it leads to every difference, and a key judges it."""
 
+import threading
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -144,6 +145,36 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(bench, until, v
         assert not view.judge("model")
         view.show()
         until(lambda: not view.reader.stale)
+        assert kinds(view) == []
+
+
+def test_no_place_stays_marked_for_who_looks_next_and_codes_blind(bench):
+    with bench() as view:
+        document = view.document
+        view.next()
+        place, marked = document.examined, document.range
+        document.project.assign(document.id, "Bob", blind=True)
+        document.set_author("Cleo")  # who may see it
+        assert (document.examined, document.range) == (place, marked)
+        document.set_author("Bob")
+        assert (document.examined, document.range) == (None, None)
+
+
+@pytest.mark.parametrize("visible", [True, False])
+def test_what_was_compared_for_another_coder_is_not_shown(bench, until, app, visible):
+    with bench() as view:
+        document, seen = view.document, []
+        view.reader.changed.connect(lambda: seen.extend(kinds(view)))
+        view.reader.compare()
+        for thread in threading.enumerate():  # it ends; the window has not heard of it yet
+            if thread.name.startswith("forcelab"):
+                thread.join(0.5)
+        document.project.assign(document.id, "Bob", blind=True)
+        view.setVisible(visible)
+        document.set_author("Bob")
+        for _ in range(5):
+            app.processEvents()
+        assert seen == []
         assert kinds(view) == []
 
 
@@ -311,6 +342,16 @@ def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until
         view.document.set_outcome(replace(view.document.outcome, tested=()))
         until(lambda: not view.reader.stale)
         assert "Nothing was tested" in view._empty.text()
+
+
+def test_where_nothing_could_be_tested_it_says_why(bench, until):
+    with bench() as view:
+        reason = "Nothing could be tested: there is only still, after merging."
+        made = replace(view.document.outcome, tested=(), remarks=(reason, "Another matter."))
+        view.document.set_outcome(made)
+        until(lambda: not view.reader.stale)
+        assert view._empty.text().startswith(reason)
+        assert "second demonstration" not in view._empty.text()
 
 
 def test_what_is_coded_blind_is_not_listed(bench, until):

@@ -39,7 +39,7 @@ def test_every_metric_of_the_scores_is_shown_with_its_own_explanation():
     assert all(metric.tip.endswith(".") for metric in shown_)
 
 
-def test_numbers_are_those_of_the_run_pooled_first_raw_beside_final(view, document):
+def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, document):
     scores = document.outcome.scores
     for which in (0, 1):
         view.which.setCurrentIndex(which)
@@ -54,8 +54,8 @@ def test_numbers_are_those_of_the_run_pooled_first_raw_beside_final(view, docume
 
 def test_numbers_have_units_and_as_many_decimals_in_every_row(view):
     shown_ = {c.name: column(view, i) for i, c in enumerate(view.model.columns)}
-    assert {len(cell.split(".")[1]) for cell in shown_["Accuracy (%)\nfinal"][2:]} == {1}
-    assert {"." in cell for cell in shown_["Boundary median (ms)\nfinal"][2:]} == {False}
+    assert {len(cell.split(".")[1]) for cell in shown_["Accuracy (%)\nfiltered"][2:]} == {1}
+    assert {"." in cell for cell in shown_["Boundary median (ms)\nfiltered"][2:]} == {False}
     assert {len(cell.split(".")[1]) for cell in shown_["Kappa\nraw"][2:]} == {3}
 
 

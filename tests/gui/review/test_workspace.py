@@ -23,6 +23,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
 from forcelab.gui.app import Start
+from forcelab.gui.label.workspace import LAYOUT
 from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
@@ -179,11 +180,14 @@ def test_the_layout_is_remembered_whichever_workspace_is_in_front(study, windows
     rested(first)
     height = first.label.video.height()
     assert height > before + 20
+    whole = bytes(first.label.saveState(LAYOUT).data())
     first.show_workspace("review")
     rested(first)
     first.review.workspace.lists.setCurrentIndex(2)
     first.close()
     assert "history" in settings.strings("label/hidden")
+    # Nor the layout that the lists have among themselves while timeline and video are lent.
+    assert settings.data("label/layout") == whole
     second = windows(study, demonstration="foam 01")
     rested(second)
     assert not second.label.history.isVisible()

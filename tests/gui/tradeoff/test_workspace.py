@@ -34,10 +34,12 @@ def table_of(workspace):
 def test_the_table_has_every_figure_and_marks_use_and_front(workspace):
     rows = table_of(workspace)
     assert rows[0] == [
-        "●", "paper", "50.0", "75.0", "50.0", "40.0", "40, 120", "0.80", "20.00", "2.0"
+        "●", "paper", "50.0", "75.0", "50.0", "40.0", "40", "120", "0.80", "20.00", "2.0"
     ]  # fmt: skip
     assert [row[0] for row in rows] == ["●", "◆", "", "◆"]
     assert workspace.told.text().startswith("paper: F1@50 50.0 %")
+    off = "half of the boundaries at most 40 ms off, nine in ten 120 ms"
+    assert off in workspace.told.text()
 
 
 def test_other_axes_draw_another_front(workspace):

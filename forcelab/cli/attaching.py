@@ -1,0 +1,39 @@
+"""``forcelab attach``."""
+
+from __future__ import annotations
+
+import argparse
+
+from forcelab.cli.output import json_text, printable
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.project import Project
+from forcelab.video.index import open_video
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Copy a video into the project, beside the demonstration that it shows."""
+    clock = ClockMap(arguments.offset)
+    with Project.open(arguments.project) as project:
+        demonstration = project.load(arguments.demonstration)
+        if not arguments.video.is_file():
+            raise InputError(f"There is no file '{arguments.video}'; look at its name.")
+        open_video(arguments.video).release()  # refuses what is no video
+        project.attach_video(demonstration.id, arguments.video, clock)
+    if arguments.json:
+        content = {
+            "demonstration": demonstration.name,
+            "id": demonstration.id,
+            "video": str(arguments.video),
+            "replaced": demonstration.video is not None,
+            "offset": clock.offset,
+        }
+        print(json_text(content))
+        return
+    video, name = str(arguments.video), demonstration.name
+    told = (
+        f"Attached '{video}' to '{name}'"
+        if demonstration.video is None
+        else f"Replaced the video of '{name}' by '{video}'"
+    )
+    print(printable(f"{told}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."))

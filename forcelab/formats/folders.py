@@ -1,0 +1,69 @@
+"""Folders to write into: made where they are missing, never inside a project."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from forcelab.errors import InputError
+from forcelab.project import Project
+
+__all__ = ["file_names", "filling", "stay_out_of_projects"]
+
+
+@contextmanager
+def filling(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
+    """Have a folder to write into, which is made unless it is there.
+
+    Where the block raises, what was made and is still empty is taken away again.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made, or lies in an input or in a project.
+    """
+    place = path.resolve()
+    for source in (source.resolve() for source in inputs if source.is_dir()):
+        if source == place or source in place.parents:
+            raise InputError(f"'{path}' lies in what is read here; write elsewhere.")
+    stay_out_of_projects(path, place)
+    new = [folder for folder in (place, *place.parents) if not os.path.lexists(folder)]
+    try:
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+        except FileExistsError as error:
+            raise InputError(f"'{path}' is a file; name a folder to write into.") from error
+        except OSError as error:
+            raise InputError(f"The folder '{path}' cannot be made: {error.strerror}.") from error
+        yield
+    except BaseException:
+        for folder in new:  # the innermost first
+            with suppress(OSError):
+                folder.rmdir()
+        raise
+
+
+def stay_out_of_projects(path: Path, folder: Path) -> None:
+    """Refuse to write among the files of a project, which are nobody's but its own."""
+    for place in (folder, *folder.parents):
+        if Project.is_at(place):
+            raise InputError(f"'{path}' lies in the project '{place}'; write elsewhere.")
+
+
+def file_names(names: Sequence[str]) -> list[str]:
+    """A distinct, harmless file name for each name, distinct also on systems that ignore case."""
+    taken: set[str] = set()
+    result = []
+    for name in names:
+        base = "".join(c if c.isalnum() or c in " ._-()" else "_" for c in name).strip(" .") or "_"
+        # Bytes, not characters, are what a file system limits, to 255.
+        base = base.encode()[:200].decode(errors="ignore")
+        free, number = base, 1
+        while free.casefold() in taken:
+            number += 1
+            free = f"{base} ({number})"
+        taken.add(free.casefold())
+        result.append(free)
+    return result

@@ -1,0 +1,132 @@
+"""What this program is: its version and those of what it rests on, where it writes, its manual."""
+
+from __future__ import annotations
+
+import re
+from importlib.metadata import metadata
+
+import PySide6
+from PySide6.QtCore import QSize, Qt, qVersion
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import (
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QPushButton,
+    QTextBrowser,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab import __version__
+from forcelab.gui import settings
+from forcelab.gui.faults import log_file
+from forcelab.versions import versions
+
+__all__ = ["AboutDialog", "ManualDialog", "facts", "manual"]
+
+#: A picture alone in its line, which the installed manual comes without.
+_PICTURE = re.compile(r"^\s*(?:!\[[^\]]*\]\([^)]*\)|<img[^>]*>)\s*$", re.MULTILINE)
+
+
+def facts() -> dict[str, str]:
+    """Versions, by name, and where settings and log lie."""
+    found = {**versions(), "PySide6": PySide6.__version__, "Qt": qVersion()}
+    found["settings"] = settings.settings().fileName()
+    found["log"] = str(log_file())
+    return found
+
+
+def manual() -> str:
+    """The manual as Markdown, which is installed with the program; empty where it is not."""
+    return _PICTURE.sub("", metadata("forcelab")["Description"] or "").strip()
+
+
+class AboutDialog(QDialog):
+    """Which version this is, of what, and where it writes: all that a report of a fault needs.
+
+    Parameters
+    ----------
+    parent : QWidget, optional
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("About forcelab"))
+        title = QLabel(self.tr("forcelab {0}").format(__version__))
+        bigger = title.font()
+        bigger.setPointSizeF(bigger.pointSizeF() * 1.4)
+        bigger.setBold(True)
+        title.setFont(bigger)
+        what = QLabel(
+            self.tr("Labels, recognises and scores the actions of hands in recorded forces.")
+        )
+        self._facts = facts()
+        form = QFormLayout()
+        for name, value in self._facts.items():
+            if name != "forcelab":
+                form.addRow(name, _copied(value, name))
+        column = QVBoxLayout(self)
+        column.setSpacing(14)
+        column.addWidget(title)
+        column.addWidget(what)
+        column.addLayout(form)
+        column.addWidget(self._buttons())
+
+    def _buttons(self) -> QDialogButtonBox:
+        """Copy, open the manual, close."""
+        buttons = QDialogButtonBox()
+        self.copy_button = QPushButton(self.tr("Copy"))
+        self.copy_button.setAccessibleName(self.tr("Copy versions and places"))
+        self.copy_button.clicked.connect(self._copy)
+        close = QPushButton(self.tr("Close"))
+        close.setAccessibleName(self.tr("Close"))
+        close.setDefault(True)
+        close.clicked.connect(self.accept)
+        buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
+        return buttons
+
+    def _copy(self) -> None:
+        """Copy everything, for a message to whoever mends something."""
+        lines = (f"{name}: {value}" for name, value in self._facts.items())
+        QGuiApplication.clipboard().setText("\n".join(lines))
+        self.copy_button.setText(self.tr("Copied"))
+
+
+class ManualDialog(QDialog):
+    """The manual, to be read beside the window.
+
+    Parameters
+    ----------
+    text : str
+        As of :func:`manual`.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, text: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Manual of forcelab"))
+        self.pages = QTextBrowser()
+        self.pages.setAccessibleName(self.tr("Manual"))
+        self.pages.setOpenExternalLinks(True)
+        self.pages.setMarkdown(text)
+        column = QVBoxLayout(self)
+        column.addWidget(self.pages)
+        self.resize(self.sizeHint())
+
+    def sizeHint(self) -> QSize:
+        """Room for lines of about a hundred characters, within the screen."""
+        metrics = self.fontMetrics()
+        room = self.screen().availableGeometry().size() * 0.92
+        return QSize(metrics.averageCharWidth() * 116, metrics.lineSpacing() * 46).boundedTo(room)
+
+
+def _copied(value: str, name: str) -> QLabel:
+    """A text that can be copied; plain, as names of folders are no markup."""
+    label = QLabel(value)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setAccessibleName(name)
+    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    return label

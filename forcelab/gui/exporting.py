@@ -1,0 +1,145 @@
+"""The dialog that writes labels into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFileDialog,
+    QFormLayout,
+    QLabel,
+    QProgressBar,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.formats.exporting import FORMATS, exporting
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.jobs import Progress
+
+__all__ = ["ExportDialog"]
+
+
+class ExportDialog(QDialog):
+    """Which labels, as what, and where; what is hidden from the coder is left out.
+
+    Parameters
+    ----------
+    document : Document
+        Its project's labels are written.
+    jobs : Jobs
+        Writes in the background.
+    shown : sequence of str
+        Ids of the demonstrations that the list shows.
+    parent : QWidget, optional
+    """
+
+    def __init__(
+        self,
+        document: Document,
+        jobs: Jobs,
+        shown: Sequence[str],
+        parent: QWidget | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle(self.tr("Export labels"))
+        self._document, self._jobs = document, jobs
+        self.which = QComboBox()
+        # The name of a demonstration may be longer than the screen is wide.
+        self.which.setSizeAdjustPolicy(
+            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
+        )
+        if document.demonstration is not None:
+            here = self.tr("The open one, '{0}'").format(document.demonstration.name)
+            self.which.addItem(here, (document.id,))
+        listed = self.tr("All {0} shown in the list").format(len(shown))
+        self.which.addItem(listed, tuple(shown))
+        self.form = QComboBox()
+        names = {
+            "csv": self.tr("CSV: start, end, action, author; a file a demonstration"),
+            "audacity": self.tr("Audacity: a label track a coder and demonstration"),
+            "archive": self.tr("Archive: the whole project as one file, to be imported again"),
+        }
+        for kind in FORMATS:
+            self.form.addItem(names[kind], kind)
+        self.form.currentIndexChanged.connect(self._match)
+        self.replacing = QCheckBox(self.tr("Replace files that are there already"))
+        self._bar = QProgressBar()
+        self._bar.setVisible(False)
+        self._told = QLabel()
+        self._told.setWordWrap(True)
+        form = QFormLayout()
+        form.addRow(self.tr("Labels of"), self.which)
+        form.addRow(self.tr("Written as"), self.form)
+        form.addRow("", self.replacing)
+        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        self.go = buttons.addButton(
+            self.tr("Choose a folder…"), QDialogButtonBox.ButtonRole.ActionRole
+        )
+        self.go.setDefault(True)
+        self.go.clicked.connect(self._choose)
+        buttons.rejected.connect(self.reject)
+        column = QVBoxLayout(self)
+        column.addLayout(form)
+        column.addWidget(self._bar)
+        column.addWidget(self._told)
+        column.addStretch(1)
+        column.addWidget(buttons)
+
+    def export(self, folder: Path) -> None:
+        """Write into a folder in the background, and say what became of it."""
+        project = self._document.project
+        if project is None:
+            return
+        self.go.setEnabled(False)
+        self._bar.setVisible(True)
+        self._told.clear()
+        job = exporting(
+            project.path,
+            folder,
+            self.form.currentData(),
+            self.which.currentData(),
+            self._document.author,
+            self.replacing.isChecked(),
+        )
+        self._jobs.run(job, self._written, self._failed, self._show, key="export")
+
+    def reject(self) -> None:
+        """Stop an export that goes on, and close."""
+        self._jobs.cancel("export")
+        super().reject()
+
+    def _match(self) -> None:
+        """An archive holds the whole project."""
+        self.which.setEnabled(self.form.currentData() != "archive")
+
+    def _choose(self) -> None:
+        """Let the user choose a folder."""
+        chosen = QFileDialog.getExistingDirectory(self, self.tr("Folder to write into"))
+        if chosen:
+            self.export(Path(chosen))
+
+    def _show(self, progress: Progress) -> None:
+        """Show how far it is."""
+        self._bar.setRange(0, progress.total)
+        self._bar.setValue(progress.done)
+        self._bar.setFormat(progress.text)
+
+    def _written(self, files: tuple[Path, ...]) -> None:
+        """Say what was written."""
+        self._bar.setVisible(False)
+        self.go.setEnabled(True)
+        more = self.tr(" and {0} more").format(len(files) - 1) if len(files) > 1 else ""
+        self._told.setText(self.tr("Written: {0}{1}").format(files[0], more))
+
+    def _failed(self, error: Exception) -> None:
+        """Say what stands in the way."""
+        self._bar.setVisible(False)
+        self.go.setEnabled(True)
+        self._told.setText(str(error))

@@ -1,0 +1,25 @@
+"""Times and clocks in words, where video and force are synchronised."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QCoreApplication
+
+from forcelab.clock import ClockMap
+
+__all__ = ["seconds", "signed", "told"]
+
+
+def seconds(time: float | None) -> str:
+    """A time of the table; a dash where it is still to be marked."""
+    return "–" if time is None else signed(f"{time:.3f}")
+
+
+def told(clock: ClockMap) -> str:
+    """A clock for people."""
+    words = QCoreApplication.translate("forcelab", "offset {0} s, rate {1} ppm")
+    return words.format(signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}"))
+
+
+def signed(number: str) -> str:
+    """A number with a sign that is as wide as a plus."""
+    return number.replace("-", "\N{MINUS SIGN}")

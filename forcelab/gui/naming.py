@@ -1,0 +1,51 @@
+"""Names that differ from one there is only by case or spaces: the one there is comes first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from forcelab.names import name_alike, tidy_name
+
+__all__ = ["settled_name"]
+
+translate = QCoreApplication.translate
+
+
+def settled_name(parent: QWidget, name: str, known: Iterable[str]) -> str:
+    """A name without needless spaces; where it is nearly one there is, the person chooses.
+
+    Parameters
+    ----------
+    parent : QWidget
+        Over which the question appears.
+    name : str
+        As typed.
+    known : iterable of str
+        The names there are.
+    """
+    name = tidy_name(name)
+    there = name_alike(name, known)
+    if there is None:
+        return name
+    box = QMessageBox(parent)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle(translate("forcelab", "Nearly the same name"))
+    box.setText(translate("forcelab", "There is '{0}' already.").format(there))
+    box.setInformativeText(
+        translate("forcelab", "'{0}' would be another name beside it.").format(name)
+    )
+    use = box.addButton(
+        translate("forcelab", "Use '{0}'").format(there), QMessageBox.ButtonRole.AcceptRole
+    )
+    other = box.addButton(
+        translate("forcelab", "Add '{0}'").format(name), QMessageBox.ButtonRole.ActionRole
+    )
+    box.setDefaultButton(use)
+    box.setEscapeButton(use)
+    box.exec()
+    chosen = box.clickedButton()
+    box.deleteLater()
+    return name if chosen is other else there

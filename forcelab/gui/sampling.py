@@ -1,0 +1,39 @@
+"""How far the sample project is, with a way to do without it."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QWidget
+
+from forcelab.jobs import Progress
+
+__all__ = ["SampleProgress"]
+
+
+class SampleProgress(QWidget):
+    """A bar and Cancel; hidden while no sample project is being made."""
+
+    cancelled = Signal()
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.bar = QProgressBar()
+        self.bar.setAccessibleName(self.tr("Progress of the sample project"))
+        self.bar.setMinimumWidth(360)
+        self.cancel = QPushButton(self.tr("Cancel"))
+        self.cancel.setAccessibleName(self.tr("Cancel the sample project"))
+        self.cancel.clicked.connect(self.cancelled)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.bar, 1)
+        row.addWidget(self.cancel)
+        self.setVisible(False)
+
+    def show_progress(self, progress: Progress | None) -> None:
+        """Show how far it is; None when it is over."""
+        self.setVisible(progress is not None)
+        if progress is not None:
+            self.bar.setRange(0, progress.total)
+            self.bar.setValue(progress.done)
+            told = self.tr("Sample project: {0}").format(progress.text)
+            self.bar.setFormat(f"{told} · %p %")

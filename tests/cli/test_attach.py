@@ -1,0 +1,37 @@
+"""``forcelab attach``: a video that was made beside a recording comes to it."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+from filmed import filmed_demonstration
+
+from forcelab.project import Project
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory):
+    return filmed_demonstration(tmp_path_factory.mktemp("film")).video.path
+
+
+def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, film):
+    said = forcelab("attach", project, "foam-01", film, "--offset", "-0.25", "--json").json
+    assert not said["replaced"]
+    with Project.open(project) as opened:
+        video = opened.load("foam-01").video
+        assert video.clock.offset == -0.25
+        assert video.path.read_bytes() == film.read_bytes()
+    told = forcelab("attach", project, "foam-01", film)
+    assert told.status == 0
+    assert told.out.startswith("Replaced the video of 'foam-01'")
+
+
+def test_what_is_no_video_is_not_attached(forcelab, project, tmp_path, film):
+    notes = shutil.copy(__file__, tmp_path / "notes.mp4")
+    assert "cannot be read as a video" in forcelab("attach", project, "foam-01", notes).sentence
+    missing = tmp_path / "none.mp4"
+    assert "There is no file" in forcelab("attach", project, "foam-01", missing).sentence
+    assert "offset" in forcelab("attach", project, "foam-01", film, "--offset", "nan").sentence
+    with Project.open(project) as opened:
+        assert opened.load("foam-01").video is None

@@ -1,0 +1,53 @@
+"""What the program says of itself, and its manual."""
+
+import PySide6
+import pytest
+from PySide6.QtCore import qVersion
+from PySide6.QtWidgets import QApplication, QLabel
+
+from forcelab import __version__
+from forcelab.gui import about, asking, settings
+from forcelab.gui.about import AboutDialog, ManualDialog
+from forcelab.gui.document import Document
+from forcelab.gui.faults import log_file
+from forcelab.versions import versions
+
+
+@pytest.fixture
+def dialog(app):
+    made = AboutDialog()
+    yield made
+    made.close()
+    made.deleteLater()
+
+
+def test_it_tells_versions_and_where_settings_and_log_lie(dialog):
+    said = {label.text() for label in dialog.findChildren(QLabel)}
+    assert f"forcelab {__version__}" in said
+    known = versions()
+    wanted = {known["python"], known["numpy"], PySide6.__version__, qVersion(), str(log_file())}
+    assert wanted | {settings.settings().fileName()} <= said
+
+
+def test_all_of_it_can_be_copied_for_a_report(dialog):
+    dialog.copy_button.click()
+    copied = QApplication.clipboard().text().splitlines()
+    assert f"forcelab: {__version__}" in copied
+    assert f"log: {log_file()}" in copied
+
+
+def test_the_manual_is_the_installed_one_without_pictures_that_are_not(app):
+    shown = ManualDialog(about.manual())
+    text = shown.pages.toPlainText()
+    assert text.startswith("forcelab\n")
+    assert "Ctrl+" in text
+    assert "\N{OBJECT REPLACEMENT CHARACTER}" not in text
+    shown.deleteLater()
+
+
+def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
+    monkeypatch.setattr(about, "manual", lambda: "")
+    document, said = Document("Ada"), []
+    document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
+    asking.show_manual(document, None)
+    assert said == [("The manual is not installed here.", True)]

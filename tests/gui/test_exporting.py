@@ -1,0 +1,90 @@
+"""Labels leave the project by the window, and hidden ones do not."""
+
+import pytest
+from painted import opened
+from PySide6.QtWidgets import QWidget
+
+from forcelab.gui import settings
+from forcelab.gui.exporting import ExportDialog
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.recent import RecentProjects
+from forcelab.labels import Segment
+
+GRAB = (Segment(0.0, 0.1, "grab"),)
+
+
+@pytest.fixture
+def document(app, tmp_path):
+    with opened(tmp_path) as document:
+        project = document.project
+        for info in document.infos:
+            for author in (document.author, "Zoe"):
+                before = project.track(info.id, author).segments
+                project.edit(info.id, author, before, GRAB, "painted")
+        document.reread()
+        yield document
+
+
+@pytest.fixture
+def dialog(document):
+    window = QWidget()
+    jobs = Jobs(window)
+    dialog = ExportDialog(document, jobs, [info.id for info in document.infos], window)
+    yield dialog
+    dialog.reject()
+    jobs.close()
+    window.deleteLater()
+
+
+def written(folder):
+    return {path.name: path.read_text() for path in folder.iterdir()}
+
+
+def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path, until):
+    document.open_demonstration(document.infos[0].id)
+    dialog.export(tmp_path / "one")
+    until(dialog.go.isEnabled)
+    [(name, text)] = written(tmp_path / "one").items()
+    assert document.demonstration.name in name
+    assert f"grab,{document.author}" in text
+    assert "grab,Zoe" in text
+    dialog.which.setCurrentIndex(1)
+    dialog.form.setCurrentIndex(dialog.form.findData("audacity"))
+    dialog.export(tmp_path / "all")
+    until(dialog.go.isEnabled)
+    assert len(written(tmp_path / "all")) == 2 * len(document.infos)
+
+
+def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, until):
+    document.project.assign(document.infos[0].id, document.author)
+    dialog.export(tmp_path / "blind")
+    until(dialog.go.isEnabled)
+    [text] = written(tmp_path / "blind").values()
+    assert "Zoe" not in text
+    dialog.form.setCurrentIndex(dialog.form.findData("archive"))
+    dialog.export(tmp_path / "archive")
+    until(dialog.go.isEnabled)
+    assert "hidden from" in dialog._told.text()
+    assert not (tmp_path / "archive").exists()
+
+
+def test_files_that_are_there_are_replaced_only_on_demand(dialog, tmp_path, until):
+    for replacing, told in ((False, "Written"), (False, "already"), (True, "Written")):
+        dialog.replacing.setChecked(replacing)
+        dialog.export(tmp_path / "out")
+        until(dialog.go.isEnabled)
+        assert told in dialog._told.text()
+
+
+def test_recent_projects_are_opened_from_the_menu(app, tmp_path):
+    opened_ = []
+    menu = RecentProjects(opened_.append)
+    menu.aboutToShow.emit()
+    assert [action.isEnabled() for action in menu.actions()] == [False]
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        settings.remember_project(tmp_path / name)
+    menu.aboutToShow.emit()
+    assert [action.text() for action in menu.actions()] == ["two", "one"]
+    menu.actions()[1].trigger()
+    assert opened_ == [tmp_path / "one"]

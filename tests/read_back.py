@@ -1,0 +1,24 @@
+"""What was written down, read again: blocks of a journal, and the numbers in frames."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from forcelab.capture.samples import Samples
+from forcelab.capture.virtual_camera import BITS
+
+
+def block_of(payload):
+    """The block of samples in the payload of a journal's record."""
+    samples = Samples(struct.unpack_from("<IH", payload)[1])
+    samples.add(payload)
+    return samples.block()
+
+
+def frame_number(picture):
+    """The number in a picture of a virtual camera, modulo 65,536; lossy coding does it no harm."""
+    side = picture.shape[1] // BITS
+    squares = picture[:side, : side * BITS].mean(axis=(0, 2)).reshape(BITS, side)
+    return int(((squares.mean(axis=1) > 127) << np.arange(BITS)).sum())
