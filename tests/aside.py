@@ -20,6 +20,7 @@ SCRIPT = '(nice "$@" >"$0.part" 2>&1; echo $? >>"$0.part"; mv "$0.part" "$0") >/
 def begin() -> None:
     """Begin to check the types; of the processes that share the tests the first one does."""
     if os.environ.get("PYTEST_XDIST_WORKER", "gw0") == "gw0":
+        SAID.unlink(missing_ok=True)  # of a run that was cut short, whose number came again
         subprocess.run(
             ["bash", "-c", SCRIPT, SAID, Path(sys.executable).with_name("mypy")],
             cwd=ROOT,
