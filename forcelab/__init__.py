@@ -26,16 +26,31 @@ if TYPE_CHECKING:
     from forcelab.merging import MergeMap as MergeMap
     from forcelab.project import Project as Project
     from forcelab.project.labelling import Labelling as Labelling
+    from forcelab.recognition.corpus import corpus as corpus
     from forcelab.recognition.evaluation import across as across
     from forcelab.recognition.evaluation import leave_one_out as leave_one_out
     from forcelab.recognition.examples import Labelled as Labelled
     from forcelab.recognition.features import features as features
+    from forcelab.recognition.metrics import Scores as Scores
+    from forcelab.recognition.presets import preset as preset
+    from forcelab.recognition.project_runs import Choice as Choice
+    from forcelab.recognition.project_runs import evaluate_tasks as evaluate_tasks
+    from forcelab.recognition.project_runs import train_tasks as train_tasks
     from forcelab.recognition.recogniser import Recogniser as Recogniser
+    from forcelab.recognition.results import Evaluation as Evaluation
     from forcelab.recognition.settings import Settings as Settings
-    from forcelab.recognition.settings import preset as preset
     from forcelab.recognition.storage import load as load_recogniser
     from forcelab.recognition.storage import save as save_recogniser
+    from forcelab.recognition.timed import score_tracks as score_tracks
     from forcelab.recognition.training import train as train
+    from forcelab.review.agreement import agreement as agreement
+    from forcelab.review.coded import coded_demonstrations as coded_demonstrations
+    from forcelab.review.comparing import compare as compare_runs
+    from forcelab.review.outcome import Outcome as Outcome
+    from forcelab.review.outcome import latest as latest_run
+    from forcelab.review.outcome import load as load_run
+    from forcelab.review.queue import queue as queue
+    from forcelab.review.why import why_at as why_at
     from forcelab.sample import making as making_sample
     from forcelab.signals.cwt import cwt as cwt
     from forcelab.signals.wavelets import DOG as DOG
@@ -49,8 +64,10 @@ if TYPE_CHECKING:
 #: Where each public name lives: the module, and what it is called there.
 _HOMES = {
     "Channel": ("demonstration", "Channel"),
+    "Choice": ("recognition.project_runs", "Choice"),
     "DOG": ("signals.wavelets", "DOG"),
     "Demonstration": ("demonstration", "Demonstration"),
+    "Evaluation": ("recognition.results", "Evaluation"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
@@ -58,29 +75,42 @@ _HOMES = {
     "Labelling": ("project.labelling", "Labelling"),
     "MergeMap": ("merging", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
+    "Outcome": ("review.outcome", "Outcome"),
     "Project": ("project", "Project"),
     "ReadOptions": ("formats.recording", "ReadOptions"),
     "RealMorlet": ("signals.wavelets", "RealMorlet"),
     "Recogniser": ("recognition.recogniser", "Recogniser"),
+    "Scores": ("recognition.metrics", "Scores"),
     "Segment": ("labels", "Segment"),
     "Settings": ("recognition.settings", "Settings"),
     "Track": ("labels", "Track"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
     "across": ("recognition.evaluation", "across"),
+    "agreement": ("review.agreement", "agreement"),
+    "coded_demonstrations": ("review.coded", "coded_demonstrations"),
+    "compare_runs": ("review.comparing", "compare"),
+    "corpus": ("recognition.corpus", "corpus"),
     "cwt": ("signals.cwt", "cwt"),
+    "evaluate_tasks": ("recognition.project_runs", "evaluate_tasks"),
     "features": ("recognition.features", "features"),
     "finish": ("jobs", "finish"),
     "glossary": ("glossary", "glossary"),
     "import_files": ("formats.importing", "import_files"),
+    "latest_run": ("review.outcome", "latest"),
     "leave_one_out": ("recognition.evaluation", "leave_one_out"),
     "load_recogniser": ("recognition.storage", "load"),
+    "load_run": ("review.outcome", "load"),
     "making_sample": ("sample", "making"),
     "performing": ("simulation.tasks", "performing"),
-    "preset": ("recognition.settings", "preset"),
+    "preset": ("recognition.presets", "preset"),
+    "queue": ("review.queue", "queue"),
     "read": ("formats", "read"),
     "save_recogniser": ("recognition.storage", "save"),
+    "score_tracks": ("recognition.timed", "score_tracks"),
     "simulating": ("simulation.adding", "simulating"),
     "train": ("recognition.training", "train"),
+    "train_tasks": ("recognition.project_runs", "train_tasks"),
+    "why_at": ("review.why", "why_at"),
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - all of them are strings

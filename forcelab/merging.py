@@ -50,10 +50,6 @@ class MergeMap:
         """Pairs ``(spelling found, action meant)``, sorted."""
         return self._pairs
 
-    def apply(self, action: str) -> str:
-        """The action meant by `action`."""
-        return dict(self._pairs).get(action, action)
-
     def unused(self, actions: Iterable[str]) -> tuple[str, ...]:
         """The spellings of the map that are none of these actions, sorted; perhaps mistyped."""
         found = set(actions)

@@ -18,7 +18,6 @@ from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
-from forcelab.splicing import splice, spliced
 
 __all__ = [
     "SLIVER",
@@ -29,8 +28,6 @@ __all__ = [
     "move_segment",
     "paint",
     "relabel",
-    "splice",
-    "spliced",
     "split",
 ]
 

@@ -55,8 +55,8 @@ def making(path: Path, jobs: int = 1) -> Generator[Progress, None, bool]:
         _check(path)
         return False
     # What making one needs is loaded only now.
+    from forcelab.recognition.presets import preset
     from forcelab.recognition.project_runs import Choice, train_tasks
-    from forcelab.recognition.settings import preset
     from forcelab.simulation.production import Order, producing
 
     orders = [

@@ -8,13 +8,13 @@ them by heart. Spellings that differ between coders are brought together by a me
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import count
 
 from forcelab.errors import InputError
 
-__all__ = ["COLOURS", "KEYS", "Action", "Vocabulary"]
+__all__ = ["COLOURS", "KEYS", "Action", "Vocabulary", "joined"]
 
 #: The eight colours of Okabe and Ito (Color Universal Design, 2008), which stay apart for every
 #: kind of colour vision. Of all orders this one keeps neighbours furthest apart for normal and
@@ -140,11 +140,12 @@ class Vocabulary:
     def __iter__(self) -> Iterator[Action]:
         return iter(self.actions)
 
-    def with_actions(self, *names: str) -> Vocabulary:
+    def with_actions(self, *names: str, like: Iterable[Action] = ()) -> Vocabulary:
         """Add the actions that are missing, at the end; the others stay exactly as they are.
 
         A new action gets the first look and the first key that are free: the eight colours plain,
-        then the eight with texture 1, and so on; no key when all are taken.
+        then the eight with texture 1, and so on; no key when all are taken. Where an action of
+        that name is in `like` and its look is free, it gets that one.
 
         Raises
         ------
@@ -155,11 +156,13 @@ class Vocabulary:
         known = set(self.names)
         looks = {action.look for action in actions}
         keys = {action.key for action in actions}
+        wanted = {action.name: action.look for action in like}
         for name in names:
             if name in known:
                 continue
-            colour, texture = _free_look(looks)
-            key = next((key for key in KEYS if key not in keys), "")
+            look = wanted.get(name)
+            colour, texture = _free_look(looks) if look is None or look in looks else look
+            key = _free_key(keys)
             actions.append(Action(name, colour, key, texture))
             known.add(name)
             looks.add((colour, texture))
@@ -257,6 +260,37 @@ class Vocabulary:
     def _replaced(self, new: Action) -> Vocabulary:
         """The same vocabulary with the action of that name replaced."""
         return Vocabulary(tuple(new if old.name == new.name else old for old in self.actions))
+
+
+def joined(tasks: Mapping[str, Vocabulary], *, apart: bool = False) -> Vocabulary:
+    """The actions of several tasks together, those of the first exactly as they are there.
+
+    Of a name that several have, the first one's look counts. Two actions of the same look keep the
+    colour and differ in texture; one whose key is taken gets the first that is free.
+
+    Parameters
+    ----------
+    tasks : mapping of str to Vocabulary
+    apart : bool
+        Whether actions get their task as a suffix, as ``grab_foam``.
+    """
+    found: list[Action] = []
+    for task, vocabulary in tasks.items():
+        for action in vocabulary:
+            name = f"{action.name}_{task}" if apart else action.name
+            if any(other.name == name for other in found):
+                continue
+            looks = {other.look for other in found}
+            texture = next(t for t in count(action.texture) if (action.colour, t) not in looks)
+            keys = {other.key for other in found}
+            key = action.key if action.key not in keys else _free_key(keys)
+            found.append(replace(action, name=name, key=key, texture=texture))
+    return Vocabulary(tuple(found))
+
+
+def _free_key(keys: Collection[str]) -> str:
+    """The first key that is free; "" where none is."""
+    return next((key for key in KEYS if key not in keys), "")
 
 
 def _free_look(taken: set[tuple[str, int]]) -> tuple[str, int]:

@@ -47,8 +47,8 @@ def draw(path: Path, picture: Path) -> None:
     from PySide6.QtWidgets import QApplication
 
     from forcelab.gui import theme
-    from forcelab.gui.app import Start
     from forcelab.gui.capture.phase import Phase
+    from forcelab.gui.start import Start
     from forcelab.gui.window import Window
 
     calibration = asset("calibrations", "3-axis-40N.toml")

@@ -35,8 +35,10 @@ def untellable():
     return lambda: None
 
 
-def silent(path=None):
-    """Tells its process, then computes for long without a word, deaf to all but the hard way."""
+def silent(path=None, deaf=False):
+    """Tells its process, then computes for ever without a word; deaf even to being asked to end."""
+    if deaf:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
     yield Progress(1, 2, f"process {os.getpid()}")
     if path is not None:
         with interruptible():

@@ -20,7 +20,9 @@ __all__ = ["FAST", "made", "outcome_of"]
 FAST = Settings(max_scale=64.0, stride=4, threshold=0.5, median=5, seed=3)
 
 
-def made(path: Path, settings: Settings = FAST, count: int = 4, rate: float = 100.0) -> Outcome:
+def made(
+    path: Path, settings: Settings = FAST, count: int = 4, rate: float = 100.0, folds: int = 0
+) -> Outcome:
     """Make a project of synthetic demonstrations, labelled by Ann, and evaluate on it."""
     pairs = synthetic_set(count, rate=rate)
     with Project.create(path) as project:
@@ -28,12 +30,14 @@ def made(path: Path, settings: Settings = FAST, count: int = 4, rate: float = 10
             project.add(demonstration)
             project.edit(demonstration.id, "Ann", (), segments, "made")
         project.add_actions("foam", dict.fromkeys(s.action for _, t in pairs for s in t))
-        return outcome_of(project, [Labelled(*pair) for pair in pairs], settings)
+        return outcome_of(project, [Labelled(*pair) for pair in pairs], settings, folds)
 
 
-def outcome_of(project: Project, labelled: list[Labelled], settings: Settings) -> Outcome:
+def outcome_of(
+    project: Project, labelled: list[Labelled], settings: Settings, folds: int = 0
+) -> Outcome:
     """Evaluate as a run of the project would."""
-    evaluation = finish(leave_one_out(labelled, settings, "foam"))
+    evaluation = finish(leave_one_out(labelled, settings, "foam", folds=folds))
     ids = [item.demonstration.id for item in labelled]
     return Outcome(
         number=1,
@@ -59,4 +63,5 @@ def outcome_of(project: Project, labelled: list[Labelled], settings: Settings) -
             for one in evaluation.tested
         ),
         seconds=evaluation.seconds,
+        folds=folds,
     )

@@ -15,8 +15,8 @@ from painting_bench import MEMORY
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.steps import Step
 

@@ -5,10 +5,10 @@ from datetime import datetime, timezone
 import numpy as np
 
 from forcelab.labels import Segment
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.metrics import pool
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.timed import timed_counts
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 
 __all__ = ["drawn_outcome", "outcome_of", "reviewed"]

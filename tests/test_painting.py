@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from forcelab import painting
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, ordered
+from forcelab.splicing import splice, spliced
 
 ACTIONS = ("grab", "hold", "pull")
 CELL = 0.25  # A power of two: times on the grid and their sums are exact.
@@ -241,18 +242,18 @@ def test_any_series_of_edits_stays_in_order_and_is_undone_exactly(data):
         assert after == ordered(after)
         assert all(s.duration > painting.SLIVER / 2 for s in after)
         history.append(after)
-    edits = [painting.splice(a, b) for a, b in pairwise(history)]
+    edits = [splice(a, b) for a, b in pairwise(history)]
     track = history[-1]
     for (position, removed, inserted), before in zip(reversed(edits), history[-2::-1], strict=True):
-        track = painting.spliced(track, position, inserted, removed)
+        track = spliced(track, position, inserted, removed)
         assert track == before
 
 
 @given(tracks(), tracks())
 def test_a_splice_is_the_smallest_replacement(before, after):
-    position, removed, inserted = painting.splice(before, after)
-    assert painting.spliced(before, position, removed, inserted) == after
-    assert painting.spliced(after, position, inserted, removed) == before
+    position, removed, inserted = splice(before, after)
+    assert spliced(before, position, removed, inserted) == after
+    assert spliced(after, position, inserted, removed) == before
     assert not (removed and inserted and removed[0] == inserted[0])
     assert not (removed and inserted and removed[-1] == inserted[-1])
     if before == after:
@@ -271,30 +272,30 @@ def test_a_splice_is_the_smallest_replacement(before, after):
     ],
 )
 def test_an_edit_of_a_track_that_has_changed_is_refused(now):
-    position, removed, inserted = painting.splice(TRACK, painting.relabel(TRACK, 1, "slip"))
+    position, removed, inserted = splice(TRACK, painting.relabel(TRACK, 1, "slip"))
     with pytest.raises(StaleTrackError, match="changed since it was read"):
-        painting.spliced(now, position, removed, inserted)
+        spliced(now, position, removed, inserted)
 
 
 @pytest.mark.parametrize(
     "there", [Segment(0.5, 2.1, "hold"), Segment(2.9, 4.0, "hold"), Segment(2.2, 2.3, "hold")]
 )
 def test_an_insertion_that_no_longer_fits_is_refused(there):
-    position, removed, inserted = painting.splice((), (Segment(2.0, 3.0, "pull"),))
+    position, removed, inserted = splice((), (Segment(2.0, 3.0, "pull"),))
     assert removed == ()
     with pytest.raises(StaleTrackError):
-        painting.spliced((there,), position, removed, inserted)
+        spliced((there,), position, removed, inserted)
 
 
 def test_an_insertion_behind_a_segment_that_has_grown_is_refused():
-    edit = painting.splice((GRAB,), (GRAB, PULL))
+    edit = splice((GRAB,), (GRAB, PULL))
     with pytest.raises(StaleTrackError):
-        painting.spliced((Segment(0.0, 3.5, "grab"),), *edit)
+        spliced((Segment(0.0, 3.5, "grab"),), *edit)
 
 
 def test_a_splice_at_a_negative_position_is_refused():
     with pytest.raises(StaleTrackError):
-        painting.spliced(TRACK, -1, (), (Segment(2.0, 3.0, "slip"),))
+        spliced(TRACK, -1, (), (Segment(2.0, 3.0, "slip"),))
 
 
 def test_float_dust_neither_leaves_a_piece_nor_keeps_neighbours_apart():
@@ -399,5 +400,5 @@ def test_edits_of_ten_thousand_segments_are_instant():
     ]
     # One Python loop over the track (as in splice) takes 1.7 ms; a verb takes less than 0.1 ms.
     assert max(_fastest(call, 50) for call in local) < 0.5e-3
-    assert _fastest(lambda: painting.splice(track, edited), 5) < 50e-3
+    assert _fastest(lambda: splice(track, edited), 5) < 50e-3
     assert _fastest(lambda: painting.fill_gaps(track, 0.2), 5) < 200e-3

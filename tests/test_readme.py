@@ -34,6 +34,17 @@ def test_every_command_prints_what_the_readme_shows(tmp_path):
     )
     assert "copied from coder" in done.stdout
     assert len(done.stdout.splitlines()) == 3
+    script = re.findall(r"```python\n(.*?)```", TEXT, re.S)[2]
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    first, *places = done.stdout.splitlines()
+    assert float(re.match("F1@50 ([.0-9]+), worst foam-0[1-6]$", first)[1]) > 0.5
+    assert 0 < len(places) <= 3
+    assert all(
+        re.match(r"(action|boundary|missed) [.0-9]+ s: \w+, seen as \w+$", place)
+        for place in places
+    )
 
 
 def test_the_script_in_the_readme_runs(tmp_path):

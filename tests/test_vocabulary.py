@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.vocabulary import COLOURS, KEYS, Action, Vocabulary
+from forcelab.vocabulary import COLOURS, KEYS, Action, Vocabulary, joined
 
 names = st.text(min_size=1, max_size=6).filter(str.strip)
 vocabularies = st.lists(names, max_size=45).map(lambda found: Vocabulary().with_actions(*found))
@@ -150,3 +150,27 @@ GOOD = {"name": "grab", "colour": "#0072b2", "key": "1", "texture": 0}
 def test_json_that_is_no_vocabulary_is_refused_with_a_sentence(items, sentence):
     with pytest.raises(InputError, match=sentence):
         Vocabulary.from_json(items)
+
+
+def test_an_action_can_be_added_with_the_look_that_it_has_elsewhere():
+    elsewhere = Vocabulary().with_actions("grab", "twist", "tear")
+    here = Vocabulary().with_actions("slip", "pull", like=elsewhere)
+    found = here.with_actions("tear", "twist", "new", like=elsewhere)
+    assert found["tear"].look == elsewhere["tear"].look
+    assert found["twist"].look != elsewhere["twist"].look  # 'pull' has it here
+    assert len({action.look for action in found}) == len({a.key for a in found}) == 5
+
+
+def test_tasks_together_keep_the_first_ones_looks_and_share_no_look_or_key():
+    soft = Vocabulary().with_actions("still", "grab", "hold")
+    hard = Vocabulary().with_actions("still", "insert", "grab")
+    both = joined({"soft": soft, "hard": hard})
+    assert both.actions[:3] == soft.actions
+    assert both.names == ("still", "grab", "hold", "insert")
+    assert both["insert"].colour == hard["insert"].colour
+    assert both["insert"].texture == 1  # 'grab' has that colour here
+    assert both["insert"].key == KEYS[3]
+    apart = joined({"soft": soft, "hard": hard}, apart=True)
+    assert [a.look for a in apart.actions[:3]] == [a.look for a in soft]
+    assert apart.names[3:] == ("still_hard", "insert_hard", "grab_hard")
+    assert apart["still_hard"].colour == soft["still"].colour

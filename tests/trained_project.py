@@ -8,8 +8,8 @@ from synthetic import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
+from forcelab.recognition.presets import preset
 from forcelab.recognition.project_runs import Choice
-from forcelab.recognition.settings import preset
 
 __all__ = ["CHOICE", "FAST", "make"]
 

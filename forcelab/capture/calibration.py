@@ -7,7 +7,6 @@ from typing import Protocol
 
 from forcelab.demonstration import Channel
 from forcelab.formats.optoforce.calibration import (
-    ANY,
     Calibration,
     Calibrations,
     channels_of,
@@ -15,7 +14,6 @@ from forcelab.formats.optoforce.calibration import (
 )
 
 __all__ = [
-    "ANY",
     "Calibration",
     "Calibrations",
     "channels_of",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 
-__all__ = ["Camera", "Capture", "open_camera"]
+__all__ = ["Camera", "Capture", "check_camera", "open_camera", "open_cameras"]
 
 _LINKS = Path("/dev/v4l/by-id")  # names that stay with a camera whatever number it gets (udev)
 
@@ -87,9 +88,59 @@ class Camera:
             self._capture = None
 
 
+def check_camera(which: str) -> None:
+    """Refuse words that mean no camera, whichever is plugged in.
+
+    Raises
+    ------
+    InputError
+        Unless they are a number, a path, or an address on the network such as
+        ``"rtsp://10.0.0.5/stream"``.
+    """
+    plain = which.isascii() and which.isdigit()
+    if not plain and not which.startswith("/") and "://" not in which:
+        raise InputError(
+            f"'{which}' is no camera; write its number, such as 0, or its device, such as "
+            f"/dev/video0."
+        )
+
+
 def open_camera(which: str) -> Capture:
     """Open a camera; see :class:`Camera`."""
+    check_camera(which)
     return Camera(which)
+
+
+def open_cameras(wanted: Sequence[str]) -> list[tuple[str, Capture]]:
+    """Open cameras, as a :class:`~forcelab.capture.recorder.Recorder` takes them.
+
+    Parameters
+    ----------
+    wanted : sequence of str
+        As of :func:`open_camera`.
+
+    Returns
+    -------
+    list of (str, Capture)
+        Their names and they themselves.
+
+    Raises
+    ------
+    InputError
+        If one cannot be opened, or is named twice; none is open then.
+    """
+    opened: list[tuple[str, Capture]] = []
+    try:
+        for which in wanted:
+            name = f"camera {which}"
+            if any(name == other for other, _ in opened):
+                raise InputError(f"The {name} is named twice; name it once.")
+            opened.append((name, open_camera(which)))
+    except BaseException:  # whatever that is: those before it are let go of
+        for _, capture in opened:
+            capture.release()
+        raise
+    return opened
 
 
 def _lasting(which: str, links: Path = _LINKS) -> Path | None:

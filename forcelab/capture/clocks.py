@@ -87,6 +87,11 @@ class ArrivalClock:
         return self._zero is not None
 
     @property
+    def learnt(self) -> bool:
+        """Whether the rate was learnt from the arrivals of this stretch."""
+        return self._learnt
+
+    @property
     def newest(self) -> int | None:
         """The last tick that arrived in this stretch; None before the first."""
         return self._last

@@ -1,4 +1,4 @@
-"""Samples of a device without a counter, counted by a clock that comes with them."""
+"""Samples counted: by a clock that comes with them, and those that are missing in a gap."""
 
 from __future__ import annotations
 
@@ -7,10 +7,34 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Counting"]
+from forcelab.capture.clocks import STEP
+
+__all__ = ["Counting", "missed"]
 
 #: Samples that can be missing at one go: a month of them at 1 kHz.
 FARTHEST = 2.0**31
+
+
+def missed(ticks: int, seconds: float, period: float) -> int:
+    """How many samples are missing between two.
+
+    Parameters
+    ----------
+    ticks : int
+        By which the counter stepped.
+    seconds : float
+        Between their stamps.
+    period : float
+        Seconds from sample to sample.
+
+    Returns
+    -------
+    int
+        As the counter tells, where so many fit into the time; of a counter that jumped ahead as
+        many as do. None where it began anew: nobody knows how many there were.
+    """
+    fit = max(round(seconds / period) - 1, 0)
+    return max(ticks - 1, 0) if (ticks - 1) * period <= seconds + STEP else fit
 
 
 class Counting:

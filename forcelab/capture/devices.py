@@ -15,11 +15,9 @@ from forcelab.capture.text_device import TextLine
 from forcelab.errors import InputError
 
 __all__ = [
-    "Encoder",
-    "OptoForce",
-    "TextLine",
     "calibrated_by",
     "device_named",
+    "devices_named",
     "number_sensors",
     "said",
 ]
@@ -83,6 +81,24 @@ def device_named(name: str) -> OptoForce | TextLine | Encoder:
         rate=options.take("rate", float, 512.0),
         reverse=options.take("reverse", _yes, False, "yes or no"),
     )
+
+
+def devices_named(names: Sequence[str]) -> list[OptoForce | TextLine | Encoder]:
+    """The devices that names mean, as of :func:`device_named`.
+
+    Raises
+    ------
+    InputError
+        If a name means nothing, or two of them the same port.
+    """
+    found: dict[str, OptoForce | TextLine | Encoder] = {}
+    for name in names:
+        device = device_named(name)
+        port = device.name.partition(":")[2]
+        if port in found:
+            raise InputError(f"Two devices are said to be at {port}; leave one of them out.")
+        found[port] = device
+    return list(found.values())
 
 
 def said(words: str) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.blocks import Block
+from forcelab.capture.counting import missed
 from forcelab.capture.frames import SILENT
 from forcelab.capture.joining import Stream, joined
 from forcelab.capture.journal import Contents
@@ -157,8 +158,10 @@ def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
     sentences, gaps = [], len(stream.away)
     if stream.even and ticks is not None and len(ticks) > 1:
         period = float(np.median(np.diff(stream.host)))
-        missing = np.round(np.diff(stream.host) / period) - 1
-        lost = int(np.minimum(missing, np.diff(ticks) - 1)[missing > 0].clip(0).sum())
+        steps, seconds = np.diff(ticks), np.diff(stream.host)
+        wide = np.flatnonzero(steps > 1)
+        pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
+        lost = sum(missed(step, apart, period) for step, apart in pairs)
         if lost:
             gaps += lost
             were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"

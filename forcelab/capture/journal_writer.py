@@ -7,6 +7,7 @@ import io
 import itertools
 import json
 import os
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -15,11 +16,19 @@ from typing import Any
 
 from forcelab.atomic import sync_folder
 from forcelab.capture.blocks import Block
-from forcelab.capture.journal import FLUSHED, PIECE, Contents, Kind, encoded, header_bytes
+from forcelab.capture.journal import (
+    FLUSHED,
+    PIECE,
+    SUFFIX,
+    Contents,
+    Kind,
+    encoded,
+    header_bytes,
+)
 from forcelab.capture.samples import block_bytes
 from forcelab.errors import InputError
 
-__all__ = ["JournalWriter", "being_written"]
+__all__ = ["JournalWriter", "being_written", "other_places"]
 
 _RETRY = 1.0  # s between two tries while the disk refuses
 
@@ -41,6 +50,8 @@ class JournalWriter:
     Attributes
     ----------
     path : Path
+    saved : Path or None
+        Where all of it is after :meth:`close`, if the disk refused some to the end.
 
     Raises
     ------
@@ -55,6 +66,7 @@ class JournalWriter:
         opener: Callable[[Path, str], io.FileIO] = io.FileIO,
     ) -> None:
         self.path = path
+        self.saved: Path | None = None
         self._opener = opener
         self._lock = threading.Lock()
         self._waiting: list[bytes] = [header_bytes(header)]
@@ -135,8 +147,10 @@ class JournalWriter:
         """
         if not self._ended.is_set():
             self.finish()
+        if self._unwritten and not delete and not self._file.closed:
+            self.saved = self._save()
         self._file.close()
-        if delete:
+        if delete or self.saved is not None:
             with contextlib.suppress(OSError):  # it is told at the next start then
                 self.path.unlink()
 
@@ -168,6 +182,26 @@ class JournalWriter:
         if self._refused:
             self._refused = False
             self._say(f"'{self.path}' can be written again; all that was kept in memory is there.")
+
+    def _save(self) -> Path | None:
+        """Write all of it where there is room, as nothing of it may be lost; where that is."""
+        for folder in other_places():
+            try:
+                file, name = tempfile.mkstemp(SUFFIX, f"{self.path.stem} ", folder)
+            except OSError:
+                continue
+            try:
+                with os.fdopen(file, "wb") as copy:
+                    copy.writelines(self._written())
+                    copy.write(self._unwritten)
+                    copy.flush()
+                    os.fsync(copy.fileno())
+            except (OSError, InputError):
+                with contextlib.suppress(OSError):
+                    Path(name).unlink()
+                continue
+            return Path(name)
+        return None
 
     def _in_place(self) -> bool:
         """Whether the open file is still the one under its name."""
@@ -225,6 +259,14 @@ class JournalWriter:
     def _say(self, sentence: str) -> None:
         with self._lock:
             self._remarks.append(sentence)
+
+
+def other_places() -> tuple[Path, ...]:
+    """Folders for what a disk refuses: the home folder, and that for temporary files."""
+    places = [Path(tempfile.gettempdir())]
+    with contextlib.suppress(RuntimeError):  # nobody's home
+        places.insert(0, Path.home())
+    return tuple(places)
 
 
 def being_written(path: Path) -> bool:

@@ -39,6 +39,11 @@ class LiveMarks:
         else:
             self._lifted = action, now
 
+    def growing(self) -> tuple[str, float] | None:
+        """The action that counts now, and since when; None where no key is down."""
+        self._settle()
+        return (self._held[-1], self._since) if self._held else None
+
     def end(self, now: float) -> None:
         """No key is heard any more."""
         self._settle()

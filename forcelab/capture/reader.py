@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.capture.blocks import Block, Device, UnpluggedError
 from forcelab.capture.clocks import ArrivalClock
+from forcelab.capture.counting import missed
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.ring import Ring, Window
@@ -41,8 +42,9 @@ _WAIT = 0.1  # s that a read waits at most
 _RETRY = 0.25  # s between two tries to find a device again
 _RECENT = 2.0  # s for which an alarm is shown after its cause
 _STALLED = 1.0  # s without a sample after which a device is called stalled
-_DRIFT = 0.002  # s of residual, and
+_DRIFT, _PART = 0.002, 0.2  # s of residual, and share of a period if that is more, and
 _FAST = 1e-3  # share of the rate, beyond which a clock is said to drift
+_WRONG, _SETTLED = 0.05, 5.0  # share by which a rate is off that was told wrong; s to be sure of it
 _UNKNOWN = 1000.0  # Hz, at most, of a device that was told no rate
 _PENDING = 200  # remarks that are kept for whoever asks
 
@@ -121,6 +123,8 @@ class DeviceReader:
         self._lost_at = self._saturated_at = -np.inf
         self._samples = self._lost = self._saturated = 0
         self._zeroed = False  # just now: what it dropped meanwhile was not lost
+        self._gone: tuple[int, float] | None = None  # tick and time of the last sample before
+        self._begun, self._judged = self._heard, device.holds  # whether its rate was looked at
         self._thread = threading.Thread(target=self._run, name=f"forcelab {device.name}")
         self._thread.start()
 
@@ -133,6 +137,7 @@ class DeviceReader:
             if journal is None:
                 return
             self._samples = self._lost = self._saturated = 0
+            self._gone = None  # what it misses before its first sample is not of this recording
             if self.device.holds and self._last is not None and self._plugged:
                 journal.block(self._number, self._last)  # its value holds since before
             if not self._plugged:
@@ -166,10 +171,13 @@ class DeviceReader:
         with self._lock:
             clocked = self._clock.known and not self.device.holds
             rate = 1.0 / self._clock.rate if clocked else 0.0
-            pace = told / rate if clocked and told > 0 else np.nan
+            # A rate that was only measured is no promise that a clock could break.
+            promised = told > 0 and not getattr(self.device, "measured", False)
+            pace = told / rate if clocked and promised else np.nan
             residual = self._clock.residual if clocked else np.nan
             silent = now - self._heard > _STALLED + (2 / told if told > 0 else 0)
-            drifts = clocked and (residual > _DRIFT or abs(pace - 1) > _FAST)
+            off = clocked and residual > max(_DRIFT, _PART / rate)
+            drifts = clocked and (off or abs(pace - 1) > _FAST)
             wandered = self._wandered()
             alarms = {
                 "unplugged": not self._plugged,
@@ -226,8 +234,21 @@ class DeviceReader:
                 continue
             if block is not None and len(block):
                 self._take(block)
-            for sentence in self.device.remarks():
+            for sentence in (*self.device.remarks(), *self._misjudged()):
                 self._say(sentence)
+
+    def _misjudged(self) -> list[str]:
+        """Say once that the device does not give as many samples as it was told to."""
+        if self._judged or not self._clock.learnt or self._heard < self._begun + _SETTLED:
+            return []
+        self._judged = True
+        told, rate = self.device.rate, 1.0 / self._clock.rate
+        if not told > 0 or abs(rate - told) <= _WRONG * told:
+            return []
+        return [
+            f"{self.device.name} gives {rate:.4g} samples a second, not {told:.4g}: what is "
+            f"recognised live goes wrong; connect it with ?rate={rate:.4g} or set it to {told:.4g}."
+        ]
 
     def _take(self, block: Block) -> None:
         """Take in what came."""
@@ -267,7 +288,12 @@ class DeviceReader:
                 self._lost += missing
                 self._lost_at = self._heard
         self._zeroed = False
-        return self._clock.to_host(ticks)
+        host = self._clock.to_host(ticks)
+        if self._gone is not None:
+            last, when = self._gone
+            self._lost += missed(int(ticks[0]) - last, float(host[0]) - when, self._clock.rate)
+            self._gone = None
+        return host
 
     def _wait_for_it(self, error: UnpluggedError) -> None:
         """Say that the device is gone, and wait until it is back."""
@@ -284,6 +310,8 @@ class DeviceReader:
             with self._lock:
                 self._plugged = True
                 self._heard = time.monotonic()
+                if self._gone is None and (newest := self._clock.newest) is not None:
+                    self._gone = newest, float(self._clock.to_host(np.array([newest]))[0])
                 self._clock.restart()
                 self._wander.interrupt()
                 self._note(PLUGGED)

@@ -42,6 +42,12 @@ class Recorder(Opened):
         beside it. They are released at the end.
     seconds : float
         That are kept for views.
+
+    Attributes
+    ----------
+    saved : Path or None
+        After :meth:`close`, the journal of a recording that could not be kept and that the
+        project's disk did not take either: it is all there.
     """
 
     def __init__(
@@ -59,6 +65,7 @@ class Recorder(Opened):
         self._journal: JournalWriter | None = None
         self._stopped = False
         self._name, self._begun = "", 0.0
+        self.saved: Path | None = None
 
     def open(self) -> None:
         """Open all devices and read them from now on.
@@ -94,6 +101,7 @@ class Recorder(Opened):
         self._readers, self._cameras = [], []
         if self._journal is not None:
             self._journal.close()
+            self.saved = self._journal.saved
             self._journal = None
 
     # Recording

@@ -49,11 +49,6 @@ class Port:
         self._errors: tuple[type[Exception], ...] = (OSError,)
         self._next = 0.0
 
-    @property
-    def is_open(self) -> bool:
-        """Whether it is open."""
-        return self._port is not None
-
     def open(self) -> None:
         """Open it for this program alone; what arrived before is dropped.
 

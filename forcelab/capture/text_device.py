@@ -18,8 +18,10 @@ __all__ = ["TextLine"]
 
 #: Seconds for the first lines; a board that starts anew when its port is opened needs two.
 FIRST_LINES = 5.0
-#: Samples from which a device's rate and clock are learnt when it is opened.
-LEARNT = 8
+#: Samples from which a device's clock is learnt when it is opened, and its rate where that was
+#: told; seconds of lines from which it is measured, by their arrivals or by their own clock: the
+#: sample that a delivery holds more or less, or a whole millisecond, is a hundredth of it at most.
+LEARNT, MEASURED, CLOCKED = 8, 1.0, 0.2
 #: Seconds without a line after which that is remarked.
 SILENCE = 2.0
 #: Junk lines in a row of which one is remarked.
@@ -43,6 +45,11 @@ class TextLine(LineDevice):
     ports : callable
         All ports that there are.
 
+    Attributes
+    ----------
+    measured : bool
+        Whether its rate was measured by arrivals: no promise, and good to a hundredth.
+
     Raises
     ------
     InputError
@@ -60,7 +67,8 @@ class TextLine(LineDevice):
                 f"A board that prints lines cannot print {rate:g} of them a second; leave its rate "
                 f"away, and it is measured."
             )
-        self.rate = rate
+        self.rate = self._told = rate
+        self.measured = False
         self._parser = TextParser()
         self._counting: Counting | None = None
         self._offset: NDArray[np.float64] | None = None
@@ -75,6 +83,7 @@ class TextLine(LineDevice):
     def open(self) -> None:
         """Connect and learn what it sends; see ``Device.open``."""
         self._parser, self._counting, self._offset = TextParser(), None, None
+        self.rate, self.measured = self._told, False
         super().open()
 
     def read(self, timeout: float) -> Block | None:
@@ -111,29 +120,21 @@ class TextLine(LineDevice):
             if self._counting is not None:
                 self._counting.restart()
             return
-        pieces: list[Lines] = []
-        stamps: list[float] = []
+        first = _First()
         until = time.monotonic() + FIRST_LINES
-        while sum(map(len, pieces)) < LEARNT and time.monotonic() < until:
+        while not first.enough(bool(self._told)) and time.monotonic() < until:
             data, arrived = self._port.read(0.1)
-            lines = self._parser.feed(data)
-            if lines is not None:
-                pieces.append(lines)
-                stamps += [arrived] * len(lines)
+            first.take(self._parser.feed(data), arrived)
         if not self._parser.channels:
             raise InputError(
                 f"{self.name} sends no lines of numbers at {self._baud} baud; choose its rate, "
                 f"such as {self.name}?baud=9600, or see what it prints."
             )
         self.channels = self._parser.channels
-        times = [piece.times for piece in pieces if piece.times is not None]
-        if times:
-            self._counting = Counting.learnt(np.concatenate(times))
-        if not self.rate:
-            span = stamps[-1] - stamps[0]
-            self.rate = (len(stamps) - 1) / span if span > 0 else 0.0
-            if self._counting is not None:
-                self.rate = 1.0 / self._counting.period
+        self._counting = first.counting()
+        if not self._told:
+            self.measured = self._counting is None
+            self.rate = first.rate() if self._counting is None else 1.0 / self._counting.period
 
     def _remark_junk(self, number: int, good: bool) -> None:
         """Remark it when nothing but junk comes; single junk lines are only counted."""
@@ -144,3 +145,56 @@ class TextLine(LineDevice):
                 f"{self.name} sends lines that are not like the first ones; is the board as it "
                 f"was when recording began?",
             )
+
+
+class _First:
+    """The first lines of a device, which tell its clock and its rate."""
+
+    def __init__(self) -> None:
+        self._times: list[NDArray[np.float64]] = []
+        # How many lines there were after each delivery, and when that was read.
+        self._counts: list[int] = []
+        self._stamps: list[float] = []
+
+    def take(self, lines: Lines | None, arrived: float) -> None:
+        """Take in what a delivery held."""
+        if lines is None:
+            return
+        if lines.times is not None:
+            self._times.append(lines.times)
+        self._counts.append(len(lines) + (self._counts[-1] if self._counts else 0))
+        self._stamps.append(arrived)
+
+    def enough(self, told: bool) -> bool:
+        """Whether there are enough lines; fewer where the rate was told."""
+        if not self._counts or self._counts[-1] < LEARNT:
+            return False
+        seconds = 0.0 if told else CLOCKED if self._times else MEASURED
+        return self._stamps[-1] - self._stamps[0] >= seconds
+
+    def counting(self) -> Counting | None:
+        """What counts samples by the device's own clock; None where it has none that is even."""
+        if not self._times:
+            return None
+        times = np.concatenate(self._times)
+        counting = Counting.learnt(times[:LEARNT])
+        if counting is None:
+            return None
+        ticks, known = counting.feed(times), np.isfinite(times)
+        span, steps = float(np.ptp(times[known])), int(np.ptp(ticks[known]))
+        # Stamps in whole milliseconds tell the period of fast devices by all of them only.
+        even = 0.8 < span / (steps * counting.period) < 1.25
+        return Counting(span / steps if even else counting.period)
+
+    def rate(self) -> float:
+        """Lines a second by their arrivals; 0 where too few came.
+
+        The newest line of a delivery has hardly waited, the ones before it for as long as it took
+        to gather them: so only the newest ones are held against each other, half of all apart.
+        """
+        half = len(self._counts) // 2
+        if not half:
+            return 0.0
+        counts, stamps = np.array(self._counts), np.array(self._stamps)
+        passed = stamps[half:] - stamps[:-half]
+        return float(np.median((counts[half:] - counts[:-half]) / np.maximum(passed, 1e-6)))

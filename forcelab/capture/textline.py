@@ -29,21 +29,7 @@ from forcelab.formats.table.columns import (
     unit_of_time,
 )
 
-__all__ = ["BAUDS", "Lines", "TextParser"]
-
-#: Speeds that such devices have, the commonest first.
-BAUDS: Final = (
-    115_200,
-    9_600,
-    57_600,
-    38_400,
-    19_200,
-    230_400,
-    250_000,
-    500_000,
-    921_600,
-    1_000_000,
-)
+__all__ = ["Lines", "TextParser"]
 
 _NUMBER: Final = r"[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|nan|inf)"
 _IS_NUMBER = re.compile(_NUMBER, re.I | re.ASCII)

@@ -135,10 +135,7 @@ class VirtualOptoForce(VirtualPort):
 
     def _due(self, now: float) -> bytes:
         """Packets of the samples taken since the last time."""
-        faults, run = self.faults, self._runs[-1]
-        if faults.stalls and self._rng.random() < faults.stalls:
-            self._held_until = now + faults.stall
-            return b""
+        run = self._runs[-1]
         samples = np.arange(self._sent, run.first + run.due(now))
         times = run.device_times(samples)
         samples, times = samples[times < self.duration], times[times < self.duration]
@@ -147,29 +144,26 @@ class VirtualOptoForce(VirtualPort):
         self._last = (self._sent, self._sent + len(samples))
         if not len(samples):
             return b""
-        packets = self._packets(times, faults)
+        packets = self._packets(times)
         if self._absent is not None:
             gone = self._absent(times)
             self._spoiled.append(samples[gone])
             self._sent += int(gone.sum())
             samples, packets = samples[~gone], packets[~gone]
-        sent, intact = spoil(packets, faults, self._rng)
+        sent, intact = spoil(packets, self.faults, self._rng)
         if not intact.all():
             self._spoiled.append(samples[~intact])
         self._sent += len(samples)
         return sent
 
-    def _packets(self, times: NDArray[np.float64], faults: Faults) -> NDArray[np.uint8]:
+    def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Packets of the samples at device times (s)."""
         counts = self._source(times) - self._zero
         over = np.abs(counts) >= self._limit
         bits = np.left_shift(1, OVERLOAD - np.arange(counts.shape[1]) % 6)
         status = np.bitwise_or.reduce(np.where(over, bits, 0), axis=1) | self.status
-        steps = np.full(len(times), self._step, dtype=np.int64)
-        if faults.jumps:
-            steps[self._rng.random(len(times)) < faults.jumps] += faults.jump
-        # The counter stands at what the next packet has; a jump comes before its packet.
-        counters = self._counter + np.cumsum(steps) - self._step
+        # The counter stands at what the next packet has.
+        counters = self._counter + self._step * np.arange(len(times))
         self._counter = int(counters[-1]) + self._step
         return build_packets(counters, status, np.clip(counts, -self._limit, self._limit))
 

@@ -22,15 +22,6 @@ class Faults:
         Share of the packets that never arrive, though the counter counts them.
     lost_bytes, corrupted, doubled : float
         Share of the bytes that are left out, changed in one bit, or sent twice.
-    jumps : float
-        Share of the packets before which the counter jumps ahead by `jump` counts.
-    jump : int
-        How far it jumps.
-    stalls : float
-        Share of the deliveries before which everything is held back for `stall` seconds; it
-        arrives all at once then.
-    stall : float
-        For how long, in seconds.
 
     Raises
     ------
@@ -42,13 +33,9 @@ class Faults:
     lost_bytes: float = 0.0
     corrupted: float = 0.0
     doubled: float = 0.0
-    jumps: float = 0.0
-    jump: int = 7
-    stalls: float = 0.0
-    stall: float = 0.05
 
     def __post_init__(self) -> None:
-        for name in ("lost", "lost_bytes", "corrupted", "doubled", "jumps", "stalls"):
+        for name in ("lost", "lost_bytes", "corrupted", "doubled"):
             share = getattr(self, name)
             if not 0 <= share <= 1:
                 raise InputError(f"The share '{name}' of faults must lie in 0..1, not {share:g}.")

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from forcelab.cli.output import counted, json_text, percent, progress_bar, table
+from forcelab.cli.output import json_text, percent, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -17,6 +17,7 @@ from forcelab.review.consistency import Consistency
 from forcelab.review.kappa import landis_koch
 from forcelab.review.pair import PairAgreement
 from forcelab.review.places import Place
+from forcelab.wording import counted
 
 __all__ = ["run"]
 

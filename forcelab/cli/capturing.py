@@ -6,21 +6,22 @@ import argparse
 import math
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
 from forcelab.capture.blocks import Device
 from forcelab.capture.calibration import counting, uncalibrated
-from forcelab.capture.camera_device import Capture, open_camera
-from forcelab.capture.devices import device_named
-from forcelab.capture.keeping import Kept, Recovered, recover, unfinished
+from forcelab.capture.camera_device import open_cameras
+from forcelab.capture.devices import devices_named
+from forcelab.capture.keeping import CAPTURES, Kept, Recovered, recover, unfinished
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.recorder_state import RecorderState
 from forcelab.cli import capture_listing
 from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.options import WrongWordError
-from forcelab.cli.output import counted, json_text, printable
+from forcelab.cli.output import json_text, printable
 from forcelab.cli.recognising_live import told
 from forcelab.cli.stopping import unbroken
 from forcelab.errors import InputError
@@ -28,6 +29,7 @@ from forcelab.live.recognition import LATENCY, LiveRecognition
 from forcelab.live.segments import Recognised
 from forcelab.project import Project
 from forcelab.recognition.storage import load
+from forcelab.wording import counted
 
 #: Seconds between two looks at how it goes, and at what a recogniser makes of it.
 LOOK, BLOCK = 0.1, 0.02
@@ -67,9 +69,10 @@ def _record(arguments: argparse.Namespace) -> None:
     """Record into a project, and recognise meanwhile where that is asked for."""
     recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
     out = sys.stderr if arguments.json else sys.stdout
-    devices = [device_named(name) for name in arguments.device]
+    devices = devices_named(arguments.device)
     live = None
-    with Recorder(arguments.project, devices, _cameras(arguments.camera)) as recorder:
+    recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
+    with _telling_where(recorder), recorder:
         if recogniser is not None:
             latency = LATENCY if arguments.latency is None else arguments.latency
             name = arguments.recogniser.stem
@@ -104,6 +107,20 @@ def _record(arguments: argparse.Namespace) -> None:
             print(printable(told(recognised)))
 
 
+@contextmanager
+def _telling_where(recorder: Recorder) -> Iterator[None]:
+    """Say where the recording is, too, that the project's disk did not take."""
+    try:
+        yield
+    except InputError as error:
+        if recorder.saved is None:
+            raise
+        raise InputError(
+            f"{error} All of the recording is in '{recorder.saved}'; when that is mended, move it "
+            f"to '{recorder.path / CAPTURES}' and give --recover."
+        ) from error
+
+
 def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[str]:
     """What is to be known before it is recorded: forces without a unit, or not the learnt one."""
     found = [uncalibrated(device.name) for device in devices if counting(device)]
@@ -118,19 +135,6 @@ def _found(found: Sequence[Recognised], live: LiveRecognition, out: TextIO) -> N
         sure = "" if math.isnan(one.probability) else f"  {one.probability:.2f}"
         start, end = (max(at - live.begun, 0.0) for at in (one.start, one.end))
         print(f"{start:7.2f} {end:7.2f}  {printable(one.action)}{sure}", file=out, flush=True)
-
-
-def _cameras(wanted: list[str]) -> list[tuple[str, Capture]]:
-    """Open cameras with their names; none where one cannot be opened."""
-    found: list[tuple[str, Capture]] = []
-    try:
-        for which in wanted:
-            found.append((f"camera {which}", open_camera(which)))  # noqa: PERF401 - see below
-    except InputError:
-        for _, capture in found:  # those before it are open
-            capture.release()
-        raise
-    return found
 
 
 def _ready(path: Path) -> None:

@@ -8,10 +8,11 @@ from dataclasses import asdict
 from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs
-from forcelab.cli.output import counted, json_path, progress_bar, report, table
+from forcelab.cli.output import json_path, progress_bar, report, table
 from forcelab.jobs import finish
 from forcelab.measure.beside import Beside, comparing
 from forcelab.measure.realism import FACTOR, MARK, cells
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 from joblib import cpu_count
 
-from forcelab.cli.output import counted, json_text, progress_bar
+from forcelab.cli.output import json_text, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

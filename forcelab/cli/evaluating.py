@@ -12,15 +12,17 @@ from joblib import cpu_count
 
 from forcelab.cli.files import check_outputs, file_names
 from forcelab.cli.options import WrongWordError
-from forcelab.cli.output import counted, json_path, percent, printable, progress_bar, report, table
+from forcelab.cli.output import json_path, percent, printable, progress_bar, report, table
 from forcelab.cli.settings import choice_from, settings_from
+from forcelab.cli.tabulating import check_table, write_table
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.intervals import METHOD, Intervals
 from forcelab.recognition.metrics import Scores
-from forcelab.recognition.project_runs import Evaluated, evaluate_tasks
+from forcelab.recognition.project_runs import Choice, Evaluated, evaluate_tasks
 from forcelab.recognition.results import Evaluation
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Vocabulary, joined
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -28,11 +30,15 @@ def run(arguments: argparse.Namespace) -> None:
     settings = settings_from(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
         raise WrongWordError(f"--jobs is 1 or more, not {arguments.jobs}.")
+    if arguments.folds is not None and arguments.folds < 2:
+        raise WrongWordError(f"--folds is 2 or more, not {arguments.folds}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
     asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]
     _check_outputs(arguments, asked)
     _check_suffixes(asked)
+    if arguments.table is not None:
+        check_table(arguments.table)
     with Project.open(arguments.project) as project, progress_bar() as watch:
         # Where the filters need probabilities anyway, the review is to have them too.
         certainty = settings.needs_probabilities
@@ -47,14 +53,17 @@ def run(arguments: argparse.Namespace) -> None:
     )
     # Names made from the tasks are known only now.
     _check_outputs(arguments, [*pairs, *matrices])
-    _draw_pairs(evaluated, vocabularies, pairs)
+    _draw_pairs(evaluated, choice, vocabularies, pairs)
     _draw_confusion(evaluated, matrices)
+    if arguments.table is not None:
+        write_table(arguments.table, evaluated)
     _tell(evaluated, arguments.json)
 
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
-    """Refuse figures and a JSON file that cannot be written or would replace what is read."""
-    check_outputs([*figures, json_path(arguments.json)], [arguments.project, arguments.merge])
+    """Refuse what is to be written where that cannot be or would replace what is read."""
+    written = [*figures, arguments.table, json_path(arguments.json)]
+    check_outputs(written, [arguments.project, arguments.merge])
 
 
 def _check_suffixes(figures: list[Path]) -> None:
@@ -97,7 +106,7 @@ def _told(evaluation: Evaluation) -> str:
         f"{counted(len(evaluation.tested), 'demonstration')} at {evaluation.rate:.6g} Hz, "
         f"{counted(len(evaluation.actions), 'action')}",
         table(rows, right=range(1, 8)),
-        _actions(evaluation, raw),
+        _actions(evaluation, raw, filtered),
         f"Rates in percent. Run time: {seconds}.",
         *_more(evaluation),
         reason or f"95 % interval: {METHOD}.",
@@ -137,7 +146,7 @@ def _more(evaluation: Evaluation) -> list[str]:
 
 def _row(raw: Scores, filtered: Scores) -> list[str]:
     """A demonstration's line."""
-    median = filtered.boundary_ms["median"]
+    median = filtered.boundary_labelled_ms["median"]
     return [
         raw.name,
         percent(raw.accuracy),
@@ -157,7 +166,7 @@ def _ranges(raw: Intervals, filtered: Intervals) -> list[str]:
         ends = found[name]
         return "-" if ends is None else f"{100 * ends[0]:.1f}–{100 * ends[1]:.1f}"
 
-    median = filtered["boundary_ms.median"]
+    median = filtered["boundary_labelled_ms.median"]
     return [
         "95 % interval",
         rate(raw, "accuracy"),
@@ -167,17 +176,19 @@ def _ranges(raw: Intervals, filtered: Intervals) -> list[str]:
     ]
 
 
-def _actions(evaluation: Evaluation, raw: Scores) -> str:
-    """How much of each action was recognised, and what it was most often taken for."""
-    rows = [["action", "recognised", "mostly taken for"]]
-    for i, (action, counts) in enumerate(zip(evaluation.actions, raw.confusion, strict=True)):
-        total = sum(counts)
-        wrong = [0 if j == i else n for j, n in enumerate(counts[:-1])]
+def _actions(evaluation: Evaluation, raw: Scores, filtered: Scores) -> str:
+    """How much of each action was recognised, and what it was most often taken for at last."""
+    rows = [["", "raw", "filtered", ""], ["action", *2 * ["recognised"], "mostly taken for"]]
+    names = (*evaluation.actions, "unlabelled")
+    each = zip(evaluation.actions, raw.confusion, filtered.confusion, strict=True)
+    for i, (action, before, after) in enumerate(each):
+        total = sum(after)
+        wrong = [0 if j == i else n for j, n in enumerate(after)]
         worst = max(range(len(wrong)), key=wrong.__getitem__)
-        taken = f"{evaluation.actions[worst]} ({percent(wrong[worst] / total)})" if total else ""
-        share = percent(counts[i] / total if total else None)
-        rows.append([action, share, taken if any(wrong) else ""])
-    return table(rows, right=[1])
+        taken = f"{names[worst]} ({percent(wrong[worst] / total)})" if any(wrong) else ""
+        shares = (percent(counts[i] / total if total else None) for counts in (before, after))
+        rows.append([action, *shares, taken])
+    return table(rows, right=[1, 2])
 
 
 def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
@@ -191,16 +202,20 @@ def _file_for_each(evaluated: Evaluated, path: Path | None) -> list[Path]:
 
 
 def _draw_pairs(
-    evaluated: Evaluated, vocabularies: Mapping[str, Vocabulary], files: list[Path]
+    evaluated: Evaluated,
+    choice: Choice,
+    vocabularies: Mapping[str, Vocabulary],
+    files: list[Path],
 ) -> None:
-    """Draw the timeline pairs in the colours of the tasks' vocabularies."""
+    """Draw the timeline pairs in the colours that they have in the window."""
     if not files:
         return
     from forcelab.gui.figures import Pair, TimelinePairs
 
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")
-        known = [vocabularies[task] for task in tasks if task in vocabularies]
+        tested = () if choice.test_task is None else (choice.test_task,)
+        known = {task: vocabularies[task] for task in (*tested, *tasks) if task in vocabularies}
         pairs = tuple(
             Pair(
                 item.name,
@@ -215,7 +230,7 @@ def _draw_pairs(
         TimelinePairs(
             evaluation.title,
             pairs,
-            (known[0] if known else Vocabulary()).with_actions(*evaluation.actions),
+            joined(known, apart=choice.apart).with_actions(*evaluation.actions),
             evaluation.actions,
             note_key="At the right: accuracy after the filters.",
         ).save(file)

@@ -4,16 +4,42 @@ from __future__ import annotations
 
 import argparse
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text
+from forcelab.errors import InputError
 from forcelab.formats.exporting import exporting
 from forcelab.jobs import finish
+from forcelab.project import Project
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write every track, or the whole project, into a folder."""
-    written = finish(exporting(arguments.project, arguments.out, arguments.format))
+    """Write tracks, or the whole project, into a folder."""
+    some = arguments.task or arguments.demo or arguments.author
+    if some and arguments.format == "archive":
+        raise WrongWordError("An archive holds the whole project; leave out what chooses of it.")
+    ids = _ids(arguments) if arguments.task or arguments.demo else None
+    job = exporting(
+        arguments.project, arguments.out, arguments.format, ids, authors=arguments.author
+    )
+    written = finish(job)
     if arguments.json:
         print(json_text({"written": [str(path) for path in written]}))
         return
     for path in written:
         print(path)
+
+
+def _ids(arguments: argparse.Namespace) -> set[str]:
+    """The demonstrations of the tasks and names that are asked for."""
+    with Project.open(arguments.project) as project:
+        infos = project.demonstrations()
+        tasks = {info.task for info in infos}
+        for task in arguments.task or ():
+            if task not in tasks:
+                there = ", ".join(f"'{task}'" for task in sorted(tasks))
+                raise InputError(
+                    f"No demonstration of '{arguments.project}' is of task '{task}'; there are "
+                    f"{there}."
+                )
+        named = {project.load(name).id for name in arguments.demo or ()}
+    return named | {info.id for info in infos if info.task in (arguments.task or ())}

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 
 from forcelab.cli.newcomers import telling_newcomers
-from forcelab.cli.output import counted, json_text, printable, progress_bar
+from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -19,6 +20,9 @@ def run(arguments: argparse.Namespace) -> None:
         rate=arguments.rate,
         time=arguments.time,
         label=arguments.label,
+        counter=arguments.counter,
+        leave_out=tuple(arguments.leave_out),
+        videos=arguments.videos,
         strict=arguments.strict,
         format=arguments.format,
         calibration=arguments.calibration,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.output import counted, json_text, table
+from forcelab.cli.output import json_text, printable, table
 from forcelab.errors import InputError
-from forcelab.project import DemonstrationInfo, Project
+from forcelab.names import name_alike
+from forcelab.project import DemonstrationInfo, Project, left_to_label
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -16,8 +18,10 @@ def run(arguments: argparse.Namespace) -> None:
         if arguments.task is not None and not infos:
             known = ", ".join(f"'{task}'" for task in project.tasks()) or "none"
             raise InputError(f"There is no task '{arguments.task}' here; choose from {known}.")
+        if arguments.to_label is not None:
+            infos = _left(project, infos, arguments.to_label)
         recognisers = project.recognisers()
-        runs = project.runs()
+        runs = project.run_summaries()
         beside = {info.id: [str(path) for path in project.beside(info.id)] for info in infos}
     if arguments.json:
         content = {
@@ -26,6 +30,9 @@ def run(arguments: argparse.Namespace) -> None:
             "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
         }
         print(json_text(content))
+        return
+    if not infos and arguments.to_label is not None:
+        print(f"Nothing of this is left to label for {printable(arguments.to_label)}.")
         return
     if not infos:
         print("No demonstrations; 'forcelab import' brings some in.")
@@ -38,6 +45,21 @@ def run(arguments: argparse.Namespace) -> None:
             print(f"Beside the video of '{info.name}', of another camera: {path}")
     counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
     print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
+
+
+def _left(
+    project: Project, infos: tuple[DemonstrationInfo, ...], author: str
+) -> tuple[DemonstrationInfo, ...]:
+    """What a coder still has to label."""
+    assigned = {one.demonstration: one for one in project.assignments(author)}
+    alike = name_alike(author, project.coders())
+    if alike is not None and not assigned:
+        raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
+    return tuple(
+        info
+        for info in infos
+        if left_to_label(info.labelled.get(author, 0.0), assigned.get(info.id))
+    )
 
 
 def _row(info: DemonstrationInfo) -> list[str]:

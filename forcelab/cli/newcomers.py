@@ -37,7 +37,6 @@ def telling_newcomers(path: Path) -> Iterator[None]:
 def _names(path: Path) -> dict[str, list[str]]:
     """The coders and tasks of a project."""
     with Project.open(path) as project:
-        coders = [author.name for author in project.authors() if author.kind == "coder"]
-        coders += [one.author for one in project.assignments()]
+        coders = [*project.coders(), *(one.author for one in project.assignments())]
         tasks = [task for task in project.tasks() if task]
     return {"coder": list(dict.fromkeys(coders)), "task": tasks}

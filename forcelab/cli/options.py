@@ -19,6 +19,7 @@ __all__ = [
     "WrongWordError",
     "add_changes",
     "add_settings",
+    "column_options",
     "command",
     "json_flag",
     "name_of",
@@ -107,6 +108,24 @@ def json_flag(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
 
 
+def column_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says which columns of a table hold times and counts, and which are not wanted."""
+    parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
+    parser.add_argument(
+        "--counter",
+        metavar="COL",
+        help="name or number of the column that counts the samples, --rate of them a second, "
+        "instead of times: what was lost is a gap",
+    )
+    parser.add_argument(
+        "--leave-out",
+        metavar="COL",
+        action="append",
+        default=[],
+        help="name or number of a column that is no signal; may be repeated",
+    )
+
+
 def add_settings(parser: argparse.ArgumentParser) -> None:
     """Options that change a preset's settings, for training and evaluating alike."""
     which = parser.add_argument_group("which demonstrations")
@@ -160,22 +179,31 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     )
     how.add_argument(
         "--peaks",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
         help="distances from the highest and lowest level before and after, beside windows",
     )
     how.add_argument(
         "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"
     )
     how.add_argument(
-        "--circular", action="store_true", help="cosine and sine of each phase, not its angle"
+        "--circular",
+        action=argparse.BooleanOptionalAction,
+        help="cosine and sine of each phase, not its angle",
     )
     how.add_argument(
-        "--balanced", action="store_true", help="every action counts the same in training"
+        "--balanced",
+        action=argparse.BooleanOptionalAction,
+        help="every action counts the same in training",
     )
     how.add_argument(
         "--calibrated",
-        action="store_true",
+        action=argparse.BooleanOptionalAction,
         help="calibrate probabilities on demonstrations that were left out",
+    )
+    how.add_argument(
+        "--trimmed",
+        action=argparse.BooleanOptionalAction,
+        help="train without segments that the other demonstrations contradict",
     )
     how.add_argument("--decoder", metavar="NAME", help="filters or semi-markov (filters)")
     how.add_argument(

@@ -13,7 +13,6 @@ from forcelab.atomic import write_atomically
 from forcelab.jobs import Progress
 
 __all__ = [
-    "counted",
     "json_path",
     "json_text",
     "percent",
@@ -51,11 +50,6 @@ def table(rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:
 def printable(name: str) -> str:
     """A name in one line, without characters that would steer a terminal."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in name)
-
-
-def counted(number: int, noun: str) -> str:
-    """A number with its noun: ``1 run``, ``2 runs``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def percent(share: float | None) -> str:

@@ -29,8 +29,9 @@ wavelet features; human and predicted timelines come out as pairs.
 A first session:
   forcelab                                   (opens the window; the first time with samples)
   forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
-  forcelab import   lab.forcelab recordings/*.csv --task stylus
+  forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
   forcelab list     lab.forcelab
+  forcelab export   lab.forcelab --out labels --format table
   forcelab evaluate lab.forcelab --task stylus --stride 10 --figure pairs.svg
   forcelab train    lab.forcelab --task stylus --stride 10 --out stylus.skops
   forcelab predict  stylus.skops new.csv

@@ -8,6 +8,7 @@ from pathlib import Path
 from forcelab.cli.options import (
     PROJECT,
     Commands,
+    column_options,
     command,
     json_flag,
     name_of,
@@ -93,9 +94,10 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "read recordings into a project",
         "The project is made if it does not exist. Formats are told apart by content: tables\n"
         "(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, raw dumps of\n"
-        "OptoForce sensors. A recording that is there already is updated, not doubled. If one\n"
-        "file cannot be read, nothing is imported at all. An archive alone, into a new project,\n"
-        "brings back everything it holds.",
+        "OptoForce sensors. A video named with its recording (trial.csv trial.mp4) is attached to\n"
+        "it. A recording that is there already is updated, not doubled. If one file cannot be\n"
+        "read, nothing is imported at all. An archive alone, into a new project, brings back\n"
+        "everything it holds.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
@@ -110,8 +112,8 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "--rate",
         metavar="HZ",
         type=float,
-        help="samples a second, where a file has no stamps; "
-        "otherwise the rate of the features' grid",
+        help="samples a second, where a file has no column of times; "
+        "otherwise the rate at which features are computed",
     )
     parser.add_argument(
         "--format",
@@ -124,8 +126,13 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         type=Path,
         help="TOML file that turns an OptoForce dump's counts into newtons",
     )
-    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
+    column_options(parser)
     parser.add_argument("--label", metavar="COL", help="name or number of the column of labels")
+    parser.add_argument(
+        "--videos",
+        action="store_true",
+        help="attach the video beside a recording that is called as it is: trial.mp4 to trial.csv",
+    )
     parser.add_argument(
         "--strict", action="store_true", help="refuse gaps and what would be repaired"
     )
@@ -143,6 +150,11 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--task", type=name_of, help="only this task")
+    parser.add_argument(
+        "--to-label",
+        metavar="NAME",
+        help="only what this coder has not begun, or has assigned and not done",
+    )
     json_flag(parser)
 
 
@@ -296,13 +308,30 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         commands,
         "export",
         "exporting",
-        "write tracks, or a whole project as one archive",
-        "csv: start,end,action,author of every track. audacity: a label track per author.\n"
-        "archive: one zip with everything; 'forcelab import' reads it back.",
+        "write labels for other programs, or a whole project as one archive",
+        "csv: start,end,action,author; a file a demonstration. table: one CSV of all, a line a\n"
+        "segment, for statistics. elan: an .eaf a demonstration, a tier a coder, video linked.\n"
+        "boris: one table as BORIS exports its aggregated events. audacity: a label track a coder\n"
+        "and demonstration. archive: one zip with everything; 'forcelab import' reads it back.\n"
+        "Times are seconds from the start of the forces (elan: milliseconds).",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
     )
-    parser.add_argument("--format", choices=("csv", "audacity", "archive"), default="csv")
+    parser.add_argument(
+        "--format",
+        choices=("csv", "table", "elan", "boris", "audacity", "archive"),
+        default="csv",
+        help="what to write (csv)",
+    )
+    parser.add_argument(
+        "--task", metavar="T", type=name_of, action="append", help="only this; may be repeated"
+    )
+    parser.add_argument(
+        "--demo", metavar="NAME", action="append", help="only this; may be repeated"
+    )
+    parser.add_argument(
+        "--author", metavar="NAME", type=name_of, action="append", help="only this; may be repeated"
+    )
     json_flag(parser)

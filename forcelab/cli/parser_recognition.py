@@ -10,6 +10,7 @@ from forcelab.cli.options import (
     Commands,
     add_changes,
     add_settings,
+    column_options,
     command,
     json_flag,
     name_of,
@@ -26,6 +27,33 @@ __all__ = [
 ]
 
 
+#: What the scores are, at the end of the manual of ``evaluate``.
+_SCORES = """\
+what the scores are:
+  All compare with the human's labels; what the human left unlabelled is never counted.
+
+  raw, filtered   what the classifier says of each sample; what filters or decoder make of it
+  accuracy        share of the samples that are right; predicted as unlabelled is wrong
+  coverage        share of the samples that are not predicted as unlabelled
+  edit            1 - edit distance of the two sequences of actions / length of the longer one;
+                  durations play no part; pooled: the mean over demonstrations
+  F1@50           F1 of segments; a predicted one is right if it is the first to overlap one of its
+                  action by half of their union or more; unlabelled time cuts segments, unless it
+                  is cut out, and then a segment that goes on behind it is one
+  boundary        how far the edges of segments matched at 10 % overlap lie apart, with unlabelled
+                  time cut out; the first and the last edge of a demonstration are left out
+  kappa           Cohen's, over samples; predicted as unlabelled is one more category
+  Brier score     squared differences between probabilities and truth, summed over the actions,
+                  mean over the samples: 0 (best) to 2
+  expected calibration error
+                  how far the probability of the likeliest action is from the share that is right,
+                  mean over ten bins of equal width
+
+  --table and --json hold all of them, fractions instead of percents: the boundaries as they are
+  (boundary_ms, 0 wherever unlabelled time cuts both segments) and in labelled time
+  (boundary_labelled_ms), balanced accuracy, Ward's event errors, and 95 % intervals."""
+
+
 def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``evaluate`` to the commands."""
     parser = command(
@@ -38,6 +66,7 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "those of another person. Each task by itself unless --task is given several times.\n"
         "The result is kept in the project as a run, unless an option says otherwise.",
     )
+    parser.epilog = _SCORES
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     add_settings(parser)
     parser.add_argument(
@@ -58,6 +87,13 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "task; keeps no run",
     )
     parser.add_argument(
+        "--folds",
+        metavar="K",
+        type=int,
+        help="leave demonstrations out in K groups, not one at a time: of many, each is still "
+        "recognised by a recogniser that has not seen it, but only K are trained",
+    )
+    parser.add_argument(
         "--adapt",
         action="store_true",
         help="with --test-task or --test-names: match offsets, scales and swapped sensors to the "
@@ -76,6 +112,9 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "--figure", metavar="FILE", type=Path, help="draw the timeline pairs (.svg, .pdf or .png)"
     )
     parser.add_argument("--confusion", metavar="FILE", type=Path, help="draw the confusion matrix")
+    parser.add_argument(
+        "--table", metavar="FILE", type=Path, help="write all scores as a table (.csv)"
+    )
     parser.add_argument(
         "--jobs", metavar="N", type=int, help="processes to share the work (default: all cores)"
     )
@@ -113,8 +152,10 @@ def add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
         "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
     )
     parser.add_argument("--out", metavar="FILE", type=Path, help="file, or folder for several")
-    parser.add_argument("--rate", metavar="HZ", type=float, help="of recordings without stamps")
-    parser.add_argument("--time", metavar="COL", help="name or number of the column of stamps")
+    parser.add_argument(
+        "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
+    )
+    column_options(parser)
     parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
     json_flag(parser)
 

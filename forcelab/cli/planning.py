@@ -17,7 +17,8 @@ from forcelab.measure.needs import Cost, measuring_needs, viewed
 from forcelab.measure.rows import MEGABYTE
 from forcelab.project import DemonstrationInfo, Project
 from forcelab.recognition.planning import Part, planned
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 
 
 def run(arguments: argparse.Namespace) -> None:

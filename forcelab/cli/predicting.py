@@ -31,7 +31,12 @@ def run(arguments: argparse.Namespace) -> None:
         check_outputs([arguments.out], inputs)
     recogniser = load(arguments.recogniser)
     author = model_author(arguments.recogniser.stem)
-    options = ReadOptions(rate=arguments.rate, time=arguments.time)
+    options = ReadOptions(
+        rate=arguments.rate,
+        time=arguments.time,
+        counter=arguments.counter,
+        leave_out=tuple(arguments.leave_out),
+    )
     found: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
         told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]

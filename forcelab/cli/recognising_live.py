@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from forcelab.cli.output import counted
+from forcelab.wording import counted
 
 __all__ = ["told"]
 

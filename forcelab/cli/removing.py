@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.cli.output import counted, json_text, percent, printable
+from forcelab.cli.output import json_text, percent, printable
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -12,9 +12,10 @@ from forcelab.capture.calibration import read_calibrations
 from forcelab.capture.devices import said
 from forcelab.capture.replaying import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.options import WrongWordError
-from forcelab.cli.output import counted, json_text, printable
+from forcelab.cli.output import json_text, printable
 from forcelab.cli.stopping import stoppable
 from forcelab.project import Project
+from forcelab.wording import counted
 
 #: Seconds between two looks at whether all has been played.
 LOOK = 0.1

@@ -6,13 +6,14 @@ import argparse
 from collections.abc import Sequence
 
 from forcelab.cli.options import WrongWordError
-from forcelab.cli.output import counted, json_text, percent, printable, table
+from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.review.differences import Difference
 from forcelab.review.judging import Judged, report
 from forcelab.review.outcome import Outcome, latest, load
 from forcelab.review.queue import Queue, queue
+from forcelab.wording import counted
 
 #: What each section is called in the table.
 KINDS = {

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from forcelab.cli.output import counted, json_text, percent, printable, table
+from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.project import Project, RunSummary
 from forcelab.recognition.intervals import METHOD, look_up
 from forcelab.recognition.resampling import METRICS
 from forcelab.review.comparing import STAGES, Comparison, compare
 from forcelab.review.outcome import load, tasks_of
+from forcelab.wording import counted
 
 __all__ = ["run"]
 
@@ -101,7 +102,7 @@ def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
     """A metric's line."""
     first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
     ends = comparison.intervals[stage][metric]
-    scale = 1.0 if metric.startswith("boundary_ms") else 100.0
+    scale = 1.0 if metric.startswith("boundary_") else 100.0
     between = "" if ends is None else f"{scale * ends[0]:+.1f} to {scale * ends[1]:+.1f}"
     return [
         metric,

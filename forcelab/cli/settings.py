@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from forcelab.cli.options import WrongWordError
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 
 if TYPE_CHECKING:
     from forcelab.recognition.project_runs import Choice
@@ -46,9 +47,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         )
         if getattr(arguments, name) is not None
     }
-    for name in ("circular", "peaks", "balanced", "calibrated"):
-        if getattr(arguments, name):
-            changes[name] = True
+    for name in ("circular", "peaks", "balanced", "calibrated", "trimmed"):
+        if getattr(arguments, name) is not None:
+            changes[name] = getattr(arguments, name)
     if arguments.windows is not None:
         changes["windows"] = _windows(arguments.windows)
     if arguments.no_phase:
@@ -104,4 +105,5 @@ def choice_from(arguments: argparse.Namespace) -> Choice:
         arguments.apart,
         getattr(arguments, "test_names", None),
         getattr(arguments, "adapt", False),
+        getattr(arguments, "folds", None),
     )

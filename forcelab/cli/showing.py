@@ -7,8 +7,9 @@ from importlib import import_module
 
 from forcelab.cli.output import printable
 from forcelab.cli.stopping import unbroken
-from forcelab.gui.app import Start, has_display
+from forcelab.gui.app import has_display
 from forcelab.gui.app import run as run_window
+from forcelab.gui.start import Start
 
 
 def run(arguments: argparse.Namespace) -> int:

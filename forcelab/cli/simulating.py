@@ -7,11 +7,12 @@ import argparse
 from joblib import cpu_count
 
 from forcelab.cli.options import WrongWordError
-from forcelab.cli.output import counted, json_text, printable, progress_bar
+from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation.adding import simulating
 from forcelab.simulation.origin import origins, task_named
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -81,7 +81,8 @@ def _told(
         f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
     ]
     if proposal is not None:
-        lines.append(f"  confidence  {proposal.confidence:.2f}")
+        low = "  low: look at the frames at a tap before you accept" if proposal.doubtful else ""
+        lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
         for seen, felt in proposal.taps:
             away = 1000 * (float(clock.to_force(seen)) - felt)
             lines.append(

@@ -6,11 +6,12 @@ import argparse
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs
-from forcelab.cli.output import counted, json_text, progress_bar
+from forcelab.cli.output import json_text, progress_bar
 from forcelab.cli.settings import choice_from, settings_from
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import train_tasks
+from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

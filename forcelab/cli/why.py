@@ -11,9 +11,7 @@ from forcelab.project import Project
 from forcelab.review.nearest import Neighbour
 from forcelab.review.outcome import KIND, Outcome, load, tasks_of
 from forcelab.review.places import Place
-from forcelab.review.why import Why, explaining
-from forcelab.review.why_places import place_at
-from forcelab.review.why_training import withholding
+from forcelab.review.why import Why, why_at
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -22,20 +20,14 @@ def run(arguments: argparse.Namespace) -> None:
         demonstration = project.load(arguments.demonstration)
         outcome = _outcome(project, demonstration.id, demonstration.task, arguments.run)
         names = {info.id: info.name for info in project.demonstrations()}
-    reviewed = outcome.find(demonstration.id)
-    place = None if reviewed is None else place_at(reviewed, arguments.at)
-    if place is None:
-        raise InputError(
-            f"Nothing is labelled or predicted in '{demonstration.name}' at {arguments.at:g} s; "
-            f"choose another time."
-        )
     with progress_bar() as watch:
-        withheld = finish(withholding(arguments.project, outcome, demonstration.id), watch)
-        why = finish(explaining(withheld, outcome, place), watch)
+        job = why_at(arguments.project, outcome, demonstration.id, arguments.at)
+        why = finish(job, watch)
     if arguments.json:
         print(json_text({"run": outcome.number} | why.to_json()))
         return
-    title = f"{demonstration.name}, {place.start:.3f} to {place.end:.3f} s, run {outcome.number}"
+    start, end = why.place.start, why.place.end
+    title = f"{demonstration.name}, {start:.3f} to {end:.3f} s, run {outcome.number}"
     print("\n\n".join([printable(title), *_told(why, names)]))
 
 

@@ -6,19 +6,22 @@ from collections.abc import Collection, Generator
 from pathlib import Path
 from typing import Literal
 
+from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.formats.elan import to_elan
+from forcelab.formats.events import Coded, to_boris, to_table
 from forcelab.formats.folders import file_names, filling
 from forcelab.formats.tracks import write_audacity, write_csv
 from forcelab.jobs import Progress
 from forcelab.labels import Track
-from forcelab.project import Project
+from forcelab.project import DemonstrationInfo, Project
 
 __all__ = ["FORMATS", "Format", "exporting"]
 
-Format = Literal["csv", "audacity", "archive"]
+Format = Literal["csv", "table", "elan", "boris", "audacity", "archive"]
 
 #: What labels are written as.
-FORMATS: tuple[Format, ...] = ("csv", "audacity", "archive")
+FORMATS: tuple[Format, ...] = ("csv", "table", "elan", "boris", "audacity", "archive")
 
 
 def exporting(
@@ -28,6 +31,7 @@ def exporting(
     ids: Collection[str] | None = None,
     viewer: str | None = None,
     replacing: bool = True,
+    authors: Collection[str] | None = None,
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write labels into a folder, as a job.
 
@@ -37,10 +41,13 @@ def exporting(
         The project's folder.
     out : Path
         The folder to write into; made unless it is there.
-    kind : "csv", "audacity" or "archive"
-        A file a demonstration, a file a track, or everything the project holds as one file.
+    kind : "csv", "table", "elan", "boris", "audacity" or "archive"
+        csv and elan: a file a demonstration. table and boris: one file of all. audacity: a file a
+        track. archive: everything the project holds as one file.
     ids : collection of str, optional
         Only of these demonstrations; an archive always has all.
+    authors : collection of str, optional
+        Only tracks of these; an archive always has all.
     viewer : str, optional
         A coder from whom hidden tracks are left out; a project in which any are makes no archive.
     replacing : bool
@@ -60,7 +67,12 @@ def exporting(
     with Project.open(path) as project:
         if kind == "archive":
             return (yield from _archive(project, out, viewer, replacing))
-        return (yield from _tracks(project, out, kind, ids, viewer, replacing))
+        chosen = _chosen(project, ids, viewer, authors)
+        if not chosen:
+            raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        if kind in ("table", "boris"):
+            return (yield from _together(project, out, kind, chosen, replacing))
+        return (yield from _apart(project, out, kind, chosen, replacing))
 
 
 def _archive(
@@ -84,38 +96,91 @@ def _archive(
     return (written,)
 
 
-def _tracks(
+#: A demonstration with those of its tracks that are written.
+_Chosen = tuple[DemonstrationInfo, tuple[Track, ...]]
+
+
+def _chosen(
     project: Project,
-    out: Path,
-    kind: Format,
     ids: Collection[str] | None,
     viewer: str | None,
-    replacing: bool,
-) -> Generator[Progress, None, tuple[Path, ...]]:
-    """Write the tracks: as CSV a file a demonstration, for Audacity a file a track."""
-    wanted: list[tuple[str, tuple[Track, ...]]] = []
+    authors: Collection[str] | None,
+) -> list[_Chosen]:
+    """The tracks to write, by demonstration."""
+    known = [author.name for author in project.authors()]
+    for name in authors or ():
+        if name not in known:
+            raise InputError(f"Nobody called '{name}' labelled here; there are {', '.join(known)}.")
+    chosen = []
     for info in project.demonstrations():
         if not info.authors or (ids is not None and info.id not in ids):
             continue
-        tracks = project.tracks(info.id)
-        if viewer is not None and project.is_blind(info.id, viewer):
-            tracks = tuple(track for track in tracks if track.author == viewer)
-        title = f"{info.task} - {info.name}" if info.task else info.name
-        if kind == "csv":
-            wanted += [(title, tracks)] if tracks else []
-        else:
-            wanted += [(f"{title} - {track.author}", (track,)) for track in tracks]
-    if not wanted:
-        raise InputError(f"'{project.path}' has no labels to export; label something first.")
+        hidden = viewer is not None and project.is_blind(info.id, viewer)
+        tracks = tuple(
+            track
+            for track in project.tracks(info.id)
+            if (not hidden or track.author == viewer)
+            and (authors is None or track.author in authors)
+        )
+        if tracks:
+            chosen.append((info, tracks))
+    return chosen
+
+
+def _title(info: DemonstrationInfo) -> str:
+    """What files of a demonstration are called after."""
+    return f"{info.task} - {info.name}" if info.task else info.name
+
+
+def _together(
+    project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    """Write all tracks into one file."""
+    ending = ".segments.csv" if kind == "table" else ".boris.tsv"
+    written = out / f"{file_names([project.path.resolve().stem])[0]}{ending}"
+    _check([written], replacing)
+    kinds = {author.name: author.kind for author in project.authors()}
+    coded = []
+    for done, (info, tracks) in enumerate(chosen):
+        yield Progress(done, len(chosen), info.name)
+        video = project.load(info.id).video if kind == "boris" and info.has_video else None
+        coded += [
+            Coded(
+                info.name,
+                info.task,
+                info.duration,
+                kinds.get(track.author, "coder"),
+                track,
+                video.path.name if video else "",
+            )
+            for track in tracks
+        ]
+    text = to_table(coded) if kind == "table" else to_boris(coded)
+    with filling(out, [project.path]):
+        write_atomically(written, text.encode("utf-8"))
+    return (written,)
+
+
+def _apart(
+    project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
+) -> Generator[Progress, None, tuple[Path, ...]]:
+    """Write a file a demonstration, for Audacity a file a track."""
+    wanted = [
+        (info, part, f"{_title(info)} - {part[0].author}" if kind == "audacity" else _title(info))
+        for info, tracks in chosen
+        for part in ([(track,) for track in tracks] if kind == "audacity" else [tracks])
+    ]
     # Not NAME.csv: that is what recordings are called.
-    suffix = ".labels.csv" if kind == "csv" else ".txt"
-    names = file_names([title for title, _ in wanted])
+    suffix = {"csv": ".labels.csv", "elan": ".eaf", "audacity": ".txt"}[kind]
+    names = file_names([title for _, _, title in wanted])
     written = tuple(out / f"{name}{suffix}" for name in names)
     _check(written, replacing)
     with filling(out, [project.path]):
-        for done, (file, (_, tracks)) in enumerate(zip(written, wanted, strict=True)):
+        for done, (file, (info, tracks, _)) in enumerate(zip(written, wanted, strict=True)):
             yield Progress(done, len(wanted), file.name)
-            if kind == "csv":
+            if kind == "elan":
+                write_atomically(file, to_elan(tracks, project.load(info.id).video, out))
+            elif kind == "csv":
                 write_csv(file, tracks)
             else:
                 write_audacity(file, tracks[0])

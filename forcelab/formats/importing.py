@@ -14,6 +14,7 @@ from forcelab.formats import identify, read
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.labels import lies_beside
+from forcelab.formats.videos import beside, paired, with_videos
 from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import Keepable
@@ -89,7 +90,8 @@ def importing(
         The project's folder; made if there is none.
     files : iterable of path-like
         The files. One that is named twice is read once, and a labels file that lies beside a
-        recording which is also named is read with that recording.
+        recording which is also named is read with that recording; so is a video that is called as
+        one of them.
     options : ReadOptions, optional
         How the files are to be understood where they do not say so themselves. Neither the task
         nor the rate of a demonstration that is there already changes where nobody says anything.
@@ -110,7 +112,7 @@ def importing(
         If a file cannot be read or the project cannot be written. The project is as it was then,
         and one that did not exist does not exist afterwards either.
     """
-    paths = _without_companions(files)
+    paths, videos = paired(_without_companions(files))
     if not paths:
         raise InputError("There is no file to import; name at least one.")
     project, options = Path(project_path), options or ReadOptions()
@@ -135,6 +137,10 @@ def importing(
                 failures[path] = error
         if failures:
             raise _refusal(list(failures.values()), len(paths))
+        if options.videos:
+            near = {path: video for path in paths if (video := beside(path)) is not None}
+            videos = near | videos
+        read_files = with_videos(read_files, videos, project)
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
@@ -160,7 +166,7 @@ def _unpacking(
         infos = made.demonstrations()
     yield Progress(1, 1, "done")
     demonstrations = tuple(Imported(path, Added(i.id, i.name, "new")) for i in infos)
-    if options == ReadOptions(unpack=options.unpack):
+    if options == ReadOptions(unpack=options.unpack, videos=options.videos):
         return ImportReport(demonstrations)
     remark = (
         "The archive was unpacked as it is, so that task, author and the other options were not "

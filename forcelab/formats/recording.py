@@ -31,6 +31,13 @@ class ReadOptions:
         Name or 1-based number of the column that holds the stamps; found by itself by default.
     label : str, optional
         Name or 1-based number of the column that holds the labels; found by itself by default.
+    counter : str, optional
+        Name or 1-based number of the column in which a device counts its samples, `rate` of them a
+        second, in place of stamps; one that is plain to see is found by itself.
+    leave_out : tuple of str
+        Names or 1-based numbers of columns that become no channels.
+    videos : bool
+        Whether a video that lies beside a recording and is called as it is attached to it.
     strict : bool
         Refuse what would otherwise be repaired and reported.
     format : str, optional
@@ -47,6 +54,9 @@ class ReadOptions:
     rate: float | None = None
     time: str | None = None
     label: str | None = None
+    counter: str | None = None
+    leave_out: tuple[str, ...] = ()
+    videos: bool = False
     strict: bool = False
     format: str | None = None
     calibration: Path | None = None

@@ -43,7 +43,7 @@ class CoderChoice(QWidget):
     def _list(self) -> None:
         """Offer the coders of the project, and a new one."""
         project = self._document.project
-        known = [a.name for a in project.authors() if a.kind == "coder"] if project else []
+        known = project.coders() if project else ()
         names = list(dict.fromkeys([*known, self._document.author]))
         self._box.clear()
         self._box.addItems(names)

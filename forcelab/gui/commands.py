@@ -87,6 +87,12 @@ _FILE = _group(
         ("PgUp",),
         "once",
     ),
+    (
+        "next_to_label",
+        QT_TRANSLATE_NOOP("forcelab", "Next demonstration to label"),
+        ("Ctrl+PgDown",),
+        "once",
+    ),
     ("search", QT_TRANSLATE_NOOP("forcelab", "Search demonstrations"), ("Ctrl+F",), "once"),
     ("quit", QT_TRANSLATE_NOOP("forcelab", "Quit"), ("Ctrl+Q",), "once"),
 )

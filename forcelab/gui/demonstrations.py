@@ -8,6 +8,7 @@ from dataclasses import replace
 from PySide6.QtCore import QModelIndex, QPoint, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QApplication,
     QComboBox,
     QHBoxLayout,
     QLabel,
@@ -22,7 +23,7 @@ from forcelab.gui.listing_menu import ListingMenu
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_painting import RowPainter
 from forcelab.gui.listing_parts import Empty, Search, Tree
-from forcelab.gui.listing_rows import SHOWN, Row, Shown, grouped, rows_of
+from forcelab.gui.listing_rows import SHOWN, Row, Shown, grouped, next_to_do, rows_of
 from forcelab.gui.theme import themes
 from forcelab.project import Assignment
 
@@ -30,6 +31,8 @@ __all__ = ["DemonstrationList"]
 
 #: The share of the open demonstration is added up when nothing was painted for so many ms.
 PAUSE = 100
+#: Keys that with a click choose several demonstrations, and open none.
+CHOOSING = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
 
 class DemonstrationList(QWidget):
@@ -98,6 +101,15 @@ class DemonstrationList(QWidget):
         """Open the demonstration above the open one."""
         self._open_neighbour(-1)
 
+    def open_to_label(self) -> None:
+        """Open the next demonstration that is shown and left to label, the first after the last."""
+        rows = [row for group in self.model.groups for row in group.rows]
+        row = next_to_do(rows, self._document.id)
+        if row is not None:
+            self._document.open_demonstration(row.info.id)
+            return
+        self._document.say(self.tr("Of the demonstrations shown, no other one is left to label."))
+
     def ask_video(self) -> None:
         """Ask for a video of the open demonstration."""
         for info in self._document.infos:
@@ -142,6 +154,7 @@ class DemonstrationList(QWidget):
         self.search.leaving.connect(self._enter_list)
         self.shown.currentIndexChanged.connect(self._filter)
         self.view.clicked.connect(self._clicked)
+        self.view.selectionModel().selectionChanged.connect(self._tell_count)
         self.view.opening.connect(self._open)
         self.view.collapsed.connect(lambda index: self._fold(index, True))
         self.view.expanded.connect(lambda index: self._fold(index, False))
@@ -183,7 +196,7 @@ class DemonstrationList(QWidget):
 
     def _filter(self) -> None:
         """Show what is searched for now; nothing of it seems open that is not."""
-        self.view.setCurrentIndex(QModelIndex())
+        self.view.selectionModel().clear()
         self._show()
         self._select(self._document.id)
 
@@ -198,14 +211,26 @@ class DemonstrationList(QWidget):
                 folded = group.task in self._folded and not self.search.text()
                 self.view.setExpanded(self.model.index(g, 0), not folded)
             self._select(selected or self._document.id)
-        here = sum(len(group.rows) for group in groups)
-        self._count.setText(f"{here}/{len(self._rows)}")
-        self._count.setHidden(here == len(self._rows))
+        self._tell_count()
         self._tools.setVisible(bool(self._rows))
         self._stack.setCurrentIndex(0 if groups else 1)
         if not groups:
             there = self._document.project is not None
             self._empty.say(there, bool(self._rows), self.search.text().strip())
+
+    def _tell_count(self) -> None:
+        """Say how many are chosen where there are several, else how many are shown."""
+        here, chosen = len(list(self.model.ids())), len(self._chosen())
+        several = self.tr("{0} chosen").format(chosen)
+        self._count.setText(several if chosen > 1 else f"{here}/{len(self._rows)}")
+        self._count.setHidden(chosen < 2 and here == len(self._rows))
+
+    def _chosen(self) -> tuple[Row, ...]:
+        """The demonstrations that are selected, in the order of the list."""
+        chosen = self.view.selectionModel().isSelected
+        ids = (id_ for id_ in self.model.ids() if chosen(self.model.index_of(id_)))
+        items = (self.model.at(self.model.index_of(id_)) for id_ in ids)
+        return tuple(item for item in items if isinstance(item, Row))
 
     def _selected(self) -> str:
         """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
@@ -234,7 +259,9 @@ class DemonstrationList(QWidget):
             (self._folded.add if folded else self._folded.discard)(task)
 
     def _clicked(self, index: QModelIndex) -> None:
-        """Open a demonstration, fold a task or unfold it."""
+        """Open a demonstration, fold a task or unfold it; not where several are being chosen."""
+        if QApplication.keyboardModifiers() & CHOOSING:
+            return
         if isinstance(self.model.at(index), Row):
             self._open(index)
         else:
@@ -285,6 +312,7 @@ class DemonstrationList(QWidget):
 
     def _show_menu(self, where: QPoint) -> None:
         """Show what can be done with a demonstration or a task."""
-        item = self.model.at(self.view.indexAt(where))
+        item, chosen = self.model.at(self.view.indexAt(where)), self._chosen()
         if item is not None:
-            self.menu.made_for(item).popup(self.view.viewport().mapToGlobal(where))
+            several = chosen if len(chosen) > 1 and item in chosen else ()
+            self.menu.made_for(item, several).popup(self.view.viewport().mapToGlobal(where))

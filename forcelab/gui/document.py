@@ -5,6 +5,7 @@ Views listen to its signals and never to each other.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,9 +13,8 @@ from PySide6.QtCore import QObject, Signal
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
-from forcelab.errors import ForcelabError
-from forcelab.gui.editing import Stroke
-from forcelab.gui.looking import SHORTEST_SPAN, Snap
+from forcelab.errors import ForcelabError, InputError
+from forcelab.gui.looking import Snap
 from forcelab.gui.reviewing import Reviewing
 from forcelab.labels import Segments, is_model
 from forcelab.names import tidy_name
@@ -26,7 +26,7 @@ from forcelab.vocabulary import Vocabulary
 if TYPE_CHECKING:
     from forcelab.review.outcome import Outcome
 
-__all__ = ["SHORTEST_SPAN", "Document", "Snap", "Stroke"]
+__all__ = ["Document", "Snap"]
 
 
 #: What is shown on either side of a place: a share of its length, and at least so many seconds.
@@ -40,6 +40,8 @@ class _Seen(NamedTuple):
     #: The task's actions as stored, and those that segments have.
     listed: Vocabulary
     painted: tuple[str, ...]
+    #: How those look in a review that are not among the task's.
+    like: Vocabulary
 
 
 class Document(Reviewing):
@@ -127,6 +129,9 @@ class Document(Reviewing):
                 return True
             labelling = Labelling(self.project, demonstration.id, self.author)
             seen = self._seen_by(self.author, demonstration)
+            if self.id:  # what was painted there a moment ago is told only now
+                with suppress(InputError):  # removed elsewhere meanwhile
+                    self._take_in_info(self.project)
         if told:
             return False
         self.set_playing(False)
@@ -187,9 +192,13 @@ class Document(Reviewing):
         """Read again what the list tells of the open demonstration, and of no other one."""
         if self.project is not None and self.id:
             with self._telling():
-                new = self.project.info(self.id)
-                self.infos = tuple(new if info.id == new.id else info for info in self.infos)
+                self._take_in_info(self.project)
             self.listing_changed.emit()
+
+    def _take_in_info(self, project: Project) -> None:
+        """What the project tells of the open demonstration."""
+        new = project.info(self.id)
+        self.infos = tuple(new if info.id == new.id else info for info in self.infos)
 
     def reread(self) -> None:
         """Take over what is stored by now: names, videos, assignments, labels, actions."""
@@ -302,7 +311,12 @@ class Document(Reviewing):
             predicted = spelt_as_coded(reviewed.predicted, self.outcome, reviewed)
             others[self.outcome.proposer] = predicted
             painted += tuple(segment.action for segment in predicted)
-        return _Seen(others, self.project.vocabulary(demonstration.task), painted)
+        listed, like = self.project.vocabulary(demonstration.task), Vocabulary()
+        if self.outcome is not None and any(action not in listed for action in painted):
+            from forcelab.gui.review.colouring import vocabulary_of
+
+            like = vocabulary_of(self.project, self.outcome)
+        return _Seen(others, listed, painted, like)
 
     def _take_in(self, seen: _Seen) -> None:
         """Show what may be seen; nobody is told yet."""
@@ -311,4 +325,4 @@ class Document(Reviewing):
             for author, segments in seen.others.items()
             if author not in self.hidden_authors
         }
-        self._list_actions(seen.listed, seen.painted)
+        self._list_actions(seen.listed, seen.painted, seen.like)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import attrgetter
@@ -16,7 +16,7 @@ from forcelab.gui.looking import Looking
 from forcelab.labels import Segment, Segments
 from forcelab.project import Edit, Origin, Project
 from forcelab.project.labelling import Labelling
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Action, Vocabulary
 
 __all__ = ["Editing", "Stroke"]
 
@@ -99,7 +99,8 @@ class Editing(Looking):
             if done:
                 self._list_actions(vocabulary)
             else:
-                self._list_actions(self.project.vocabulary(task), self.vocabulary.names)
+                now = self.vocabulary
+                self._list_actions(self.project.vocabulary(task), now.names, now)
                 self.say(
                     self.tr("The actions were changed elsewhere; look at them and repeat it."), True
                 )
@@ -118,10 +119,12 @@ class Editing(Looking):
             self.vocabulary_changed.emit()
         return not told
 
-    def _list_actions(self, listed: Vocabulary, painted: tuple[str, ...] = ()) -> None:
+    def _list_actions(
+        self, listed: Vocabulary, painted: tuple[str, ...] = (), like: Iterable[Action] = ()
+    ) -> None:
         """Offer the actions that are stored, and painted ones besides; nobody is told yet."""
         self._listed = listed
-        self.vocabulary = listed.with_actions(*painted)
+        self.vocabulary = listed.with_actions(*painted, like=like)
         if self.action is not None and self.action not in self.vocabulary:
             self.set_action(None)
 

@@ -63,6 +63,9 @@ class ExportDialog(QDialog):
         self.form = QComboBox()
         names = {
             "csv": self.tr("CSV: start, end, action, author; a file a demonstration"),
+            "table": self.tr("One table for statistics: CSV, a line a segment"),
+            "elan": self.tr("ELAN: a file a demonstration, a tier a coder, with the video"),
+            "boris": self.tr("BORIS: one table of aggregated events"),
             "audacity": self.tr("Audacity: a label track a coder and demonstration"),
             "archive": self.tr("Archive: the whole project as one file, to be imported again"),
         }
@@ -82,7 +85,6 @@ class ExportDialog(QDialog):
         self.go = buttons.addButton(
             self.tr("Choose a folder…"), QDialogButtonBox.ButtonRole.ActionRole
         )
-        self.go.setDefault(True)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)
@@ -91,6 +93,8 @@ class ExportDialog(QDialog):
         column.addWidget(self._told)
         column.addStretch(1)
         column.addWidget(buttons)
+        # Only now: a button that is in no dialog yet cannot be its default.
+        self.go.setDefault(True)
 
     def export(self, folder: Path) -> None:
         """Write into a folder in the background, and say what became of it."""

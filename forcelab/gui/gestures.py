@@ -30,6 +30,10 @@ MOUSE: tuple[tuple[str, str], ...] = (
         QT_TRANSLATE_NOOP("forcelab", "Show that stretch of time"),
     ),
     (
+        QT_TRANSLATE_NOOP("forcelab", "Ctrl or Shift + click in the list"),
+        QT_TRANSLATE_NOOP("forcelab", "Choose several demonstrations, for the right button's menu"),
+    ),
+    (
         QT_TRANSLATE_NOOP("forcelab", "Drag on the track"),
         QT_TRANSLATE_NOOP("forcelab", "Paint with the chosen action"),
     ),

@@ -6,7 +6,9 @@ from functools import cache
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
+
+from forcelab.gui.key_follower import KeyFollower
 
 __all__ = ["HeldShortcuts", "held_shortcuts"]
 
@@ -15,7 +17,7 @@ __all__ = ["HeldShortcuts", "held_shortcuts"]
 APART = 1
 
 
-class HeldShortcuts(QObject):
+class HeldShortcuts(KeyFollower):
     """Keeps actions that do not repeat from the repetitions of a held key.
 
     Qt does that by itself where it knows a press for a repetition. On X11 it often does not, and a
@@ -24,7 +26,7 @@ class HeldShortcuts(QObject):
     Parameters
     ----------
     app : QApplication
-        Its widget in focus is watched, and only that.
+        Its keys are watched.
     apart : bool, optional
         Whether repetitions come as unmarked pairs; by default, whether the display is X11.
     """
@@ -34,22 +36,13 @@ class HeldShortcuts(QObject):
         self._apart = QGuiApplication.platformName() == "xcb" if apart is None else apart
         self._released: tuple[int, int] | None = None  # key, ms of the window system
         self._again = False
-        app.focusChanged.connect(self._moved)
-        self._moved(None, app.focusWidget())
+        if self._apart:
+            self.follow_keys()
 
     def watch(self, action: QAction) -> None:
         """Keep an action from repetitions."""
         if self._apart:
             action.installEventFilter(self)
-
-    def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
-        """Listen where the keys go now."""
-        if not self._apart:
-            return
-        if old is not None:
-            old.removeEventFilter(self)
-        if new is not None:
-            new.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Note when keys go down and up; take a shortcut away that comes of a repetition."""

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
+    QCheckBox,
     QComboBox,
     QDialog,
     QDialogButtonBox,
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
     QListWidget,
     QProgressBar,
     QPushButton,
+    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -26,6 +28,7 @@ from PySide6.QtWidgets import (
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.document import Document
+from forcelab.gui.import_columns import ImportColumns
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.naming import settled_name
 from forcelab.gui.theme import colours
@@ -57,13 +60,49 @@ class ImportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(self.tr("Import recordings"))
-        self.resize(560, 420)
+        self.resize(680, 560)
         self._document, self._jobs = document, jobs
         self._files = QListWidget()
         self._files.setAccessibleName(self.tr("Files to import"))
         self._make_removable()
+        self.setAcceptDrops(True)
+        self.columns = ImportColumns()
+        self._files.currentTextChanged.connect(self._look_at)
+        self._bar = QProgressBar()
+        self._bar.setVisible(False)
+        self._bar.setAccessibleName(self.tr("Progress of the import"))
+        column = QVBoxLayout(self)
+        column.addLayout(self._heading())
+        column.addWidget(self._files, 1)
+        column.addWidget(self.columns, 3)
+        column.addLayout(self._form())
+        column.addWidget(self._bar)
+        column.addWidget(self._result(), 3)
+        column.addWidget(self._button_row())
+        # Only now: a button that is in no dialog yet cannot be its default.
+        self._go.setDefault(True)
+        self._warn()
+        self.add_files(files)
+
+    def _heading(self) -> QHBoxLayout:
+        """What can be imported, and the way to choose it."""
         choose = QPushButton(self.tr("Choose files…"))
+        choose.setAutoDefault(False)  # Enter imports
         choose.clicked.connect(self._choose)
+        kinds = self.tr(
+            "Recordings, chosen or dropped here: tables (CSV, TSV), raw OptoForce dumps, *.pdl, "
+            "archives of projects"
+        )
+        told = QLabel(kinds)
+        told.setWordWrap(True)
+        row = QHBoxLayout()
+        row.addWidget(told, 1)
+        row.addWidget(choose)
+        return row
+
+    def _form(self) -> QFormLayout:
+        """What the files do not say themselves."""
+        document = self._document
         self._task = QComboBox()
         self._task.setEditable(True)
         self._task.setAccessibleName(self.tr("Task"))
@@ -73,48 +112,46 @@ class ImportDialog(QDialog):
         self._rate = QDoubleSpinBox()
         self._rate.setRange(0, 1e6)
         self._rate.setSuffix(self.tr(" Hz"))
-        self._rate.setSpecialValueText(self.tr("as the stamps say"))
-        self._rate.setAccessibleName(self.tr("Sample rate of files without stamps"))
+        self._rate.setSpecialValueText(self.tr("as their times say"))
+        self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
+        self.videos = QCheckBox(self.tr("Attach videos beside them that have the same name"))
+        self.videos.setChecked(True)
+        self._taskless = self._warning()
         form = QFormLayout()
         form.addRow(self.tr("Task"), self._task)
-        self._taskless = self._warning()
         form.addRow("", self._taskless)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
-        form.addRow(self.tr("Sample rate, where files have no stamps"), self._rate)
-        self._bar = QProgressBar()
-        self._bar.setVisible(False)
-        self._bar.setAccessibleName(self.tr("Progress of the import"))
+        form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
+        form.addRow("", self.videos)
+        return form
+
+    def _result(self) -> QScrollArea:
+        """What became of the import."""
         self._told = QLabel()
         self._told.setWordWrap(True)
+        self._told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
+        self._told.setMargin(4)
+        self._report = QScrollArea()
+        self._report.setWidgetResizable(True)
+        self._report.setWidget(self._told)
+        self._report.setVisible(False)
+        return self._report
+
+    def _button_row(self) -> QDialogButtonBox:
+        """Import and Close."""
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         self._go = QPushButton(self.tr("Import"))
         self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
-        self._go.setDefault(True)
         self._go.clicked.connect(self._import)
         self._buttons.rejected.connect(self.reject)
-        top = QHBoxLayout()
-        top.addWidget(
-            QLabel(
-                self.tr("Tables (CSV, TSV), the paper's databases (*.pdl), archives of projects")
-            )
-        )
-        top.addStretch(1)
-        top.addWidget(choose)
-        column = QVBoxLayout(self)
-        column.addLayout(top)
-        column.addWidget(self._files, 1)
-        column.addLayout(form)
-        column.addWidget(self._bar)
-        column.addWidget(self._told)
-        column.addWidget(self._buttons)
-        self._warn()
-        self.add_files(files)
+        return self._buttons
 
     def add_files(self, files: Sequence[Path]) -> None:
         """Add to what will be imported."""
-        known = {self._files.item(row).text() for row in range(self._files.count())}
+        known = set(self._chosen())
         self._files.addItems([str(path) for path in files if str(path) not in known])
-        self._go.setEnabled(self._files.count() > 0)
+        self._changed()
 
     def reject(self) -> None:
         """Stop an import that goes on, and close."""
@@ -161,7 +198,22 @@ class ImportDialog(QDialog):
         """Leave out the files that are selected."""
         for item in self._files.selectedItems():
             self._files.takeItem(self._files.row(item))
-        self._go.setEnabled(self._files.count() > 0)
+        self._changed()
+
+    def _look_at(self, name: str) -> None:
+        """Show the columns of a file that was clicked."""
+        if name:
+            self.columns.show_file(Path(name))
+
+    def _chosen(self) -> list[str]:
+        """The files in the list."""
+        return [self._files.item(row).text() for row in range(self._files.count())]
+
+    def _changed(self) -> None:
+        """Other files are to be imported than before."""
+        files = self._chosen()
+        self._go.setEnabled(bool(files))
+        self.columns.show_first([Path(name) for name in files])
 
     def _import(self) -> None:
         """Import in the background."""
@@ -173,11 +225,12 @@ class ImportDialog(QDialog):
             author=settled_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
+            videos=self.videos.isChecked(),
         )
-        files = [self._files.item(row).text() for row in range(self._files.count())]
+        options, files = self.columns.options(options), self._chosen()
         self._go.setEnabled(False)
         self._bar.setVisible(True)
-        self._told.clear()
+        self._tell("")
         self._jobs.run(
             importing(project.path, files, options),
             self._imported,
@@ -195,10 +248,10 @@ class ImportDialog(QDialog):
         choice.addItems(list(dict.fromkeys(names)))
         return choice
 
-    def _coders(self) -> list[str]:
+    def _coders(self) -> tuple[str, ...]:
         """Whose labels the project has."""
         project = self._document.project
-        return [a.name for a in project.authors() if a.kind == "coder"] if project else []
+        return project.coders() if project else ()
 
     def _show(self, progress: Progress) -> None:
         """Show how far it is."""
@@ -210,11 +263,12 @@ class ImportDialog(QDialog):
         """Say what became of the files."""
         self._bar.setVisible(False)
         self._files.clear()
+        self._changed()
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
         lines = [self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)]
         for path, remarks in report.remarks.items():
-            lines += [f"{path.name}: {remark}" for remark in remarks[:3]]
-        self._told.setText("\n".join(lines[:12]))
+            lines += [f"{path.name}: {remark}" for remark in remarks]
+        self._tell("\n".join(lines))
         self._document.refresh_listing()
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
@@ -224,4 +278,20 @@ class ImportDialog(QDialog):
         """Say what stands in the way; nothing was imported."""
         self._bar.setVisible(False)
         self._go.setEnabled(True)
-        self._told.setText(str(error))
+        self._tell(str(error), trouble=True)
+
+    def _tell(self, text: str, trouble: bool = False) -> None:
+        """Show what became of the import, all of it: what was repaired is to be known."""
+        self._told.setText(text)
+        self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
+        self._report.setVisible(bool(text))
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Files may be dropped here."""
+        if any(url.isLocalFile() for url in event.mimeData().urls()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Add files that are dropped."""
+        urls = event.mimeData().urls()
+        self.add_files([Path(url.toLocalFile()) for url in urls if url.isLocalFile()])

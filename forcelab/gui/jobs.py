@@ -113,12 +113,9 @@ class Jobs(QObject):
     -------
     trouble(str)
         The sentence of a failure that nobody takes care of.
-    busy_changed()
-        A job began or ended; see :attr:`busy`.
     """
 
     trouble = Signal(str)
-    busy_changed = Signal()
     _moved = Signal(object)
     _over = Signal(object)
 
@@ -179,7 +176,6 @@ class Jobs(QObject):
             if self._closing:
                 job.cancel()
             lane = self._lanes.setdefault(job.key, _Lane())
-            thread = None
             replaced = lane.waiting
             if lane.current is None:
                 lane.current = job
@@ -192,8 +188,6 @@ class Jobs(QObject):
                 lane.waiting = job
         if replaced is not None:
             replaced.work(lambda: None)  # closes a generator that never began, in no time
-        if thread is not None:
-            self.busy_changed.emit()
         return job
 
     def cancel(self, key: str) -> None:
@@ -255,7 +249,6 @@ class Jobs(QObject):
         """Hand over how a job ended."""
         if self._newest.get(job.key) is job:
             del self._newest[job.key]
-        self.busy_changed.emit()
         error = job.error
         if error is not None and not isinstance(error, ForcelabError):
             # A fault is worth knowing even where the result is not wanted any more.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -25,15 +25,13 @@ class ListingMenu(QObject):
         self._document, self._window = document, parent
         self._left: dict[str, str] = {}  # by id, the task that a demonstration was taken from
 
-    def made_for(self, item: Row | Group) -> QMenu:
-        """The menu of a demonstration or a task; it deletes itself once it is closed."""
+    def made_for(self, item: Row | Group, several: Sequence[Row] = ()) -> QMenu:
+        """The menu of a demonstration, of several, or of a task; once closed it deletes itself."""
         menu = QMenu(self._window)
         menu.aboutToHide.connect(menu.deleteLater)
         project = self._document.project
-        if isinstance(item, Group):
-            ids = [row.info.id for row in item.rows]
-            many = self.tr("Assign these {0} blind…").format(len(ids))
-            menu.addAction(many, lambda: self._ask_assign(ids))
+        if several or isinstance(item, Group):
+            self._fill_many(menu, item.rows if isinstance(item, Group) else several)
         else:
             self._fill(menu, item)
         if project is None or project.read_only:
@@ -52,33 +50,42 @@ class ListingMenu(QObject):
 
         return self._do(carry_out, self._document.id in ids)
 
-    def unassign(self, id_: str, author: str) -> bool:
-        """Take an assignment back."""
-        here = id_ == self._document.id
-        return self._do(lambda project: project.unassign(id_, author), here)
+    def unassign(self, ids: list[str], author: str) -> bool:
+        """Take a coder's assignments of some demonstrations back."""
 
-    def set_done(self, id_: str, done: bool) -> bool:
-        """Mark a demonstration as done by the coder, or as not done after all."""
+        def carry_out(project: Project) -> None:
+            for id_ in ids:
+                project.unassign(id_, author)
+
+        return self._do(carry_out, self._document.id in ids)
+
+    def set_done(self, ids: list[str], done: bool) -> bool:
+        """Mark demonstrations as done by the coder, or as not done after all."""
         author = self._document.author
 
         def carry_out(project: Project) -> None:
-            if all(one.demonstration != id_ for one in project.assignments(author)):
-                project.assign(id_, author, blind=False)
-            project.set_done(id_, author, done)
+            assigned = {one.demonstration for one in project.assignments(author)}
+            for id_ in ids:
+                if id_ not in assigned:
+                    project.assign(id_, author, blind=False)
+                project.set_done(id_, author, done)
 
-        return self._do(carry_out, id_ == self._document.id)
+        return self._do(carry_out, self._document.id in ids)
 
     def rename(self, id_: str, name: str) -> bool:
         """Give a demonstration another name."""
         return self._do(lambda project: project.rename(id_, name), id_ == self._document.id)
 
-    def set_task(self, id_: str, task: str) -> bool:
-        """Put a demonstration into another task; the menu offers the way back."""
-        old = next((info.task for info in self._document.infos if info.id == id_), "")
-        if not self._do(lambda project: project.set_task(id_, task), id_ == self._document.id):
-            return False
-        self._left[id_] = old
-        return True
+    def set_task(self, ids: list[str], task: str) -> bool:
+        """Put demonstrations into another task; the menu of each offers the way back."""
+        old = {info.id: info.task for info in self._document.infos}
+
+        def carry_out(project: Project) -> None:
+            for id_ in ids:
+                project.set_task(id_, task)
+                self._left[id_] = old.get(id_, "")
+
+        return self._do(carry_out, self._document.id in ids)
 
     def remove(self, id_: str, heads: Mapping[str, int]) -> bool:
         """Remove a demonstration for good, with the labels that have these heads."""
@@ -100,29 +107,53 @@ class ListingMenu(QObject):
         first.setEnabled(info.id != document.id)
         menu.addSeparator()
         if row.done:
-            menu.addAction(self.tr("Not done after all"), lambda: self.set_done(info.id, False))
+            menu.addAction(self.tr("Not done after all"), lambda: self.set_done([info.id], False))
         else:
-            menu.addAction(self.tr("Mark as done"), lambda: self.set_done(info.id, True))
+            menu.addAction(self.tr("Mark as done"), lambda: self.set_done([info.id], True))
         menu.addAction(self.tr("Assign blind…"), lambda: self._ask_assign([info.id]))
         own = () if row.assignment is None else (row.assignment,)
         for one in (*own, *row.assigned_to):
             taking = self.tr("Take the assignment of {0} back").format(one.author)
-            menu.addAction(taking, self._taking(info.id, one.author))
+            menu.addAction(taking, self._taking([info.id], one.author))
         menu.addSeparator()
         menu.addAction(self.tr("Rename…"), lambda: self._ask_name(row))
         video = self.tr("Replace video…") if info.has_video else self.tr("Attach video…")
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction(self.tr("Task…"), lambda: self._ask_task(row))
+        menu.addAction(self.tr("Task…"), lambda: self._ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
             back = self.tr("Back to task '{0}'").format(before or self.tr("No task"))
-            menu.addAction(back, lambda: self.set_task(info.id, before))
+            menu.addAction(back, lambda: self.set_task([info.id], before))
         menu.addSeparator()
         menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove(row))
 
-    def _taking(self, id_: str, author: str) -> Callable[[], object]:
-        """A call that takes this assignment back."""
-        return lambda: self.unassign(id_, author)
+    def _fill_many(self, menu: QMenu, rows: Sequence[Row]) -> None:
+        """The menu of several demonstrations: what is of use to all of them at once."""
+        ids = [row.info.id for row in rows]
+        done = [row.info.id for row in rows if row.done]
+        undone = [row.info.id for row in rows if not row.done]
+        if undone:
+            text = self.tr("Mark these {0} as done").format(len(undone))
+            menu.addAction(text, lambda: self.set_done(undone, True))
+        if done:
+            text = self.tr("These {0} are not done after all").format(len(done))
+            menu.addAction(text, lambda: self.set_done(done, False))
+        text = self.tr("Assign these {0} blind…").format(len(ids))
+        menu.addAction(text, lambda: self._ask_assign(ids))
+        held: dict[str, list[str]] = {}
+        for row in rows:
+            for one in (*([row.assignment] if row.assignment else ()), *row.assigned_to):
+                held.setdefault(one.author, []).append(row.info.id)
+        for author, of in held.items():
+            text = self.tr("Take {0} assignments of {1} back").format(len(of), author)
+            menu.addAction(text, self._taking(of, author))
+        menu.addSeparator()
+        text = self.tr("Task of these {0}…").format(len(ids))
+        menu.addAction(text, lambda: self._ask_task(rows))
+
+    def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
+        """A call that takes these assignments back."""
+        return lambda: self.unassign(ids, author)
 
     def _do(self, verb: Callable[[Project], None], here: bool) -> bool:
         """Change the project, and let everybody see it; `here` is the open demonstration."""
@@ -143,9 +174,8 @@ class ListingMenu(QObject):
         project, document = self._document.project, self._document
         if project is None:
             return
-        coders = [author.name for author in project.authors() if author.kind == "coder"]
-        coders += [one.author for one in project.assignments()]
-        names = list(dict.fromkeys([document.author, *coders]))
+        assigned = [one.author for one in project.assignments()]
+        names = list(dict.fromkeys([document.author, *project.coders(), *assigned]))
         name, agreed = QInputDialog.getItem(
             self._window,
             self.tr("Assign blind"),
@@ -171,22 +201,26 @@ class ListingMenu(QObject):
         if agreed and name.strip() != row.info.name:
             self.rename(row.info.id, name)
 
-    def _ask_task(self, row: Row) -> None:
-        """Ask into which task a demonstration belongs."""
+    def _ask_task(self, rows: Sequence[Row]) -> None:
+        """Ask into which task demonstrations belong."""
         project = self._document.project
         if project is None:
             return
-        tasks = list(dict.fromkeys([row.info.task, *project.tasks()]))
+        tasks = list(dict.fromkeys([rows[0].info.task, *project.tasks()]))
+        title = self.tr("Task of {0}").format(rows[0].info.name)
+        if len(rows) > 1:
+            title = self.tr("Task of these {0}").format(len(rows))
         task, agreed = QInputDialog.getItem(
             self._window,
-            self.tr("Task of {0}").format(row.info.name),
+            title,
             self.tr("Labels stay; the task gets the actions it lacks.\nTask:"),
             tasks,
             0,
             True,
         )
         if agreed:
-            self.set_task(row.info.id, settled_name(self._window, task, project.tasks()))
+            name = settled_name(self._window, task, project.tasks())
+            self.set_task([row.info.id for row in rows], name)
 
     def _ask_remove(self, row: Row) -> None:
         """Ask whether a demonstration is to go, and say what goes with it."""
@@ -210,5 +244,8 @@ class ListingMenu(QObject):
             "",
             self.tr("Videos ({0});;All files (*)").format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
-        if path:
-            self.attach_video(info.id, Path(path))
+        if path and self.attach_video(info.id, Path(path)):
+            told = self.tr(
+                "'{0}' has its video; Labelling > Synchronise the video puts it in time."
+            )
+            self._document.say(told.format(info.name))

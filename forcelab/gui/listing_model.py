@@ -11,17 +11,15 @@ from PySide6.QtCore import (
     QCoreApplication,
     QModelIndex,
     QObject,
-    QPersistentModelIndex,
     Qt,
 )
 
+from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.listing_rows import Group, Row, percent
 
 translate = QCoreApplication.translate
 
 __all__ = ["ROW", "ListingModel"]
-
-Index = QModelIndex | QPersistentModelIndex
 
 #: The role under which a :class:`Row` or :class:`Group` itself is asked for.
 ROW = Qt.ItemDataRole.UserRole
@@ -75,7 +73,7 @@ class ListingModel(QAbstractItemModel):
     def index_of(self, id_: str) -> QModelIndex:
         """Where a demonstration is; invalid where it is not shown."""
         if id_ not in self._places:
-            return QModelIndex()
+            return NOWHERE
         g, r = self._places[id_]
         return self.createIndex(r, 0, g + 1)
 
@@ -94,24 +92,24 @@ class ListingModel(QAbstractItemModel):
 
     # What Qt asks
 
-    def index(self, row: int, column: int, parent: Index = QModelIndex()) -> QModelIndex:  # noqa: B008
+    def index(self, row: int, column: int, parent: Index = NOWHERE) -> QModelIndex:
         """The index of a row below a parent."""
         if column != 0 or not 0 <= row < self.rowCount(parent):
-            return QModelIndex()
+            return NOWHERE
         return self.createIndex(row, column, parent.row() + 1 if parent.isValid() else _TASK)
 
-    def parent(self, index: Index = QModelIndex()) -> QModelIndex:  # type: ignore[override]  # noqa: B008
+    def parent(self, index: Index = NOWHERE) -> QModelIndex:  # type: ignore[override]
         """The index of the task of a demonstration."""
         inside = int(index.internalId()) if index.isValid() else _TASK
-        return QModelIndex() if inside == _TASK else self.createIndex(inside - 1, 0, _TASK)
+        return NOWHERE if inside == _TASK else self.createIndex(inside - 1, 0, _TASK)
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many tasks there are, or demonstrations of one."""
         if not parent.isValid():
             return len(self.groups)
         return len(self.groups[parent.row()].rows) if parent.internalId() == _TASK else 0
 
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def columnCount(self, parent: Index = NOWHERE) -> int:
         """One column."""
         return 1
 

@@ -6,8 +6,10 @@ from PySide6.QtCore import QCoreApplication, QObject, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.icons import paint_icon
-from forcelab.gui.listing_model import Index, ListingModel
+from forcelab.gui.indexes import Index
+from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_rows import Group, Row, percent
 from forcelab.gui.row_painting import (
     ABOVE,
@@ -66,8 +68,7 @@ def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_open: bool
     selected = bool(state & QStyle.StateFlag.State_Selected)
     share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
     if share:
-        tint = QColor(accent)
-        tint.setAlphaF(share)
+        tint = translucent(accent, share)
         painter.fillRect(box, tint)
     if is_open:
         painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)
@@ -159,8 +160,7 @@ def _paint_bar(painter: QPainter, bar: QRectF, share: float, theme: Colours) -> 
     """How far a demonstration is labelled."""
     radius = bar.height() / 2
     painter.setPen(Qt.PenStyle.NoPen)
-    rest = QColor(theme.frame)
-    rest.setAlphaF(0.6)
+    rest = translucent(theme.frame, 0.6)
     painter.setBrush(rest)
     painter.drawRoundedRect(bar, radius, radius)
     if share > 0:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Literal
 
-from forcelab.project import Assignment, DemonstrationInfo
+from forcelab.project import Assignment, DemonstrationInfo, left_to_label
 
-__all__ = ["SHOWN", "Group", "Row", "Shown", "grouped", "percent", "rows_of"]
+__all__ = ["SHOWN", "Group", "Row", "Shown", "grouped", "next_to_do", "percent", "rows_of"]
 
 Shown = Literal["all", "unlabelled", "begun", "assigned", "done"]
 
@@ -56,6 +56,11 @@ class Row:
     def half_done(self) -> bool:
         """Whether the coder has begun it, left time unlabelled and not marked it as done."""
         return 0 < percent(self.share) < 100 and not self.done
+
+    @property
+    def to_do(self) -> bool:
+        """Whether the coder has not begun it, or has it assigned and has not said it is done."""
+        return left_to_label(self.share, self.assignment)
 
     def shows(self, what: Shown) -> bool:
         """Whether it is among what is to be shown."""
@@ -128,6 +133,21 @@ def grouped(rows: Iterable[Row], search: str, shown: Shown, opened: str = "") ->
     return tuple(
         Group(task, tuple(of_task)) for task, of_task in groupby(fitting, lambda row: row.info.task)
     )
+
+
+def next_to_do(rows: Sequence[Row], opened: str) -> Row | None:
+    """The next row that is left to label, the first after the last; None where there is no other.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Those shown, in order.
+    opened : str
+        Id of the demonstration that is open, after which the search begins.
+    """
+    at = next((i for i, row in enumerate(rows) if row.info.id == opened), -1)
+    others = (*rows[at + 1 :], *rows[: max(at, 0)])
+    return next((row for row in others if row.to_do), None)
 
 
 def percent(share: float) -> int:

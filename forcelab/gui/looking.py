@@ -66,7 +66,6 @@ class Looking(QObject):
     hint_changed = Signal()
     peeked = Signal()
     frame_times_changed = Signal()
-    contacts_changed = Signal()
     playing_changed = Signal()
     snapping_changed = Signal()
     said = Signal(str, bool)
@@ -206,7 +205,6 @@ class Looking(QObject):
     def set_contacts(self, times: NDArray[np.float64]) -> None:
         """Tell when contact events are."""
         self.contacts = times
-        self.contacts_changed.emit()
 
     def set_playing(self, playing: bool) -> None:
         """Say whether the cursor is being moved by playback."""

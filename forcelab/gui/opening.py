@@ -81,7 +81,7 @@ class Opening(QObject):
     def _take_coder(self, path: Path) -> None:
         """Label as who was asked for, or as who labels in this project."""
         project = self._document.project
-        known = [a.name for a in project.authors() if a.kind == "coder"] if project else []
+        known = project.coders() if project else ()
         name = tidy_name(self._author) or settings.coder(path, known)
         if self._remembering:
             self._author = ""

@@ -19,6 +19,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.kept import Kept
 from forcelab.gui.theme import colours, themes
 
@@ -256,8 +257,7 @@ class TimePanel(QWidget):
         """A translucent band with an edge at either side, over the whole height."""
         left = min(max(left, self.plot.left() - 2), self.plot.right() + 2)
         right = min(max(right, self.plot.left() - 2), self.plot.right() + 2)
-        wash = QColor(colour)
-        wash.setAlphaF(0.16)
+        wash = translucent(colour, 0.16)
         painter.fillRect(QRectF(left, 0, right - left, self.height()), wash)
         painter.setPen(QPen(colour, 1))
         for x in (left, right):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import (
     QBuffer,
@@ -20,10 +19,8 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
-
-if TYPE_CHECKING:
-    from forcelab.gui.app import Start
 
 __all__ = ["draw", "settle", "without_chatter"]
 

@@ -19,7 +19,7 @@ class SampleProgress(QWidget):
         super().__init__(parent)
         self.bar = QProgressBar()
         self.bar.setAccessibleName(self.tr("Progress of the sample project"))
-        self.bar.setMinimumWidth(360)
+        self.bar.setMinimumWidth(480)
         self.cancel = QPushButton(self.tr("Cancel"))
         self.cancel.setAccessibleName(self.tr("Cancel the sample project"))
         self.cancel.clicked.connect(self.cancelled)

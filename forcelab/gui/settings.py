@@ -155,19 +155,21 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
     Returns
     -------
     str
-        The name given last in this project. Where none was, the one given last anywhere if the
-        project knows it, as in a project that was moved; or else that of the account. Nobody
-        labels in a new project under the name of a coder of another one.
+        The name given last in this project. Where none was, as in a project that was moved, the
+        one given last anywhere of those that the project knows; or else that of the account.
+        Nobody labels in a new project under the name of a coder of another one.
     """
     own = tidy_name(text(_coder_key(project))) if project is not None else ""
-    last = tidy_name(text("coder/name"))
-    return own or (last if last in known else "") or _account()
+    given = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
+    return own or next((name for name in given if name in known), "") or _account()
 
 
 def remember_coder(project: Path | None, name: str) -> None:
-    """Keep who labels in a project."""
+    """Keep who labels in a project, and the last names that were given in any."""
     if project is not None:
         put(_coder_key(project), name)
+    others = [known for known in strings("coder/names") if known != name]
+    put("coder/names", [name, *others][:RECENT])
     put("coder/name", name)
 
 

@@ -21,7 +21,7 @@ from forcelab.gui.held_shortcuts import held_shortcuts
 from forcelab.gui.typing_guard import guard
 from forcelab.vocabulary import KEYS, Vocabulary
 
-__all__ = ["COMMANDS", "GROUPS", "Command", "Keys", "bind", "collision", "key_name", "keys"]
+__all__ = ["COMMANDS", "GROUPS", "Keys", "bind", "collision", "key_name", "keys"]
 
 log = logging.getLogger(__name__)
 

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.figures.canvas import Theme
+from forcelab.gui.figures.shades import mixed
 
 __all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "palette", "themes"]
 
@@ -205,16 +206,6 @@ def _system() -> Qt.ColorScheme:
     return QGuiApplication.styleHints().colorScheme()
 
 
-def _mixed(one: str, other: str, share: float) -> QColor:
-    """A colour between two, `share` of the way from the first."""
-    a, b = QColor(one), QColor(other)
-    return QColor.fromRgbF(
-        a.redF() + (b.redF() - a.redF()) * share,
-        a.greenF() + (b.greenF() - a.greenF()) * share,
-        a.blueF() + (b.blueF() - a.blueF()) * share,
-    )
-
-
 def palette(colours: Colours) -> QPalette:
     """All colours that Qt's own widgets ask for."""
     role = QPalette.ColorRole
@@ -224,10 +215,10 @@ def palette(colours: Colours) -> QPalette:
         role.Window: QColor(panel),
         role.WindowText: QColor(colours.text),
         role.Base: QColor(colours.background),
-        role.AlternateBase: _mixed(colours.background, panel, 0.6),
+        role.AlternateBase: mixed(colours.background, panel, 0.6),
         role.Text: QColor(colours.text),
         role.PlaceholderText: QColor(colours.muted),
-        role.Button: _mixed(panel, edge, 0.35),
+        role.Button: mixed(panel, edge, 0.35),
         role.ButtonText: QColor(colours.text),
         role.BrightText: QColor(colours.trouble),
         role.ToolTipBase: QColor(colours.background),
@@ -237,17 +228,17 @@ def palette(colours: Colours) -> QPalette:
         role.Accent: QColor(colours.accent),
         role.Link: QColor(colours.curves[0]),
         role.LinkVisited: QColor(colours.curves[3]),
-        role.Light: _mixed(panel, colours.text if colours.dark else "#ffffff", 0.12),
-        role.Midlight: _mixed(panel, edge, 0.5),
+        role.Light: mixed(panel, colours.text if colours.dark else "#ffffff", 0.12),
+        role.Midlight: mixed(panel, edge, 0.5),
         role.Mid: QColor(edge),
         role.Dark: QColor(colours.frame),
-        role.Shadow: _mixed(panel, deep, 0.6),
+        role.Shadow: mixed(panel, deep, 0.6),
     }
     made = QPalette()
     for group in (QPalette.ColorGroup.Active, QPalette.ColorGroup.Inactive):
         for which, colour in normal.items():
             made.setColor(group, which, colour)
-    faint = _mixed(colours.text, panel, 0.55)
+    faint = mixed(colours.text, panel, 0.55)
     off = dict(normal)
     for which in (role.WindowText, role.Text, role.ButtonText, role.PlaceholderText):
         off[which] = faint

@@ -26,6 +26,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.key_follower import KeyFollower
+
 __all__ = ["KeyKeeper", "guard", "kept", "typing", "wants"]
 
 _K = Qt.Key
@@ -115,19 +117,8 @@ def _checkable(view: QAbstractItemView) -> bool:
     return view.currentIndex().data(Qt.ItemDataRole.CheckStateRole) is not None
 
 
-class _Guard(QObject):
-    """Watches the widget in focus, and only that: a filter on everything would cost each event."""
-
-    def __init__(self, app: QApplication) -> None:
-        super().__init__(app)
-        app.focusChanged.connect(self._moved)
-        self._moved(None, app.focusWidget())
-
-    def _moved(self, old: QWidget | None, new: QWidget | None) -> None:
-        if old is not None:
-            old.removeEventFilter(self)
-        if new is not None:
-            new.installEventFilter(self)
+class _Guard(KeyFollower):
+    """Asks of each key whether the widget in focus needs it."""
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Accept a key for the widget that needs it; the window's shortcut is then not tried."""
@@ -148,4 +139,6 @@ def guard() -> QObject:
     app = QApplication.instance()
     if not isinstance(app, QApplication):
         raise RuntimeError("keys are bound after the application was made")
-    return _Guard(app)
+    made = _Guard(app)
+    made.follow_keys()
+    return made

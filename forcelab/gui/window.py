@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
@@ -34,13 +33,13 @@ from forcelab.gui.review.tab import UNHURRIED, ReviewTab
 from forcelab.gui.sampling import SampleProgress
 from forcelab.gui.shortcuts import bind
 from forcelab.gui.shown_tracks import ShownTracks
-from forcelab.gui.tradeoff.tab import MEASURING, TradeoffTab
+from forcelab.gui.start import Start
+from forcelab.gui.status_line import StatusLine
+from forcelab.gui.tradeoff.jobs import MEASURING
+from forcelab.gui.tradeoff.tab import TradeoffTab
 from forcelab.gui.welcome import Welcome
 from forcelab.gui.workspaces import WORKSPACES
 from forcelab.jobs import Progress
-
-if TYPE_CHECKING:
-    from forcelab.gui.app import Start
 
 __all__ = ["Window"]
 
@@ -80,6 +79,7 @@ class Window(QMainWindow):
         self.demonstrations = DemonstrationList(self.document)
         self._welcome = Welcome()
         self._sample = SampleProgress()
+        self._line = StatusLine(self.document)
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
         self._tabs.tabBar().setDrawBase(False)
@@ -111,6 +111,7 @@ class Window(QMainWindow):
         follow_tabs(self._tabs, [self.commands[f"workspace_{w.name}"] for w in WORKSPACES])
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
+        self.setStatusBar(self._line)
         self.statusBar().addPermanentWidget(self._sample)
         self.statusBar().addPermanentWidget(self.review.standing)
         self.statusBar().addPermanentWidget(self.capture.line)
@@ -227,14 +228,12 @@ class Window(QMainWindow):
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(opening.remember_demonstration)
         document.demonstration_changed.connect(self._title)
-        document.demonstration_changed.connect(self._forget_edit)
         # So that the next key paints, and is not typed into a search field.
         document.demonstration_changed.connect(self.label.tracks.setFocus)
         document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
         document.snapping_changed.connect(self._check_snapping)
-        document.said.connect(self._say)
         self.capture.recording_changed.connect(self._recording_changed)
-        self.jobs.trouble.connect(partial(self._say, trouble=True))
+        self.jobs.trouble.connect(partial(self._line.say, trouble=True))
         opening.sampling.connect(self._show_sample)
         self._welcome.cancelled.connect(opening.cancel_sample)
         self._sample.cancelled.connect(opening.cancel_sample)
@@ -258,6 +257,7 @@ class Window(QMainWindow):
             "attach_video": self.demonstrations.ask_video,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
+            "next_to_label": self.demonstrations.open_to_label,
             "search": self.demonstrations.focus_search,
             "quit": lambda: self.capture.may_close(self) and self.close(),
             "full_screen": self._toggle_full_screen,
@@ -272,7 +272,13 @@ class Window(QMainWindow):
         label = verbs.handlers(document, self.label.tracks, self.label.player, self)
         shown = self.demonstrations.model.ids
         dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands, shown)
+        label |= {"cancel": partial(self._cancel, label["cancel"])}
         return handlers | label | dialogs | self.review.handlers() | self.capture.handlers()
+
+    def _cancel(self, in_label: Callable[[], object]) -> None:
+        """Take back what was begun last, where that can be seen."""
+        if not self.capture.cancel():
+            in_label()
 
     def _workspace_changed(self, index: int) -> None:
         """Lend timeline and video to the workspace in front; build it, the first time."""
@@ -316,20 +322,6 @@ class Window(QMainWindow):
         place = [workspace.name for workspace in WORKSPACES].index("capture")
         self._tabs.setTabText(place, self.capture.title(WORKSPACES[place].title()))
         self._title()
-
-    def _say(self, sentence: str, trouble: bool = False) -> None:
-        """Say a sentence in the status line; one about trouble stays longer."""
-        bar = self.statusBar()
-        colour = theme.colours().trouble if trouble else theme.colours().text
-        style = f"QStatusBar {{ color: {colour}; }}"
-        if bar.styleSheet() != style:  # putting one on takes longer than a stroke
-            bar.setStyleSheet(style)
-        bar.showMessage(sentence, 15_000 if trouble else 6_000)
-
-    def _forget_edit(self) -> None:
-        """Say of another demonstration no more what was done to the one before."""
-        if self.statusBar().currentMessage() == self.document.edit_said:
-            self.statusBar().clearMessage()
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""

@@ -36,8 +36,6 @@ class Glimpse:
         Of the latest label; empty where that is unlabelled.
     probabilities : tuple of float
         Of each action the recogniser knows, over the latest labels; empty where they are unknown.
-    ages : tuple of float
-        Seconds from the oldest sample of a block of labels to the labels, of late, the latest last.
     cost : float
         Share of one core that recognising has taken of late.
     """
@@ -47,7 +45,6 @@ class Glimpse:
     until: float = math.nan
     action: str = ""
     probabilities: tuple[float, ...] = ()
-    ages: tuple[float, ...] = ()
     cost: float = 0.0
 
 
@@ -89,18 +86,12 @@ class Recent:
             self._segments.append(present.segment)
         self._latest = ()
 
-    def glimpse(self, growing: Growing, ages: tuple[float, ...], cost: float) -> Glimpse:
+    def glimpse(self, growing: Growing, cost: float) -> Glimpse:
         """What is to be seen now."""
         present = growing.present
         segments = (*self._segments, *(() if present is None else (present.segment,)))
         return Glimpse(
-            segments,
-            self._certainty(),
-            growing.until,
-            growing.action,
-            self._latest,
-            ages,
-            cost,
+            segments, self._certainty(), growing.until, growing.action, self._latest, cost
         )
 
     def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:

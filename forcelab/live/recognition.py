@@ -20,14 +20,15 @@ from forcelab.live.glimpse import Glimpse, Recent
 from forcelab.live.segments import Growing, Recognised
 from forcelab.project import Project
 from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.rates import unseen_at
 from forcelab.recognition.recogniser import Recogniser
 
 __all__ = ["LATENCY", "LiveRecognition"]
 
 #: Seconds from a sample to its label where nothing else is asked for.
 LATENCY = 0.3
-#: Blocks whose ages are kept for the figures at the end, half an hour of them, and for views.
-AGES, SEEN = 100_000, 1000
+#: Blocks whose ages are kept for the figures at the end: half an hour of them.
+AGES = 100_000
 #: Seconds over which the cost is told.
 COSTED = 2.0
 
@@ -55,7 +56,8 @@ class LiveRecognition:
     glimpse : Glimpse
         What was recognised last.
     remarks : tuple of str
-        What is to be said of the devices' channels: that the recogniser learnt other units.
+        What is to be said of the devices: that the recogniser learnt other units, or at a rate at
+        which it saw more.
 
     Raises
     ------
@@ -76,13 +78,13 @@ class LiveRecognition:
         self._following = Following(devices, recorder.since)
         rate = self._following.rate if self._following.rate > 0 else None
         self._online = OnlineRecogniser(recogniser, latency, self._following.channels, rate)
-        self.remarks = recogniser.remarks_on(self._following.channels)
+        slow = () if rate is None else unseen_at(recogniser, rate, "The samples come", "they have")
+        self.remarks = (*recogniser.remarks_on(self._following.channels), *slow)
         self._segments = Growing(self._online)
         self._recent = Recent(self._online.actions)
         self.glimpse = Glimpse()
         self._found: list[Recognised] = []
         self._ages: deque[float] = deque(maxlen=AGES)
-        self._seen: deque[float] = deque(maxlen=SEEN)
         self._keeping = True
         self._begun = self._ended = math.nan
         self._cpu = 0.0
@@ -107,7 +109,7 @@ class LiveRecognition:
         if after is not None:
             self._recent = after._recent
             self._recent.end(after._segments)
-            self.glimpse = self._recent.glimpse(self._segments, (), 0.0)
+            self.glimpse = self._recent.glimpse(self._segments, 0.0)
         self._keeping = keeping
         self._following.skip(self._recorder.latest(0.0))
         self._begun = time.monotonic()
@@ -146,8 +148,7 @@ class LiveRecognition:
             self._found += found
         if len(decided):
             self._ages.append(time.monotonic() - float(decided.times[0]))
-            self._seen.append(self._ages[-1])
-            self.glimpse = self._recent.glimpse(self._segments, tuple(self._seen), self._cost())
+            self.glimpse = self._recent.glimpse(self._segments, self._cost())
         self._cpu += time.thread_time() - worked
         return found
 

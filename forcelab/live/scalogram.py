@@ -20,7 +20,8 @@ from forcelab.capture.recorder import Recorder
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.live.strip import Ring, Strip
-from forcelab.recognition.online_grid import CausalGrid, Steps
+from forcelab.recognition.online_grid import CausalGrid
+from forcelab.recognition.online_resampling import Steps
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt

@@ -25,6 +25,7 @@ from forcelab.simulation.solvers import (
     integrate,
 )
 from forcelab.simulation.system import Array
+from forcelab.wording import counted
 
 __all__ = ["REFERENCES", "SETTINGS", "Setting", "measuring", "tabulate"]
 
@@ -189,8 +190,7 @@ def _row(
 ) -> Row:
     """A solver's row."""
     lanes, seconds = problem.system.lanes, problem.simulated
-    lane_word = "lane" if lanes == 1 else "lanes"
-    size = f"{case.name}, {lanes} {lane_word} x {seconds / lanes:g} s"
+    size = f"{case.name}, {counted(lanes, 'lane')} x {seconds / lanes:g} s"
     if timed.seen is None:
         return Row(setting.name, setting.setting, size, reference.words, refusal=timed.refusal)
     error, largest = timed.seen

@@ -1,7 +1,9 @@
 """Error against run time of the wavelet transform: the engine's tolerances beside other libraries.
 
-Everybody makes the same: log magnitude and phase of each coefficient, on one thread, into tables
-that are there. The memory is that beside the tables.
+Everybody makes the same, log magnitude and phase of each coefficient, on one thread, as its user
+writes it: ours are given so; of others ``np.log(np.abs(W))`` and ``np.angle(W)`` are taken. What
+a library keeps for the next call is there: our plan, ssqueezepy's wavelet. Both are measured with
+that made anew as well. The memory is that beside the result.
 
 ssqueezepy errs at the widest scales alone: it pads no further than to a power of two, of which a
 wavelet as wide as the recording reaches around the whole; and with its own setting, reflected ends,
@@ -14,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -25,9 +28,9 @@ from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Timed, Way, timed_ways
-from forcelab.measure.wavelet_ways import Features, Peer, Tables, ours, peers_of_tapered
+from forcelab.measure.wavelet_ways import Features, Peer, ours, ours_anew, peers_of_tapered
 from forcelab.signals.cwt import usual_scales
-from forcelab.signals.engine.design import SINGLE, TOLERANCES
+from forcelab.signals.engine.design import TOLERANCES
 from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Morlet
 
@@ -123,7 +126,7 @@ def measuring(
     if x.size * len(scales) > MANY:
         tolerances = [tolerance for tolerance in tolerances if tolerance == 1e-7]
     spent = {} if spent is None else spent
-    peers = peers_of_tapered(len(x))
+    peers = peers_of_tapered()
     told = f"{len(scales)} scales ({spacing:g} octaves apart)"
     return (yield from _measured(x, scales, told, repetitions, tolerances, peers, spent))
 
@@ -158,38 +161,40 @@ def _measured(
         f"direct sums at {len(places)} places of {len(looked)} scales from {FIRST:g} samples on",
         refusal="to be measured",
     )
-    tables = Tables()
-    for tolerance in tolerances:  # so that none of them is thought to take the tables' memory
-        kind = np.float32 if tolerance >= SINGLE else np.float64
-        tables.of((c, len(scales), n), np.dtype(kind))
-    rows = ours(x, scales, 1e-7, tables)[0]
+    rows = ours(x, scales, 1e-7)[0]
     largest = np.exp(rows[:, looked].max(axis=2, keepdims=True).astype(np.float64))
     judged = _Judged(wanted, largest, looked, places, scales[looked] <= n / NARROW)
+    named = [("forcelab", tolerance, ours) for tolerance in tolerances]
+    if 1e-7 in tolerances and peers:
+        named.append(("forcelab, plan anew", 1e-7, ours_anew))
     ways = [
         Way(
-            f"tolerance {tolerance:g}",
-            partial(ours, x, scales, tolerance, tables),
+            f"{name}, {tolerance:g}",
+            partial(run, x, scales, tolerance),
             partial(_our_errors, judged, x, scales, tolerance),
         )
-        for tolerance in tolerances
+        for name, tolerance, run in named
     ]
     ways += [
         Way(
             peer.name,
-            partial(_peer, peer, x, scales, tables, spent.get(peer.name, 0.0)),
+            partial(_peer, peer, x, scales, spent.get(peer.name, 0.0)),
             partial(_peers_errors, judged),
         )
         for peer in peers
     ]
+    for peer in peers:  # what is loaded and compiled at first is nobody's memory
+        with suppress(InputError):
+            peer.coefficients(x[:, :1024], scales[:8])
     timed = yield from timed_ways(ways, repetitions, longest=ENOUGH)
-    named = [("forcelab", f"tolerance {tolerance:g}") for tolerance in tolerances]
-    named += [(peer.name, peer.setting) for peer in peers]
-    for peer, found in zip(peers, timed[len(tolerances) :], strict=True):
+    told_as = [(name, f"tolerance {tolerance:g}") for name, tolerance, _ in named]
+    told_as += [(peer.name, peer.setting) for peer in peers]
+    for peer, found in zip(peers, timed[len(named) :], strict=True):
         if not found.refusal:
             spent[peer.name] = found.seconds / (x.size * len(scales))
     return tuple(
         _row(replace(row, name=name, setting=setting), found)
-        for (name, setting), found in zip(named, timed, strict=True)
+        for (name, setting), found in zip(told_as, timed, strict=True)
     )
 
 
@@ -213,7 +218,7 @@ def direct_sums(x: Real, scales: Real, places: NDArray[np.int_], p: float = 5.0)
     return out
 
 
-def _peer(peer: Peer, x: Real, scales: Real, tables: Tables, spent: float) -> Features:
+def _peer(peer: Peer, x: Real, scales: Real, spent: float) -> Features:
     """What a peer makes of the channels, BLAS and its like on one thread.
 
     Raises
@@ -230,7 +235,7 @@ def _peer(peer: Peer, x: Real, scales: Real, tables: Tables, spent: float) -> Fe
             f"{likely:.0f} s a call, more than {PATIENCE:g} s."
         )
     with threadpool_limits(1):
-        return peer.features(x, scales, tables)
+        return peer.features(x, scales)
 
 
 @dataclass(frozen=True)
@@ -246,47 +251,52 @@ class _Judged:
     places: NDArray[np.int_]
     narrow: NDArray[np.bool_]
 
-    def errors(self, found: Complex) -> _Errors:
+    def seen(self, found: Complex, given: Features) -> _Seen:
         """The largest errors of coefficients at these scales and places."""
         wrong = (np.abs(found - self.wanted) / self.largest).max(axis=(0, 2))
-        return float(wrong.max()), float(wrong[self.narrow].max(initial=0.0))
+        size = sum(one.nbytes for one in given)
+        return _Seen(float(wrong.max()), float(wrong[self.narrow].max(initial=0.0)), size)
 
 
-#: At all scales, and at narrow ones.
-_Errors = tuple[float, float]
+@dataclass(frozen=True)
+class _Seen:
+    """Errors at all scales and at narrow ones, and the bytes of the result."""
+
+    error: float
+    narrow: float
+    size: int
 
 
-def _our_errors(judged: _Judged, x: Real, scales: Real, tolerance: float, _: Features) -> _Errors:
+def _our_errors(judged: _Judged, x: Real, scales: Real, tolerance: float, given: Features) -> _Seen:
     """The largest errors of the coefficients whose features were timed.
 
     These hold no rounding of logarithms.
     """
     plan = plan_for(x.shape[1], scales, Morlet(), tolerance)
     found = plan.coefficients(x)[:, judged.scales][:, :, judged.places]
-    return judged.errors(np.asarray(found, dtype=np.complex128))
+    return judged.seen(np.asarray(found, dtype=np.complex128), given)
 
 
-def _peers_errors(judged: _Judged, found: Features) -> _Errors:
+def _peers_errors(judged: _Judged, given: Features) -> _Seen:
     """The largest errors; each scale is allowed a factor of its own."""
-    rows = (one[:, judged.scales][:, :, judged.places].astype(np.float64) for one in found)
+    rows = (one[:, judged.scales][:, :, judged.places].astype(np.float64) for one in given)
     magnitudes, phases = rows
     made = np.exp(magnitudes + 1j * phases)
     power = (np.abs(made) ** 2).sum(axis=(0, 2))
     factor = (np.conj(made) * judged.wanted).sum(axis=(0, 2)) / np.where(power > 0, power, 1.0)
-    return judged.errors(made * factor[:, None])
+    return judged.seen(made * factor[:, None], given)
 
 
-def _row(row: Row, found: Timed[_Errors]) -> Row:
+def _row(row: Row, found: Timed[_Seen]) -> Row:
     """The row of one way; milliseconds."""
     if found.refusal or found.seen is None:
         return replace(row, refusal=found.refusal)
-    error, narrow = found.seen
     return replace(
         row,
-        error=error,
+        error=found.seen.error,
         seconds=1e3 * found.seconds,
         spread=1e3 * found.spread,
-        peak_bytes=found.peak_bytes,
-        further={f"scales to n / {NARROW}": narrow},
+        peak_bytes=found.peak_bytes - found.seen.size,
+        further={f"scales to n / {NARROW}": found.seen.narrow},
         refusal="",
     )

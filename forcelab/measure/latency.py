@@ -158,11 +158,6 @@ class Latencies:
         if not self.rows:
             raise InputError(f"'{self.title}' has no row; measure at least one thing.")
 
-    @property
-    def missed(self) -> tuple[Latency, ...]:
-        """The rows that do not keep their bound."""
-        return tuple(row for row in self.rows if row.kept is False)
-
     def level_cells(self) -> list[list[str]]:
         """Header and levels as text."""
         header = ["what", "on", "amount", "bound", "kept"]

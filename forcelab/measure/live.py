@@ -19,8 +19,8 @@ from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.latency import with_latency
 from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.settings import preset
 from forcelab.recognition.training import train
 
 __all__ = ["BLOCKS", "LATENCIES", "measuring", "tabulate"]

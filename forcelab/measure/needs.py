@@ -11,7 +11,8 @@ from forcelab.jobs import Progress, finish
 from forcelab.measure.loading import VIDEO, Loaded, loading
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.recognition.planning import Part
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import usual_scales
 

@@ -12,7 +12,8 @@ from forcelab.measure.statistics import figures
 from forcelab.merging import MergeMap
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 
 __all__ = ["FACTOR", "MARK", "PUBLISHED", "Comparison", "cells", "realism", "recognition"]
 

@@ -29,11 +29,13 @@ from forcelab.measure.rows import Row, with_front
 from forcelab.recognition.evaluation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
 from forcelab.recognition.metrics import pool
+from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.settings import PRESETS, Settings
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.proposing import uncertainty
 from forcelab.review.typicality import sampled, typicality
+from forcelab.wording import there_are
 
 __all__ = ["CHOOSING", "ERROR_NEXT", "FIRST", "SECONDS_NEXT", "TURNS", "measuring_next"]
 
@@ -119,8 +121,8 @@ def measuring_next(
     used = [item for item in labelled if item.segments]
     if len(used) < LEAST:
         raise InputError(
-            f"What to label next is measured with {LEAST} labelled demonstrations; there "
-            f"{'is' if len(used) == 1 else 'are'} {len(used) or 'none'}. Label more."
+            f"What to label next is measured with {LEAST} labelled demonstrations; "
+            f"{there_are(len(used))}. Label more."
         )
     examples = yield from preparing(used, settings)
     courses = {name: _Course() for name in CHOOSING}

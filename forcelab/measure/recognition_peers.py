@@ -34,8 +34,8 @@ from forcelab.measure.recognition_spent import (
 from forcelab.measure.rows import Row
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.settings import PRESETS
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from forcelab.recognition.settings import PRESETS, Settings
+from forcelab.recognition.presets import PRESETS
+from forcelab.recognition.settings import Settings
 
 __all__ = ["QUICK", "VARIANTS", "Variant", "fitted_alike", "seen_alike", "with_data_of"]
 
@@ -73,7 +74,7 @@ QUICK: tuple[Variant, ...] = tuple(
 
 #: What is done after the classifier, and what a fit needs besides features.
 _AFTER = frozenset({"preset", "threshold", "median", "drop", "decoder", "choreography"})
-_FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated"})
+_FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "trimmed"})
 
 
 def with_data_of(settings: Settings, data: Settings) -> Settings:

@@ -17,6 +17,7 @@ from forcelab.recognition.evaluation import tested_by
 from forcelab.recognition.examples import Examples, Labelled
 from forcelab.recognition.metrics import Counts, Scores, pool
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.wording import there_are
 
 __all__ = [
     "Seen",
@@ -75,8 +76,7 @@ def enough(labelled: Sequence[Labelled]) -> list[Labelled]:
     used = [item for item in labelled if item.segments]
     if len(used) < 2:
         raise InputError(
-            f"Measuring recognition needs two labelled demonstrations; there "
-            f"{'is' if len(used) == 1 else 'are'} {len(used) or 'none'}."
+            f"Measuring recognition needs two labelled demonstrations; {there_are(len(used))}."
         )
     return used
 

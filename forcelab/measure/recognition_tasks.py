@@ -23,7 +23,7 @@ from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import PRESETS
+from forcelab.recognition.presets import PRESETS
 
 __all__ = ["measured_tasks", "next_tasks", "size_of", "swapped_tasks", "usual_coder"]
 

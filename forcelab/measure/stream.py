@@ -16,6 +16,7 @@ from forcelab.measure.streams import forces
 from forcelab.measure.timing import Way, timed_ways
 from forcelab.signals.cwt import cwt, geometric_scales
 from forcelab.signals.streaming import StreamingCwt
+from forcelab.wording import counted
 
 __all__ = ["SHARES", "TOLERANCES", "measuring", "tabulate"]
 
@@ -85,7 +86,7 @@ def measuring(
     # Half the memory: single precision is far finer than any tolerance here.
     wanted = np.stack([cwt(channel, scales) for channel in x.T]).astype(np.complex64)
     words = f"{block} samples" if block else "1 to 5000 samples"
-    channels = "1 channel" if x.shape[1] == 1 else f"{x.shape[1]} channels"
+    channels = counted(x.shape[1], "channel")
     size = f"{len(x)} samples x {channels} x {len(scales)} scales, blocks of {words}"
     out = np.empty_like(wanted)
     runs = [

@@ -1,10 +1,16 @@
-"""Ways to transform channels, ours and those of others, each with its own conventions undone."""
+"""Ways to transform channels, ours and those of others, each with its own conventions undone.
+
+Each library is called as its own documentation advises who wants many transforms of one kind, in
+its default precision, on one thread. What it keeps from call to call, it keeps here too.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -12,19 +18,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.engine.design import SINGLE
+from forcelab.signals.engine.plan import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["PEERS", "Peer", "Tables", "features_of", "ours", "peers_of_tapered"]
+__all__ = [
+    "PEERS",
+    "Peer",
+    "features_of",
+    "kept_wavelet",
+    "ours",
+    "ours_anew",
+    "peers_of_tapered",
+]
 
 Real = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
 #: Log magnitudes and phases, shape (c, k, n).
 Features = tuple[Floats, Floats]
-
-#: Samples whose logarithm and angle are taken at once: they stay in the cache.
-BLOCK = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -68,51 +80,26 @@ class Peer:
         except ImportError as error:
             raise InputError(f"{self.name} cannot be loaded: {error}.") from error
 
-    def features(self, x: Real, scales: Real, tables: Tables) -> Features:
+    def features(self, x: Real, scales: Real) -> Features:
         """Log magnitudes and phases of its coefficients."""
-        found = self.coefficients(x, scales)
-        return features_of(found, tables.of(found.shape, found.real.dtype))
+        return features_of(self.coefficients(x, scales))
 
 
-class Tables:
-    """Memory for results, kept: the system's handing it out costs as much as some transforms."""
-
-    def __init__(self) -> None:
-        self._kept: dict[np.dtype[Any], Features] = {}
-
-    def of(self, shape: tuple[int, ...], kind: np.dtype[Any]) -> Features:
-        """Two tables, the same ones as long as the shape is the same."""
-        kept = self._kept.get(kind)
-        if kept is None or kept[0].shape != shape:
-            kept = self._kept[kind] = np.zeros(shape, kind), np.zeros(shape, kind)
-        return kept
-
-
-def ours(x: Real, scales: Real, tolerance: float, tables: Tables) -> Features:
+def ours(x: Real, scales: Real, tolerance: float) -> Features:
     """Log magnitudes and phases by the engine, without its plan, which is kept."""
-    plan = plan_for(x.shape[1], scales, Morlet(), tolerance)
-    kind = np.dtype(np.float32 if plan.single else np.float64)
-    return plan.log_polar(x, out=tables.of((len(x), len(scales), x.shape[1]), kind))
+    return plan_for(x.shape[1], scales, Morlet(), tolerance).log_polar(x)
 
 
-def features_of(coefficients: Complex, out: Features | None = None) -> Features:
-    """Log magnitudes and phases in the cheapest way known, so that no peer loses by it."""
-    kind = coefficients.real.dtype
-    magnitudes, phases = out or Tables().of(coefficients.shape, kind)
-    rows = coefficients.reshape(-1, coefficients.shape[-1])
-    into = magnitudes.reshape(rows.shape), phases.reshape(rows.shape)
+def ours_anew(x: Real, scales: Real, tolerance: float) -> Features:
+    """The same with a plan that is made for this one call."""
+    single = tolerance >= SINGLE
+    return Plan(x.shape[1], scales.tolist(), Morlet(), tolerance, single).log_polar(x)
+
+
+def features_of(coefficients: Complex) -> Features:
+    """Log magnitudes and phases as whoever has an array of coefficients writes them."""
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        for i in range(len(rows)):
-            for start in range(0, rows.shape[1], BLOCK):
-                part = slice(start, start + BLOCK)
-                real, imag = rows[i, part].real.copy(), rows[i, part].imag.copy()
-                np.arctan2(imag, real, out=into[1][i, part])
-                real *= real
-                imag *= imag
-                real += imag
-                np.log(real, out=real)
-                np.multiply(real, kind.type(0.5), out=into[0][i, part])
-    return magnitudes, phases
+        return np.log(np.abs(coefficients)), np.angle(coefficients)
 
 
 def _pywavelets(x: Real, scales: Real, p: float) -> Complex:
@@ -124,25 +111,49 @@ def _pywavelets(x: Real, scales: Real, p: float) -> Complex:
     return np.asarray(np.moveaxis(found, 0, 1))
 
 
-def _ssqueezepy(x: Real, scales: Real, p: float, padding: str = "reflect") -> Complex:
-    """With its own settings: single precision, padded to a power of two, threads.
+@cache
+def kept_wavelet(p: float) -> Any:
+    """The wavelet as an object of ssqueezepy, which keeps the spectra of its last scales."""
+    import ssqueezepy
 
-    All channels in one call.
+    with _one_thread_of_ssqueezepy():
+        return ssqueezepy.Wavelet(("morlet", {"mu": p}))
+
+
+def _ssqueezepy(
+    x: Real, scales: Real, p: float, padding: str = "reflect", *, anew: bool = False
+) -> Complex:
+    """As its performance guide advises: all channels in one call, with a wavelet that is kept.
+
+    Single precision, normalisation and padding to a power of two are its defaults. With `anew`
+    the wavelet is given by its name, as in its first examples, and sampled in each call.
     """
     import ssqueezepy
 
-    wavelet = ("morlet", {"mu": p})
-    found = ssqueezepy.cwt(x, wavelet, scales=scales, l1_norm=False, padtype=padding)[0]
-    return np.asarray(found)
+    wavelet = ("morlet", {"mu": p}) if anew else kept_wavelet(p)
+    with _one_thread_of_ssqueezepy():
+        return np.asarray(ssqueezepy.cwt(x, wavelet, scales=scales, padtype=padding)[0])
 
 
-def _one_by_one(x: Real, scales: Real, p: float) -> Complex:
-    """ssqueezepy, as whoever has one channel at a time calls it."""
-    return np.concatenate([_ssqueezepy(one[np.newaxis], scales, p, "zero") for one in x])
+@contextmanager
+def _one_thread_of_ssqueezepy() -> Iterator[None]:
+    """Its own switch, which it looks at in every call."""
+    before = os.environ.get("SSQ_PARALLEL")
+    os.environ["SSQ_PARALLEL"] = "0"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["SSQ_PARALLEL"]
+        else:
+            os.environ["SSQ_PARALLEL"] = before
 
 
 def _fcwt(x: Real, scales: Real, p: float) -> Complex:
-    """Its Morlet has p = 2 pi times its bandwidth; a single thread, as for all others."""
+    """Its Morlet has p = 2 pi times its bandwidth; a single thread, as for all others.
+
+    In version 0.1.18 all rows but the first are wrong, and are so of its own ``cwt`` as well.
+    """
     import fcwt
 
     # Its C++ side does not keep the wavelet alive.
@@ -170,13 +181,14 @@ PEERS = (
 )
 
 
-def peers_of_tapered(channels: int) -> tuple[Peer, ...]:
+def peers_of_tapered() -> tuple[Peer, ...]:
     """The same for channels that are 0 beyond their ends, which ssqueezepy is told.
 
-    It is measured with one call for all channels and, where there are several, with one for each.
+    It is measured with a wavelet that is kept, and with one that is sampled in each call.
     """
     zeros = "zeros beyond the ends"
-    padded = Peer("ssqueezepy", "ssqueezepy", partial(_ssqueezepy, padding="zero"), zeros)
-    one_by_one = Peer("ssqueezepy, a call a channel", "ssqueezepy", _one_by_one, zeros)
-    known = tuple(padded if peer.name == padded.name else peer for peer in PEERS)
-    return (*known, one_by_one) if channels > 1 and one_by_one.installed else known
+    told = partial(_ssqueezepy, padding="zero")
+    kept = Peer("ssqueezepy", "ssqueezepy", told, zeros)
+    anew = Peer("ssqueezepy, wavelet anew", "ssqueezepy", partial(told, anew=True), zeros)
+    known = tuple(kept if peer.name == kept.name else peer for peer in PEERS)
+    return (*known, anew) if anew.installed else known

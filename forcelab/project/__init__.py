@@ -1,6 +1,13 @@
 """The project: one folder, one SQLite store, and every edit ever made."""
 
-from forcelab.project.decisions import Assignment, AssignmentEvent, StoredVerdict, Verdict
+from forcelab.project.clearing import RunUse
+from forcelab.project.decisions import (
+    Assignment,
+    AssignmentEvent,
+    StoredVerdict,
+    Verdict,
+    left_to_label,
+)
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.records import (
     Added,
@@ -24,8 +31,10 @@ __all__ = [
     "Origin",
     "Project",
     "RunSummary",
+    "RunUse",
     "StoredRecogniser",
     "StoredRun",
     "StoredVerdict",
     "Verdict",
+    "left_to_label",
 ]

@@ -20,6 +20,10 @@ from forcelab.project.stamps import files_beside, stamps
 __all__ = ["Camera", "camera_stamps", "cameras"]
 
 _NAMES, _FILES, _CLOCKS = "video_names", "video_files", "video_clocks"
+#: Stamps of every recording: when time 0 was, and of each camera when its frames arrived.
+_START, _FRAMES = "start", "frames_"
+#: Cameras that are looked for.
+MOST = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +57,12 @@ def camera_stamps(filmed: Sequence[Camera]) -> dict[str, NDArray[Any]]:
 
 def cameras(database: Database, id_: str, first: VideoReference | None) -> tuple[Camera, ...]:
     """The cameras whose videos there are; nothing is read where no file lies beside."""
-    if first is None or not files_beside(database, id_):
+    beside = files_beside(database, id_)
+    if first is None or not beside:
         return ()
     found = stamps(database, id_, (_NAMES, _FILES, _CLOCKS)) or {}
-    if _NAMES not in found:  # recorded before that was kept, or no camera's file
-        return ()
+    if _NAMES not in found:
+        return _told_by_frames(database, id_, first, beside)
     home = database.folder / DEMONSTRATIONS / known_id(database, id_)
     try:
         made = [
@@ -75,3 +80,22 @@ def cameras(database: Database, id_: str, first: VideoReference | None) -> tuple
         ) from error
     there = [camera for camera in made[1:] if camera.video.path.is_file()]
     return (Camera(made[0].name, first), *there) if there else ()
+
+
+def _told_by_frames(
+    database: Database, id_: str, first: VideoReference, beside: Sequence[Path]
+) -> tuple[Camera, ...]:
+    """The cameras of a recording of which only the arrivals of frames are kept.
+
+    That was so before their names were. Of two cameras the film beside is the second one's, and
+    its time 0 is when its first frame arrived; of more of them nothing tells which is whose.
+    """
+    wanted = {_START, *(f"{_FRAMES}{number}" for number in range(MOST))}
+    found = stamps(database, id_, wanted) or {}
+    frames = [found.get(f"{_FRAMES}{number}", np.empty((0, 2))) for number in range(MOST)]
+    arrived = [each[:, 0] for each in frames if each.ndim == 2 and len(each)]
+    start = found.get(_START, np.empty(0))
+    if len(beside) != 1 or len(arrived) != 2 or start.shape != ():
+        return ()
+    video = VideoReference(beside[0], ClockMap(float(arrived[1][0] - start)))
+    return Camera("first camera", first), Camera("second camera", video)

@@ -7,6 +7,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from forcelab.project import clearing
+from forcelab.project.clearing import RunUse
 from forcelab.project.coding import ProjectCoding
 from forcelab.project.database import Database
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
@@ -175,7 +177,39 @@ class ProjectComputed(ProjectCoding):
         bool
             Whether it is gone.
         """
-        return self._runs.forget_run(number, proposer)
+        return clearing.forget_run(self._db, number, proposer)
+
+    def run_uses(self) -> tuple[RunUse, ...]:
+        """What every run takes up on the disk and what hangs on it, the first one first."""
+        return clearing.uses(self._db)
+
+    def recogniser_bytes(self) -> dict[str, int]:
+        """How large the file of each recogniser is, by its id; 0 where it is missing."""
+        return clearing.recogniser_bytes(self._db)
+
+    def remove_run(self, number: int) -> None:
+        """Delete a run for good: its predictions and scores, and its recogniser.
+
+        Labels stay, those accepted from its predictions, too, and still tell who proposed them;
+        verdicts stay, but no longer tell which run they were given on. A recogniser that another
+        run has as well stays. Room that is free then is given back to the disk.
+
+        Raises
+        ------
+        InputError
+            If there is no such run.
+        """
+        clearing.remove_run(self._db, number)
+
+    def remove_recogniser(self, id_: str) -> None:
+        """Delete a recogniser for good; a run that it belongs to keeps what it found.
+
+        Raises
+        ------
+        InputError
+            If there is no such recogniser.
+        """
+        clearing.remove_recogniser(self._db, id_)
 
     def run(self, number: int) -> StoredRun:
         """One run.

@@ -15,6 +15,7 @@ __all__ = [
     "StoredVerdict",
     "Verdict",
     "VerdictKind",
+    "left_to_label",
 ]
 
 AssignmentKind = Literal["blind", "open", "done", "reopened", "removed"]
@@ -48,6 +49,26 @@ class Assignment:
     blind: bool
     assigned: datetime
     done: datetime | None = None
+
+
+def left_to_label(labelled: float, assignment: Assignment | None) -> bool:
+    """Whether a coder still has to label a demonstration.
+
+    Parameters
+    ----------
+    labelled : float
+        How much of it the coder has labelled; any measure of it.
+    assignment : Assignment or None
+        The coder's own.
+
+    Returns
+    -------
+    bool
+        Whether it is not begun, or assigned, and not marked as done.
+    """
+    if assignment is None:
+        return not labelled
+    return assignment.done is None
 
 
 @dataclass(frozen=True, slots=True)

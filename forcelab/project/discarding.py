@@ -8,11 +8,12 @@ what was labelled on it, by somebody who was told whose labels these are.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
 from forcelab.project import files
+from forcelab.project.clearing import give_back, lifted
 from forcelab.project.database import Database
 from forcelab.project.history import line_of
 from forcelab.project.loading import DEMONSTRATIONS, row_of
@@ -26,34 +27,41 @@ _TRACKS = "SELECT id FROM track WHERE demonstration = ?"
 
 def discard(database: Database, id_: str, heads: Mapping[str, int]) -> None:
     """Remove a new recording with its files; see :meth:`~forcelab.project.Project.discard`."""
-    _take_out(database, id_, lambda: _worked_with(database, id_, heads), "since it was recorded")
+    _take_out(
+        database, [id_], lambda id_: _worked_with(database, id_, heads), "since it was recorded"
+    )
 
 
-def remove(database: Database, id_: str, heads: Mapping[str, int]) -> None:
-    """Remove a demonstration and its labels; see :meth:`~forcelab.project.Project.remove`."""
-    _take_out(database, id_, lambda: _labelled(database, id_, heads), "meanwhile")
+def remove(database: Database, heads: Mapping[str, Mapping[str, int]]) -> None:
+    """Remove demonstrations and their labels; see :meth:`~forcelab.project.Project.remove_all`."""
+    _take_out(database, heads, lambda id_: _labelled(database, id_, heads[id_]), "meanwhile")
+    give_back(database)
 
 
-def _take_out(database: Database, id_: str, reason: Callable[[], str], since: str) -> None:
-    """Remove a demonstration with its files, unless there is a reason to keep it."""
-    home = database.folder / DEMONSTRATIONS / id_
-    mark = home / files.UNCOMMITTED
+def _take_out(
+    database: Database, ids: Collection[str], reason: Callable[[str], str], since: str
+) -> None:
+    """Remove demonstrations with their files, unless there is a reason to keep one of them."""
+    homes = [database.folder / DEMONSTRATIONS / id_ for id_ in ids]
     try:
         with database.writing():
-            name = row_of(database, id_)["name"]
-            if why := reason():
-                raise InputError(f"'{name}' {why} {since}; it stays.")
-            if home.is_dir():
-                # A folder with this mark and without a row is what the next start clears away.
-                with files.told(f"'{name}' cannot be discarded"):
-                    mark.touch()
-                    sync_folder(home)
-            _forget(database, id_)
+            for id_, home in zip(ids, homes, strict=True):
+                name = row_of(database, id_)["name"]
+                if why := reason(id_):
+                    raise InputError(f"'{name}' {why} {since}; it stays.")
+                if home.is_dir():
+                    # A folder with this mark and without a row is what the next start clears away.
+                    with files.told(f"'{name}' cannot be discarded"):
+                        (home / files.UNCOMMITTED).touch()
+                        sync_folder(home)
+                _forget(database, id_)
     except BaseException:
-        with contextlib.suppress(OSError):  # beside a row it does no harm
-            mark.unlink(missing_ok=True)
+        for home in homes:
+            with contextlib.suppress(OSError):  # beside a row it does no harm
+                (home / files.UNCOMMITTED).unlink(missing_ok=True)
         raise
-    files.remove(home)
+    for home in homes:
+        files.remove(home)
 
 
 def _worked_with(database: Database, id_: str, heads: Mapping[str, int]) -> str:
@@ -86,17 +94,11 @@ def _forget(database: Database, id_: str) -> None:
         for row in database.all("SELECT author FROM track WHERE demonstration = ?", id_)
     ]
     database.execute(f"DELETE FROM segment WHERE track IN ({_TRACKS})", id_)
-    # The store refuses to delete what people did, whoever asks. That is lifted for this
-    # demonstration, and only inside this transaction, in which nobody else can write.
+    # The store refuses to delete what people did, whoever asks; of this demonstration it may go.
     for table in _KEPT:
         which = f"track IN ({_TRACKS})" if table == "edit" else "demonstration = ?"
-        keeper = database.one(
-            "SELECT name, sql FROM sqlite_schema WHERE name = ?", f"{table}_is_not_deleted"
-        )
-        assert keeper is not None
-        database.execute(f"DROP TRIGGER {keeper['name']}")
-        database.execute(f"DELETE FROM {table} WHERE {which}", id_)
-        database.execute(keeper["sql"])
+        with lifted(database, f"{table}_is_not_deleted"):
+            database.execute(f"DELETE FROM {table} WHERE {which}", id_)
     database.execute("DELETE FROM track WHERE demonstration = ?", id_)
     for author in authors:
         database.execute(

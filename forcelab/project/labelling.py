@@ -19,12 +19,13 @@ from forcelab.painting import (
     move_segment,
     paint,
     relabel,
-    splice,
     split,
 )
 from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.records import Edit
 from forcelab.project.store import Project
+from forcelab.splicing import splice
+from forcelab.wording import counted
 
 __all__ = ["Labelling", "said"]
 
@@ -213,7 +214,7 @@ class Labelling:
 
 def _counted(painted: Segments, proposer: str) -> str:
     """Accepted predictions in a line of history."""
-    many = f"{len(painted)} prediction{'s' if len(painted) != 1 else ''} of {proposer} accepted: "
+    many = f"{counted(len(painted), 'prediction')} of {proposer} accepted: "
     named = [said(segment) for segment in painted[:NAMED]]
     return many + ", ".join([*named, "…"] if len(painted) > NAMED else named)
 

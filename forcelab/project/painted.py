@@ -38,6 +38,10 @@ class ProjectPainted(ProjectFolder):
         """Everybody who made an edit, in order of first appearance."""
         return self._tracks.authors()
 
+    def coders(self) -> tuple[str, ...]:
+        """The people who made an edit, by name, in order of first appearance: no models."""
+        return tuple(author.name for author in self.authors() if author.kind == "coder")
+
     def track(self, demonstration: str, author: str) -> Track:
         """One author's track, empty if the author made none.
 

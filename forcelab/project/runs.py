@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
@@ -178,33 +177,6 @@ class Runs:
                 "that there are."
             )
         return _run(row)
-
-    def forget_run(self, number: int, proposer: str) -> bool:
-        """Delete a run with its recogniser, unless somebody has used what it found."""
-        home = self._db.folder / RECOGNISERS
-        with self._db.writing():
-            row = self._db.one(
-                "SELECT json_extract(result, '$.recogniser') AS recogniser FROM run WHERE id = ?",
-                number,
-            )
-            if row is None or self._is_used(number, proposer):
-                return False
-            self._db.execute("DELETE FROM run WHERE id = ?", number)
-            id_ = row["recogniser"]
-            if id_ is None or self._db.one("SELECT 1 FROM run WHERE instr(result, ?)", id_):
-                return True
-            self._db.execute("DELETE FROM recogniser WHERE id = ?", id_)
-        with contextlib.suppress(OSError):  # without its row it only takes up room
-            (home / f"{id_}.skops").unlink(missing_ok=True)
-        return True
-
-    def _is_used(self, number: int, proposer: str) -> bool:
-        """Whether a run was judged, or labels come from it."""
-        return bool(
-            self._db.one("SELECT 1 FROM verdict WHERE run = ?", number)
-            or self._db.one("SELECT 1 FROM edit WHERE proposed_by = ?", proposer)
-            or self._db.one("SELECT 1 FROM author WHERE name = ?", proposer)
-        )
 
     def _columns(self, made: Making) -> dict[str, Value]:
         """The columns that say how a thing was made; the labels must be there."""

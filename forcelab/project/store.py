@@ -234,7 +234,22 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
         InputError
             If there is no such demonstration, or a coder's labels are others than those: it stays.
         """
-        remove(self._db, demonstration, heads)
+        self.remove_all({demonstration: heads})
+
+    def remove_all(self, heads: Mapping[str, Mapping[str, int]]) -> None:
+        """Remove several demonstrations for good, all or none of them; see :meth:`remove`.
+
+        Parameters
+        ----------
+        heads : mapping of str to mapping of str to int
+            By their ids, what :meth:`remove` takes.
+
+        Raises
+        ------
+        InputError
+            If there is none of one of them, or a coder's labels are others: all stay.
+        """
+        remove(self._db, heads)
 
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.

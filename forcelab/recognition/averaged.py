@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,13 @@ __all__ = ["Averaged", "sharpened"]
 
 Real = NDArray[np.float64]
 Member = Forest | Linear
+
+#: How a member is read, by what it is called in a file; "forest" is that of format 1.
+_KINDS: dict[str, Callable[[Mapping[str, Any], int, int], Member]] = {
+    "trees": Forest.from_plain,
+    "forest": Forest.from_older,
+    "linear": Linear.from_plain,
+}
 
 #: Probabilities below this count as this before they are sharpened: a tree may say 0.
 FLOOR = 1e-6
@@ -101,9 +108,7 @@ class Averaged:
             raise ValueError("means and scales must be finite, scales above 0")
         if not plain["members"]:
             raise ValueError("there must be a member")
-        kinds: dict[str, type[Forest] | type[Linear]] = {"forest": Forest, "linear": Linear}
         members = tuple(
-            kinds[member["kind"]].from_plain(member, len(columns), len(codes))
-            for member in plain["members"]
+            _KINDS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
         )
         return cls(codes, columns, mean, scale, members, exponent)

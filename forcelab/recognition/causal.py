@@ -158,7 +158,7 @@ class StreamingWindows:
     """
 
     def __init__(self, what: CausalWindows, rate: float, hop: int) -> None:
-        self._what, self._hop, self._rate = what, hop, rate
+        self._what, self._hop = what, hop
         self.ahead = round(what.look * rate)  # samples after a time step that are seen
         step = hop / rate
         # A cell is what lies between the newest samples that two neighbouring steps see.

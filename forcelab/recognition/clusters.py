@@ -45,33 +45,16 @@ class Clustering:
     codes: NDArray[np.int64]
 
 
-def trapezoid(
-    rate: float = 100.0,
-    still: float = 2.0,
-    flank: float = 1.0,
-    hold: float = 2.0,
-    force: float = 10.0,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def trapezoid() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """A force that is still, rises, holds, falls and is still again.
-
-    Parameters
-    ----------
-    rate : float
-        Samples a second.
-    still, flank, hold : float
-        Length in seconds of each stretch without force, of each flank and of the hold.
-    force : float
-        Held force, in N.
 
     Returns
     -------
-    times, signal : ndarray, shape (n,)
-        In seconds and N; the same forwards and backwards.
+    times, signal : ndarray, shape (801,)
+        8 s at 100 Hz, and a force of up to 10 N; the same forwards and backwards.
     """
-    total = 2 * (still + flank) + hold
-    times = np.arange(round(total * rate) + 1) / rate
-    corners = np.cumsum([0.0, still, flank, hold, flank, still])
-    return times, np.interp(times, corners, [0.0, 0.0, force, force, 0.0, 0.0])
+    times = np.arange(801) / 100
+    return times, np.interp(times, [0, 2, 3, 5, 6, 8], [0, 0, 10, 10, 0, 0])
 
 
 def cluster(

@@ -29,7 +29,7 @@ def coder_of(project: Project, infos: Sequence[DemonstrationInfo], author: str |
     InputError
         If nobody labelled anything, or the chosen one did not.
     """
-    people = {person.name for person in project.authors() if person.kind == "coder"}
+    people = project.coders()
     coders = list(dict.fromkeys(a for info in infos for a in info.authors if a in people))
     if author is not None:
         if author not in coders:

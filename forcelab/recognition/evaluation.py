@@ -22,12 +22,14 @@ from forcelab.recognition.examples import (
     common_rate,
     prepare,
 )
-from forcelab.recognition.folds import Fold, in_processes, one_by_one, recognised
+from forcelab.recognition.folds import groups, in_processes, one_by_one, parted, recognised
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
+from forcelab.recognition.trimming import remark_on
+from forcelab.wording import there_are
 
 __all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out", "tested_by", "together"]
 
@@ -63,8 +65,12 @@ def leave_one_out(
     jobs: int = 1,
     *,
     certainty: bool = False,
+    folds: int | None = None,
 ) -> Job:
     """Recognise each demonstration by a recogniser trained on all the others.
+
+    Of many demonstrations that takes long: each fit takes longer, and there are more of them. Left
+    out in groups, each is still recognised by a recogniser that has not seen it.
 
     Parameters
     ----------
@@ -76,6 +82,9 @@ def leave_one_out(
         Processes that share the folds; the result is the same for any number.
     certainty : bool
         Whether to keep how certain each prediction is, for a review; nothing else changes.
+    folds : int, optional
+        How many groups are left out, as :func:`~forcelab.recognition.folds.groups` parts them; by
+        default each demonstration by itself.
 
     Yields
     ------
@@ -93,8 +102,7 @@ def leave_one_out(
     used, remarks = _with_labels(labelled)
     if len(used) < 2:
         raise InputError(
-            f"Leaving one demonstration out needs two labelled ones; there "
-            f"{'is' if len(used) == 1 else 'are'} {len(used) or 'none'}."
+            f"Leaving one demonstration out needs two labelled ones; {there_are(len(used))}."
         )
     ids = [item.demonstration.id for item in used]
     for item in used:
@@ -107,12 +115,16 @@ def leave_one_out(
     examples = yield from preparing(used, settings)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
-    folds = [Fold(examples[:i] + examples[i + 1 :], examples[i]) for i in range(len(examples))]
-    jobs = min(jobs, len(folds))
+    parts = groups(len(examples), folds)
+    jobs = min(jobs, len(parts))
     if jobs <= 1:
-        results = yield from one_by_one(folds, settings, certainty)
+        found = yield from one_by_one(parted(examples, folds), settings, certainty)
     else:
-        results = yield from in_processes(folds, settings, jobs, certainty)
+        found = yield from in_processes(parted(examples, folds), settings, jobs, certainty)
+    # Groups are interleaved; what was found goes back to the order of the demonstrations.
+    order = np.argsort(np.concatenate(parts))
+    flat = [result for group in found for result in group]
+    results = [flat[i] for i in order]
     for result in results:
         seconds["fit"] += result.fit_seconds
         for stage, spent in result.prediction.seconds.items():
@@ -131,7 +143,14 @@ def leave_one_out(
         trained_on=tuple(ids),
         seconds=seconds,
         reliability=together([result.reliability for result in results]),
-        remarks=(*remarks, *_twins(used), *_lonely(examples), *_fitting(used, examples, settings)),
+        remarks=(
+            *remarks,
+            *_grouped(parts),
+            *_twins(used),
+            *_lonely(examples, parts),
+            *remark_on([one for result in results for one in result.left_out]),
+            *_fitting(used, examples, settings),
+        ),
     )
 
 
@@ -227,7 +246,9 @@ def across(
         trained_on=ids,
         seconds=seconds,
         reliability=together(reliable),
-        remarks=remarks + _fitting([*learnt, *asked], examples, settings),
+        remarks=remarks
+        + remark_on(recogniser.left_out)
+        + _fitting([*learnt, *asked], examples, settings),
     )
 
 
@@ -267,16 +288,25 @@ def _twins(labelled: Sequence[Labelled]) -> tuple[str, ...]:
     )
 
 
-def _lonely(examples: Sequence[Examples]) -> tuple[str, ...]:
-    """A remark on actions of a single demonstration, which no other can teach."""
-    homes: dict[str, list[str]] = {}
-    for example in examples:
-        for action in actions_of([example]):
-            homes.setdefault(action, []).append(example.name)
-    lonely = [f"{action} (only in {names[0]})" for action, names in homes.items() if len(names) < 2]
+def _grouped(parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
+    """A remark on demonstrations that were left out together."""
+    most = max(map(len, parts))
+    return (f"Left out in {len(parts)} groups of up to {most}.",) if most > 1 else ()
+
+
+def _lonely(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
+    """A remark on actions of a single demonstration or group, which no other can teach."""
+    homes: dict[str, dict[int, str]] = {}  # by action, the first demonstration of each group
+    for number, group in enumerate(parts):
+        for i in group:
+            for action in actions_of([examples[i]]):
+                homes.setdefault(action, {}).setdefault(number, examples[i].name)
+    lonely = {action: next(iter(of.values())) for action, of in homes.items() if len(of) < 2}
     if not lonely:
         return ()
-    return (f"Cannot be recognised when its only demonstration is left out: {', '.join(lonely)}.",)
+    what = "group" if max(map(len, parts)) > 1 else "demonstration"
+    told = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
+    return (f"Cannot be recognised when its only {what} is left out: {told}.",)
 
 
 def _fitting(

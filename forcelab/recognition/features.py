@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
-from forcelab.signals.cwt import frequencies
 from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.wavelets import Wavelet
 
-__all__ = ["feature_names", "features"]
+__all__ = ["features"]
 
 #: Magnitudes are floored at this share of the channel's noise: far below what white noise gives.
 NOISE_SHARE = 1e-3
@@ -105,21 +104,3 @@ def features(
                 out[rows, (q + i) * k : (q + i + 1) * k] = angle.T
         del coefficients, real, imaginary  # before the next channel's are made
     return out
-
-
-def feature_names(
-    channels: tuple[str, ...],
-    scales: NDArray[np.float64],
-    wavelet: Wavelet,
-    rate: float,
-    phase: bool = True,
-    *,
-    circular: bool = False,
-) -> tuple[str, ...]:
-    """Name the columns of :func:`features`, such as ``log magnitude, normal 1, 12.43 Hz``."""
-    hertz = frequencies(scales, rate, wavelet)
-    phases = ("cosine of phase", "sine of phase") if circular else ("phase",)
-    kinds = ("log magnitude", *(phases if phase else ()))
-    return tuple(
-        f"{kind}, {channel}, {hz:.4g} Hz" for kind in kinds for channel in channels for hz in hertz
-    )

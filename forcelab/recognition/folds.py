@@ -1,4 +1,4 @@
-"""Folds: train on some demonstrations, recognise another; here or in several processes."""
+"""Folds: train on some demonstrations, recognise others; here or in several processes."""
 
 from __future__ import annotations
 
@@ -16,50 +16,90 @@ from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
+from forcelab.recognition.trimming import Contradicted
 
-__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one", "recognised"]
+__all__ = [
+    "Fold",
+    "FoldResult",
+    "groups",
+    "in_processes",
+    "one_by_one",
+    "parted",
+    "recognised",
+]
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One demonstration left out.
+    """One demonstration left out, or a group of them.
 
     Parameters
     ----------
     train : sequence of Examples
         All the others.
-    held_out : Examples
-        The one that the recogniser will not have seen.
+    held_out : sequence of Examples
+        Those that the recogniser will not have seen.
     """
 
     train: Sequence[Examples]
-    held_out: Examples
+    held_out: Sequence[Examples]
 
 
 @dataclass(frozen=True)
 class FoldResult:
-    """What came out of a fold.
+    """What came out of a fold for one of its demonstrations.
 
     Parameters
     ----------
     prediction : Prediction
         Of the demonstration that was left out, without probabilities but for its certainty.
     fit_seconds : float
-        Run time of the fit.
+        Run time of the fit; 0 for all but the first that was left out of it.
     reliability : Reliability, optional
         Of its probabilities, if it has any.
+    left_out : tuple of Contradicted
+        Segments of the others that were not trained on.
     """
 
     prediction: Prediction
     fit_seconds: float
     reliability: Reliability | None = None
+    left_out: tuple[Contradicted, ...] = ()
+
+
+def groups(count: int, folds: int | None) -> list[list[int]]:
+    """Which of so many demonstrations are left out together, one group after the other.
+
+    Neighbours in the order are in different groups, and so is what belongs to one task.
+
+    Parameters
+    ----------
+    count : int
+    folds : int or None
+        How many groups; each demonstration is one by itself with 0 or None, or where there are no
+        more than that.
+    """
+    parts = min(folds or count, count)
+    return [list(range(first, count, parts)) for first in range(parts)]
+
+
+def parted(examples: Sequence[Examples], folds: int | None) -> list[Fold]:
+    """One fold for each of the :func:`groups`."""
+    parts = [set(group) for group in groups(len(examples), folds)]
+    return [
+        Fold(
+            [example for i, example in enumerate(examples) if i not in out],
+            [example for i, example in enumerate(examples) if i in out],
+        )
+        for out in parts
+    ]
 
 
 def one_by_one(
     folds: Sequence[Fold], settings: Settings, certainty: bool = False
-) -> Generator[Progress, None, list[FoldResult]]:
+) -> Generator[Progress, None, list[list[FoldResult]]]:
     """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
-    results: list[FoldResult] = []
+    results: list[list[FoldResult]] = []
     for fold in folds:
         where = f"{len(results) + 1} of {len(folds)}"
         results.append((yield from _working(fold, settings, where, certainty)))
@@ -68,9 +108,9 @@ def one_by_one(
 
 def in_processes(
     folds: Sequence[Fold], settings: Settings, jobs: int, certainty: bool = False
-) -> Generator[Progress, None, list[FoldResult]]:
+) -> Generator[Progress, None, list[list[FoldResult]]]:
     """Work off the folds in several processes; every finished fold is progress."""
-    results: list[FoldResult] = []
+    results: list[list[FoldResult]] = []
     worked = partial(_worked, settings=settings, certainty=certainty)
     with closing(shared(worked, folds, jobs)) as coming:
         for result in coming:
@@ -81,16 +121,22 @@ def in_processes(
 
 def _working(
     fold: Fold, settings: Settings, where: str, certainty: bool
-) -> Generator[Progress, None, FoldResult]:
+) -> Generator[Progress, None, list[FoldResult]]:
     """Train and recognise; progress says which fold it is."""
     started = perf_counter()
     try:
         recogniser = yield from fit_examples(fold.train, settings, text=f"fit {where}")
     except InputError as error:
-        raise InputError(f"With '{fold.held_out.name}' left out: {error}") from error
-    fitted = perf_counter()
-    prediction, reliability = recognised(recogniser, fold.held_out, certainty)
-    return FoldResult(prediction, fitted - started, reliability)
+        more = len(fold.held_out) - 1
+        those = f"'{fold.held_out[0].name}'" + (f" and {more} more" if more else "")
+        raise InputError(f"With {those} left out: {error}") from error
+    seconds = perf_counter() - started
+    results: list[FoldResult] = []
+    for examples in fold.held_out:
+        prediction, reliability = recognised(recogniser, examples, certainty)
+        spent = 0.0 if results else seconds
+        results.append(FoldResult(prediction, spent, reliability, recogniser.left_out))
+    return results
 
 
 def recognised(
@@ -110,6 +156,6 @@ def recognised(
     return replace(prediction, probabilities=None), reliability
 
 
-def _worked(fold: Fold, settings: Settings, certainty: bool) -> FoldResult:
+def _worked(fold: Fold, settings: Settings, certainty: bool) -> list[FoldResult]:
     """A fold in a process of its own, where nobody watches."""
     return finish(_working(fold, settings, "", certainty))

@@ -7,16 +7,19 @@ fast as for many: scikit-learn looks at its input for longer than a live step ma
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.recognition.preorder import are_trees, right_children, roots
+
 __all__ = ["Forest", "Linear"]
 
 Real = NDArray[np.float64]
-Whole = NDArray[np.int64]
+Whole = NDArray[np.signedinteger[Any]]
 
 #: Rows of features that go down all trees together, so that where they stand fits the cache.
 BLOCK = 512
@@ -30,31 +33,31 @@ def _softmax(logits: Real) -> Real:
 
 @dataclass(frozen=True, eq=False)
 class Forest:
-    """Decision trees, one after another in the same arrays; t trees, n nodes, K actions.
+    """Decision trees, one after another; t trees, n nodes of which l are leaves, K actions.
+
+    Kept as it is stored, which is small; what following the nodes takes beside is made when it is
+    first asked, so that a forest which nobody asks takes no more.
 
     Parameters
     ----------
-    roots : ndarray of int64, shape (t,)
-        First node of each tree.
-    feature : ndarray of int64, shape (n,)
-        Which feature a node asks for; -1 at a leaf.
-    threshold : ndarray of float64, shape (n,)
-        At most this: to the left.
-    left, right : ndarray of int64, shape (n,)
-        Where to go on; at a leaf the leaf itself.
-    value : ndarray of float64, shape (n, K)
-        What a leaf says; of inner nodes it means nothing.
+    feature : ndarray of whole numbers, shape (n,)
+        Which feature a node asks for; -1 at a leaf. Nodes stand in the order of
+        :mod:`forcelab.recognition.preorder`.
+    threshold : ndarray of float32 or float64, shape (n - l,)
+        Of each inner node; at most this: to the left. Features are rounded to the same kind of
+        number first: scikit-learn's averaged trees are grown on float32 and look at nothing finer.
+    leaf : ndarray of unsigned whole numbers, shape (l,)
+        Which row of `value` each leaf says. Most leaves say what others say, too.
+    value : ndarray of float64, shape (v, K)
     base : ndarray of float64, shape (K,)
         What is added to the sum over the trees.
     boosted : bool
         Whether the sum is of logits; otherwise of probabilities.
     """
 
-    roots: Whole
-    feature: Whole
-    threshold: Real
-    left: Whole
-    right: Whole
+    feature: NDArray[np.signedinteger[Any]]
+    threshold: NDArray[np.floating[Any]]
+    leaf: NDArray[np.unsignedinteger[Any]]
     value: Real
     base: Real
     boosted: bool
@@ -62,23 +65,36 @@ class Forest:
     def probabilities(self, features: Real) -> Real:
         """Of each action at each time step, shape (m, K)."""
         total = np.empty((len(features), self.value.shape[1]))
+        with np.errstate(over="ignore"):  # what is too large for float32 is as good as infinite
+            known = features.astype(self.threshold.dtype, copy=False)
         for first in range(0, len(features), BLOCK):
-            rows = features[first : first + BLOCK]
-            total[first : first + BLOCK] = self.value[self._leaves(rows)].sum(axis=1) + self.base
+            rows = known[first : first + BLOCK]
+            total[first : first + BLOCK] = self.value[self._said(rows)].sum(axis=1) + self.base
         return _softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
-    def _leaves(self, rows: Real) -> Whole:
-        """The leaf of each row in each tree, shape (m, t)."""
-        nodes = np.broadcast_to(self.roots, (len(rows), len(self.roots))).copy()
-        number = np.arange(len(rows))[:, None]
+    def _said(self, rows: NDArray[np.floating[Any]]) -> Whole:
+        """Which row of values each tree says of each row of features, shape (m, t)."""
+        roots, threshold, right, said = self._paths
+        nodes = np.broadcast_to(roots, (len(rows), len(roots)))
+        begin = np.arange(0, rows.size, rows.shape[1])[:, None]  # of each row
         while True:
-            asked = self.feature[nodes]
-            inner = asked >= 0
-            if not inner.any():
-                return nodes
-            low = rows[number, np.maximum(asked, 0)] <= self.threshold[nodes]
-            # A leaf is its own child on both sides.
-            nodes = np.where(low, self.left[nodes], self.right[nodes])
+            asked = self.feature.take(nodes)
+            if asked.max() < 0:
+                return said.take(nodes)
+            # A leaf asks for what stands before the row, but nothing is at most its threshold,
+            # which is no number: it goes to the right, where it is itself.
+            low = rows.take(begin + asked) <= threshold.take(nodes)
+            nodes = np.where(low, nodes + 1, right.take(nodes))
+
+    @cached_property
+    def _paths(self) -> tuple[NDArray[Any], ...]:
+        """First nodes (t,); of each node threshold, right side and row of values, each (n,)."""
+        leaf = self.feature < 0
+        threshold = np.full(len(leaf), np.nan, dtype=self.threshold.dtype)
+        threshold[~leaf] = self.threshold
+        said = np.zeros(len(leaf), dtype=np.int32)
+        said[leaf] = self.leaf
+        return roots(leaf), threshold, right_children(leaf).astype(np.int64), said
 
     @classmethod
     def averaging(cls, trees: Any, classes: int) -> Forest:
@@ -87,16 +103,9 @@ class Forest:
         for tree in (estimator.tree_ for estimator in trees.estimators_):
             leaf = tree.children_left < 0
             # Of a leaf the shares of the actions; older versions give weighted counts.
-            value = tree.value[:, 0, :] / tree.value[:, 0, :].sum(axis=1, keepdims=True)
-            parts.append(
-                (
-                    np.where(leaf, -1, tree.feature),
-                    tree.threshold,
-                    tree.children_left,
-                    tree.children_right,
-                    value,
-                )
-            )
+            value = tree.value[leaf, 0, :] / tree.value[leaf, 0, :].sum(axis=1, keepdims=True)
+            feature = np.where(leaf, -1, tree.feature)
+            parts.append((feature, _rounded_down(tree.threshold[~leaf]), value))
         return cls._joined(parts, np.zeros(classes), boosted=False)
 
     @classmethod
@@ -107,18 +116,11 @@ class Forest:
             for code, tree in enumerate(trees):
                 nodes = tree.nodes
                 leaf = nodes["is_leaf"].astype(bool)
-                value = np.zeros((len(nodes), classes))
+                value = np.zeros((int(leaf.sum()), classes))
                 # Of two actions there is one logit, the second one's.
-                value[:, code if classes > 2 else 1] = nodes["value"]
-                parts.append(
-                    (
-                        np.where(leaf, -1, nodes["feature_idx"]),
-                        nodes["num_threshold"],
-                        nodes["left"],
-                        nodes["right"],
-                        value,
-                    )
-                )
+                value[:, code if classes > 2 else 1] = nodes["value"][leaf]
+                feature = np.where(leaf, -1, nodes["feature_idx"].astype(np.int64))
+                parts.append((feature, nodes["num_threshold"][~leaf], value))
         base = np.zeros(classes)
         baseline = np.ravel(boosted._baseline_prediction)
         base[classes - len(baseline) :] = baseline
@@ -126,34 +128,23 @@ class Forest:
 
     @classmethod
     def _joined(cls, parts: list[tuple[Any, ...]], base: Real, boosted: bool) -> Forest:
-        """One tree after another, their nodes renumbered."""
-        counts = np.array([len(part[0]) for part in parts], dtype=np.int64)
-        roots = np.cumsum(counts) - counts
-        feature = np.concatenate([part[0] for part in parts]).astype(np.int64)
-        own = np.arange(len(feature))
-        shift = np.repeat(roots, counts)
-        left, right = (
-            np.where(
-                feature < 0,
-                own,
-                np.concatenate([part[i] for part in parts]).astype(np.int64) + shift,
-            )
-            for i in (2, 3)
-        )
-        return cls(
-            roots,
-            feature,
-            np.concatenate([part[1] for part in parts]).astype(np.float64),
-            left,
-            right,
-            np.concatenate([part[4] for part in parts]).astype(np.float64),
-            base,
-            boosted,
-        )
+        """One tree after another: of all nodes the features, then thresholds, values of leaves."""
+        feature, threshold, value = (np.concatenate([part[i] for part in parts]) for i in range(3))
+        return cls._small(feature, threshold, value, base, boosted)
+
+    @classmethod
+    def _small(
+        cls, feature: Whole, threshold: Any, value: Real, base: Real, boosted: bool
+    ) -> Forest:
+        """In the smallest whole numbers that do, each row of values once."""
+        each, leaf = np.unique(value.astype(np.float64), axis=0, return_inverse=True)
+        kind = np.min_scalar_type(-int(feature.max()) - 2)
+        small = leaf.reshape(-1).astype(np.min_scalar_type(len(each)))
+        return cls(feature.astype(kind), threshold, small, each, base, boosted)
 
     def plain(self) -> dict[str, Any]:
         """Its arrays by name."""
-        return {"kind": "forest"} | vars(self)
+        return {"kind": "trees"} | {one.name: getattr(self, one.name) for one in fields(self)}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
@@ -162,31 +153,62 @@ class Forest:
         Raises
         ------
         ValueError
-            If a node points at itself without being a leaf, backwards or outside, or asks for a
-            feature that there is not: following it would not end, or would read elsewhere.
+            If nodes are no complete trees, or ask for a feature or say a value that there is not:
+            following them would not end, or would read elsewhere.
         """
-        names = ("roots", "feature", "threshold", "left", "right", "value", "base", "boosted")
-        made = cls(**{name: plain[name] for name in names})
-        n = len(made.feature)
-        whole = (made.roots, made.feature, made.left, made.right)
-        shapes = ((len(made.roots),), (n,), (n,), (n,))
-        for array, shape in zip(whole, shapes, strict=True):
-            _must(array.dtype == np.int64 and array.shape == shape, "whole numbers for each node")
-        _must_be_numbers(made.threshold, (n,))
-        _must_be_numbers(made.value, (n, classes))
-        _must_be_numbers(made.base, (classes,))
-        _must(type(made.boosted) is bool and len(made.roots) >= 1, "at least one tree")
-        _must(((made.roots >= 0) & (made.roots < n)).all(), "trees that begin at a node")
-        leaf, own = made.feature == -1, np.arange(n)
+        made = cls(**{one.name: plain[one.name] for one in fields(cls)})
+        leaf = made.feature == -1
+        _must(made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes")
         _must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
-        for child in (made.left, made.right):
-            ahead = (child > own) & (child < n)
-            _must(np.where(leaf, child == own, ahead).all(), "nodes that point ahead")
-        if not made.boosted:
-            sums = made.value[leaf].sum(axis=1)
-            _must((made.value[leaf] >= 0).all() and (sums > 0).all(), "shares at its leaves")
-            _must((made.base == 0).all(), "shares at its leaves alone")
+        _must(are_trees(leaf), "complete trees")
+        inner = (int((~leaf).sum()),)
+        _must_be_numbers(made.threshold, inner, (np.float32, np.float64))
+        _must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
+        _must((made.leaf < len(made.value)).all(), "leaves that say values")
+        made._check_values(classes)
         return made
+
+    @classmethod
+    def from_older(cls, plain: Mapping[str, Any], width: int, classes: int) -> Forest:
+        """The same of a file of format 1, in which every node had its children and its values.
+
+        Raises
+        ------
+        ValueError
+            As of :meth:`from_plain`; or if nodes stand in another order than that format's.
+        """
+        n = len(plain["feature"])
+        for name in ("feature", "left", "right"):
+            whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
+            _must(whole, "whole numbers for each node")
+        _must_be_numbers(plain["threshold"], (n,))
+        _must_be_numbers(plain["value"], (n, classes))
+        leaf = plain["feature"] == -1
+        _must(are_trees(leaf), "complete trees")
+        own = np.arange(n)
+        for name, child in (
+            ("left", np.where(leaf, own, own + 1)),
+            ("right", right_children(leaf)),
+        ):
+            _must(np.array_equal(plain[name], child), "nodes in their order")
+        _must(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
+        feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
+        _must(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
+        made = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
+        made._check_values(classes)
+        return made
+
+    def _check_values(self, classes: int) -> None:
+        """Raise unless leaves say something of each action."""
+        _must(self.value.ndim == 2, "values of each action")
+        _must_be_numbers(self.value, (len(self.value), classes))
+        _must_be_numbers(self.base, (classes,))
+        _must(type(self.boosted) is bool, "sums of one kind")
+        if not self.boosted:
+            _must(
+                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
+            )
+            _must((self.base == 0).all(), "shares at its leaves alone")
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,9 +258,17 @@ class Linear:
         return made
 
 
-def _must_be_numbers(array: Real, shape: tuple[int, ...]) -> None:
-    """Raise unless an array holds finite numbers in this shape."""
-    _must(array.dtype == np.float64 and array.shape == shape, f"numbers of shape {shape}")
+def _rounded_down(threshold: Real) -> NDArray[np.float32]:
+    """The largest float32 up to each number: a float32 is at most the one as it is the other."""
+    near = threshold.astype(np.float32)
+    return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
+
+
+def _must_be_numbers(
+    array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
+) -> None:
+    """Raise unless an array holds finite numbers of some kind in this shape."""
+    _must(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
     _must(np.isfinite(array).all(), "finite numbers")
 
 

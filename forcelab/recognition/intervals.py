@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.metrics import Counts
 from forcelab.recognition.resampling import METRICS, draws, replicates
+from forcelab.wording import counted
 
 __all__ = [
     "FEWEST",
@@ -151,8 +152,8 @@ def _too_few(demonstrations: int) -> str:
     """Why so few demonstrations have no interval; ``""`` if they have."""
     if demonstrations >= FEWEST:
         return ""
-    counted = "1 demonstration" if demonstrations == 1 else f"{demonstrations} demonstrations"
-    return f"An interval needs {FEWEST} demonstrations; {counted} cannot tell how they differ."
+    few = counted(demonstrations, "demonstration")
+    return f"An interval needs {FEWEST} demonstrations; {few} cannot tell how they differ."
 
 
 def _middle(values: NDArray[np.float64]) -> Range | None:

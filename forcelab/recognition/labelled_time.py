@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.overlay import Overlay
+from forcelab.recognition.segmental import Matches
 from forcelab.stretches import Stretches
 
-__all__ = ["NEAR", "boundaries_found", "closed_up"]
+__all__ = ["NEAR", "boundaries_found", "boundary_errors", "closed_up"]
 
 #: Seconds within which a predicted boundary counts as a human one found.
 NEAR = 0.1
@@ -58,6 +59,31 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     near = np.minimum(*(np.abs(human - predicted[side]) for side in sides))
     # Stamps are rounded: 100 ms are 100 ms.
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
+
+
+def boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
+    """How far matched segments' edges lie apart, where one action gives way to another.
+
+    Unlike those of :func:`forcelab.recognition.segmental.boundary_errors`, of which every edge at
+    unlabelled time is 0 whatever was predicted. The first edge and the last one are left out.
+
+    Parameters
+    ----------
+    closed : Overlay
+        Closed up.
+    matches : Matches
+        Of its segments.
+
+    Returns
+    -------
+    ndarray of float64
+        Distances in milliseconds, never negative.
+    """
+    human, predicted = matches.human, matches.predicted
+    starts = (closed.human.starts[human] - closed.predicted.starts[predicted])[human > 0]
+    ends = closed.human.ends[human] - closed.predicted.ends[predicted]
+    inner = human < len(closed.human) - 1
+    return np.asarray(1000.0 * np.abs(np.concatenate([starts, ends[inner]])))
 
 
 def _inner(closed: Overlay) -> NDArray[np.float64]:

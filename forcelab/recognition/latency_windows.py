@@ -11,7 +11,7 @@ from forcelab.recognition.decided import Decided
 from forcelab.recognition.fixed_lag import FixedLag
 from forcelab.recognition.live_part import hop_of
 from forcelab.recognition.online_budget import Budget
-from forcelab.recognition.online_grid import Steps
+from forcelab.recognition.online_resampling import Steps
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.windows import REACH, REST
 

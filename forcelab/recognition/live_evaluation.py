@@ -17,6 +17,7 @@ from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import training
+from forcelab.recognition.trimming import Contradicted, remark_on
 
 __all__ = ["leave_one_out_live"]
 
@@ -63,9 +64,11 @@ def leave_one_out_live(
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
     seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     tested, reliable = [], []
+    left_out: list[Contradicted] = []
     for i, item in enumerate(used):
         started = perf_counter()
         recogniser = yield from training(used[:i] + used[i + 1 :], fixed)
+        left_out.extend(recogniser.left_out)
         fitted = perf_counter()
         decided = with_latency(recogniser, item.demonstration, latency)
         seconds["fit"] += fitted - started
@@ -83,7 +86,10 @@ def leave_one_out_live(
         trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
         reliability=together(reliable),
-        remarks=(f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",),
+        remarks=(
+            f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
+            *remark_on(left_out),
+        ),
     )
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.recognition import labelled_time
 from forcelab.recognition.events import Events, event_errors
 from forcelab.recognition.labelled_time import boundaries_found, closed_up
 from forcelab.recognition.overlay import Overlay, overlay
@@ -55,6 +56,8 @@ class Counts:
         As `segments`, in labelled time alone.
     found : ndarray of int64, shape (2,)
         Human boundaries in labelled time that have a predicted one within 100 ms, and all.
+    labelled_boundaries : ndarray of float64, shape (c,)
+        As `boundaries`, in labelled time alone.
     """
 
     confusion: NDArray[np.int64]
@@ -64,6 +67,7 @@ class Counts:
     events: Events
     labelled_segments: NDArray[np.int64]
     found: NDArray[np.int64]
+    labelled_boundaries: NDArray[np.float64]
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
@@ -74,6 +78,7 @@ class Counts:
             self.events + other.events,
             self.labelled_segments + other.labelled_segments,
             self.found + other.found,
+            np.concatenate([self.labelled_boundaries, other.labelled_boundaries]),
         )
 
 
@@ -108,7 +113,10 @@ class Scores:
     boundary_ms : dict of str to float or None
         ``"median"`` and ``"p90"`` (90th percentile, linear between neighbours) of the distances,
         in ms, of the edges of human segments from those of the predicted segments matched to them
-        for F1@10.
+        for F1@10. Where both are cut by unlabelled human time the distance is 0, so that the median
+        of a coder who leaves a little between all actions tells nothing.
+    boundary_labelled_ms : dict of str to float or None
+        The same in labelled time alone, as `f1_labelled`; without the first and the last edge.
     confusion : list of list of int
         Samples; rows are human and columns predicted actions, the last column unlabelled.
     events : Events
@@ -125,6 +133,7 @@ class Scores:
     f1_labelled: dict[str, float | None]
     boundaries_found: float | None
     boundary_ms: dict[str, float | None]
+    boundary_labelled_ms: dict[str, float | None]
     confusion: list[list[int]]
     events: Events
 
@@ -141,6 +150,7 @@ class Scores:
             "f1_labelled": dict(self.f1_labelled),
             "boundaries_found": self.boundaries_found,
             "boundary_ms": dict(self.boundary_ms),
+            "boundary_labelled_ms": dict(self.boundary_labelled_ms),
             "confusion": [list(row) for row in self.confusion],
             "events": self.events.to_json(),
         }
@@ -176,14 +186,16 @@ def count_overlay(over: Overlay) -> Counts:
     matches = [match(over, overlap) for overlap in OVERLAPS]
     edit = edit_score(over)
     closed = closed_up(over)
+    closed_matches = [match(closed, overlap) for overlap in OVERLAPS]
     return Counts(
         confusion=_confusion(over),
         edits=() if edit is None else (edit,),
         segments=_segments(over, matches),
         boundaries=boundary_errors(over, matches[0]),
         events=event_errors(over),
-        labelled_segments=_segments(closed, [match(closed, overlap) for overlap in OVERLAPS]),
+        labelled_segments=_segments(closed, closed_matches),
         found=np.array(boundaries_found(closed)),
+        labelled_boundaries=labelled_time.boundary_errors(closed, closed_matches[0]),
     )
 
 
@@ -213,9 +225,6 @@ def pool(name: str, parts: Sequence[Counts]) -> Scores:
         All made with the same actions.
     """
     total = reduce(add, parts)
-    median, p90 = (None, None)
-    if len(total.boundaries):
-        median, p90 = (float(q) for q in np.percentile(total.boundaries, [50, 90]))
     labelled = total.confusion.sum(axis=1)
     right = np.diagonal(total.confusion)
     used = labelled > 0
@@ -230,7 +239,8 @@ def pool(name: str, parts: Sequence[Counts]) -> Scores:
         f1=_f1s(total.segments),
         f1_labelled=_f1s(total.labelled_segments),
         boundaries_found=_share(*(int(number) for number in total.found)),
-        boundary_ms={"median": median, "p90": p90},
+        boundary_ms=_distances(total.boundaries),
+        boundary_labelled_ms=_distances(total.labelled_boundaries),
         confusion=total.confusion.tolist(),
         events=total.events,
     )
@@ -253,6 +263,14 @@ def _f1s(segments: NDArray[np.int64]) -> dict[str, float | None]:
         str(overlap): f1(*(int(number) for number in row))
         for overlap, row in zip(OVERLAPS, segments, strict=True)
     }
+
+
+def _distances(errors: NDArray[np.float64]) -> dict[str, float | None]:
+    """Median and 90th percentile; None of nothing."""
+    if not len(errors):
+        return {"median": None, "p90": None}
+    median, p90 = np.percentile(errors, [50, 90])
+    return {"median": float(median), "p90": float(p90)}
 
 
 def _share(part: int, whole: int) -> float | None:

@@ -30,7 +30,8 @@ from forcelab.recognition.online_budget import (
 from forcelab.recognition.online_classifier import classify, prober
 from forcelab.recognition.online_features import StreamingFeatures
 from forcelab.recognition.online_filters import CausalDrop, CausalMedian
-from forcelab.recognition.online_grid import CausalGrid, Steps
+from forcelab.recognition.online_grid import CausalGrid
+from forcelab.recognition.online_resampling import Steps
 from forcelab.recognition.online_threads import OneThread
 from forcelab.recognition.online_windows import PartStages
 from forcelab.recognition.recogniser import Recogniser

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-
 __all__ = ["OneThread"]
 
 
@@ -26,12 +24,7 @@ class OneThread:
         self._before = [library.get_num_threads() for library in self._libraries]
         self._set([1] * len(self._before))
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._set(self._before)
 
     def _set(self, threads: list[int]) -> None:

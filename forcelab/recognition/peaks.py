@@ -12,15 +12,13 @@ channel 2, and so on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.windows import own_amplitude, smoothed
 from forcelab.signals.conditioning import bridge
 
-__all__ = ["PEAKS", "SPANS", "peak_features", "peak_names"]
+__all__ = ["PEAKS", "SPANS", "peak_features"]
 
 Real = NDArray[np.float64]
 
@@ -86,13 +84,3 @@ def _common(sizes: Real) -> float:
     """The root mean square of sizes, which may be as large as numbers get."""
     most = float(sizes.max())
     return most * float(np.sqrt(np.mean((sizes / most) ** 2)))
-
-
-def peak_names(channels: Sequence[str]) -> tuple[str, ...]:
-    """Name the columns of :func:`peak_features`, such as ``highest before, normal 1, 200 ms``."""
-    return tuple(
-        f"{kind}, {channel}, {1000 * span:.4g} ms"
-        for kind in PEAKS
-        for channel in channels
-        for span in SPANS
-    )

@@ -17,6 +17,7 @@ from forcelab.recognition.run_results import kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
+from forcelab.recognition.trimming import remark_on
 from forcelab.recognition.units import mixed_units
 from forcelab.versions import versions
 
@@ -54,6 +55,10 @@ class Choice:
     adapt : bool
         Whether what is tested is matched to what is trained on, as
         :mod:`forcelab.recognition.adaptation` does.
+    folds : int, optional
+        In how many groups demonstrations are left out, as
+        :func:`~forcelab.recognition.folds.groups` parts them; 0: each by itself. None where nobody
+        said: each by itself, too, but the window leaves out many in groups.
     """
 
     tasks: tuple[str, ...] = ()
@@ -62,6 +67,7 @@ class Choice:
     apart: bool = False
     test_names: str | None = None
     adapt: bool = False
+    folds: int | None = None
 
     def check(self) -> None:
         """Refuse what can never be.
@@ -70,8 +76,17 @@ class Choice:
         ------
         InputError
             If actions are kept apart by task and looked for in another task, two ways to part
-            demonstrations are chosen, or one of them is left out at a time and to be adapted.
+            demonstrations are chosen, there is a single group of them, or one of them is left out
+            at a time and to be adapted.
         """
+        if self.folds and (self.test_names is not None or self.test_task is not None):
+            raise InputError(
+                "What is tested on is chosen, so that nothing is left out; choose that or groups."
+            )
+        if self.folds is not None and (self.folds < 0 or self.folds == 1):
+            raise InputError(
+                f"Demonstrations are left out in two groups or more, not in {self.folds}."
+            )
         if self.test_names is not None and self.test_task is not None:
             raise InputError("Test on a task or on demonstrations by their names, not on both.")
         if self.adapt and self.test_names is None and self.test_task is None:
@@ -186,10 +201,8 @@ def evaluate_tasks(
         If what was chosen cannot be evaluated, or no task can.
     """
     choice.check()
-    if latency is not None and (choice.test_task, choice.test_names) != (None, None):
-        raise InputError(
-            "With a latency one demonstration is left out at a time; choose nothing to test on."
-        )
+    if latency is not None:
+        _check_live(choice)
     # A review would train what it explains on other demonstrations, or look at other forces.
     passing = latency is not None or choice.test_names is not None or choice.adapt
     chosen = tuple(dict.fromkeys(choice.tasks))
@@ -214,6 +227,7 @@ def evaluate_tasks(
                     jobs,
                     certainty=certainty,
                     adapt=choice.adapt,
+                    folds=choice.folds,
                 )
             elif latency is None:
                 train, test = (part.labelled for part in corpora)
@@ -254,6 +268,16 @@ def evaluate_tasks(
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
+def _check_live(choice: Choice) -> None:
+    """Refuse what is left out otherwise than one demonstration at a time."""
+    if (choice.test_task, choice.test_names) != (None, None):
+        raise InputError(
+            "With a latency one demonstration is left out at a time; choose nothing to test on."
+        )
+    if choice.folds:
+        raise InputError("With a latency one demonstration is left out at a time, not a group.")
+
+
 def evaluating(
     corpora: Sequence[Corpus],
     settings: Settings,
@@ -263,6 +287,7 @@ def evaluating(
     *,
     certainty: bool = False,
     adapt: bool = False,
+    folds: int | None = None,
 ) -> Job:
     """One evaluation of joined tasks.
 
@@ -278,12 +303,14 @@ def evaluating(
         As of :func:`evaluate_tasks`.
     adapt : bool
         As of :func:`~forcelab.recognition.evaluation.across`.
+    folds : int, optional
+        As of :func:`~forcelab.recognition.evaluation.leave_one_out`.
     """
     title = title_of(tasks, test_task)
     if test_task is None:
         return (
             yield from leave_one_out(
-                corpora[0].labelled, settings, title, jobs, certainty=certainty
+                corpora[0].labelled, settings, title, jobs, certainty=certainty, folds=folds
             )
         )
     train, test = (part.labelled for part in corpora)
@@ -360,7 +387,8 @@ def train_tasks(
             versions=versions(),
         )
     remarks = unlike([found], settings) + idle(settings, found.spelt) + _unkept(project)
-    return Trained(recogniser, content, remarks + unlearnt(found, recogniser))
+    remarks += unlearnt(found, recogniser) + remark_on(recogniser.left_out)
+    return Trained(recogniser, content, remarks)
 
 
 def unlearnt(found: Corpus, recogniser: Recogniser) -> tuple[str, ...]:

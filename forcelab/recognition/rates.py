@@ -5,7 +5,7 @@ from __future__ import annotations
 from forcelab.demonstration import Demonstration
 from forcelab.recognition.recogniser import Recogniser
 
-__all__ = ["unseen"]
+__all__ = ["unseen", "unseen_at"]
 
 #: A rate that is lower by less than this share is the same one: clocks differ by far less.
 TOLERANCE = 0.01
@@ -27,14 +27,27 @@ def unseen(recogniser: Recogniser, demonstration: Demonstration) -> tuple[str, .
     tuple of str
         One sentence, or nothing where every scale finds its frequency in the recording.
     """
-    sampled = 1.0 / demonstration.period
+    return unseen_at(recogniser, 1.0 / demonstration.period, "It was sampled", "this recording has")
+
+
+def unseen_at(recogniser: Recogniser, sampled: float, come: str, have: str) -> tuple[str, ...]:
+    """The same of samples that come so many times a second.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    sampled : float
+        Hz.
+    come, have : str
+        What the sentence says of them before the rate, and before "nothing".
+    """
     bands = recogniser.settings.bands(recogniser.rate)
     lost = bands[bands > sampled / 2]
     if sampled >= (1 - TOLERANCE) * recogniser.rate or not len(lost):
         return ()
     kind = "scales" if recogniser.settings.features == "wavelets" else "windows"
     return (
-        f"It was sampled at {sampled:.4g} Hz, and the recogniser learnt at {recogniser.rate:.4g} "
-        f"Hz: {len(lost)} of its {len(bands)} {kind} look above {sampled / 2:.4g} Hz, where this "
-        f"recording has nothing, so expect poor labels; train one with --rate {sampled:.4g}.",
+        f"{come} at {sampled:.4g} Hz, and the recogniser learnt at {recogniser.rate:.4g} Hz: "
+        f"{len(lost)} of its {len(bands)} {kind} look above {sampled / 2:.4g} Hz, where {have} "
+        f"nothing, so expect poor labels; train one with --rate {sampled:.4g}.",
     )

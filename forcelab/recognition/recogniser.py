@@ -20,6 +20,7 @@ from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Examples, Labelled, prepare
 from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.trimming import Contradicted
 from forcelab.recognition.units import other_units
 
 if TYPE_CHECKING:
@@ -113,6 +114,9 @@ class Recogniser:
         the classifier itself can do so.
     units : tuple of str
         Of the channels; empty where they are not known, as in files of older versions.
+    left_out : tuple of Contradicted
+        Segments that it was not trained on, as the other demonstrations contradict them. What was
+        read from a file does not tell.
     """
 
     settings: Settings
@@ -125,6 +129,7 @@ class Recogniser:
     choreography: Choreography | None = None
     live: tuple[LivePart, ...] = ()
     units: tuple[str, ...] = ()
+    left_out: tuple[Contradicted, ...] = ()
 
     def remarks_on(self, channels: Sequence[Channel]) -> tuple[str, ...]:
         """What is to be said before it recognises some recorded channels: that units differ.

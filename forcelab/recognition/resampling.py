@@ -30,6 +30,7 @@ METRICS = (
     *(f"f1_labelled.{overlap}" for overlap in OVERLAPS),
     "boundaries_found",
     *("boundary_ms.median", "boundary_ms.p90"),
+    *("boundary_labelled_ms.median", "boundary_labelled_ms.p90"),
     *(f"events.{part}.{what}" for part in EVENTS for what in ("count", "seconds")),
 )
 #: Numbers held at once while boundary errors are resampled: 32 MB.
@@ -76,8 +77,12 @@ def replicates(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
             result[f"{f1}.{overlap}"] = _over(2 * true, 2 * true + false + missed)
     found, boundaries = (weights @ np.stack([part.found for part in parts])).T
     result["boundaries_found"] = _over(found, boundaries)
-    median, p90 = _percentiles(parts, weights, (50, 90))
-    result |= {"boundary_ms.median": median, "boundary_ms.p90": p90}
+    for name, errors in (
+        ("boundary_ms", [part.boundaries for part in parts]),
+        ("boundary_labelled_ms", [part.labelled_boundaries for part in parts]),
+    ):
+        median, p90 = _percentiles(errors, weights, (50, 90))
+        result |= {f"{name}.median": median, f"{name}.p90": p90}
     for name in EVENTS:
         for what in ("count", "seconds"):
             each = np.array([getattr(getattr(part.events, name), what) for part in parts])
@@ -109,15 +114,13 @@ def _of_frames(parts: Sequence[Counts], weights: Weights) -> dict[str, Real]:
     }
 
 
-def _percentiles(
-    parts: Sequence[Counts], weights: Weights, percents: tuple[int, ...]
-) -> list[Real]:
+def _percentiles(parts: Sequence[Real], weights: Weights, percents: tuple[int, ...]) -> list[Real]:
     """Percentiles of the boundary errors, linear between neighbours as ``np.percentile`` is.
 
     All errors are sorted once; in a resample each stands there as often as its demonstration.
     """
-    errors = np.concatenate([part.boundaries for part in parts])
-    owners = np.repeat(np.arange(len(parts)), [len(part.boundaries) for part in parts])
+    errors = np.concatenate(parts)
+    owners = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     order = np.argsort(errors, kind="stable")
     errors, owners = errors[order], owners[order]
     result = [np.full(len(weights), np.nan) for _ in percents]

@@ -1,16 +1,14 @@
-"""Everything a recogniser is made with, and the presets.
+"""Everything a recogniser is made with: features, classifier, filters and decoder.
 
-A preset is a named set of settings. ``paper`` is the published method, unchanged for ever;
-improvements are other presets, measured against it.
+Named sets of settings are in :mod:`forcelab.recognition.presets`.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,7 @@ from forcelab.merging import MergeMap
 from forcelab.recognition.peaks import PEAKS, SPANS
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import Wavelet, wavelet_named
+from forcelab.wording import unknown_word
 
 __all__ = [
     "AMPLITUDES",
@@ -29,9 +28,7 @@ __all__ = [
     "DECODERS",
     "FEATURES",
     "PLAIN_CLASSIFIERS",
-    "PRESETS",
     "Settings",
-    "preset",
 ]
 
 #: Classifiers by name: the paper's choice and those it was compared with.
@@ -118,6 +115,8 @@ class Settings:
         Whether every action counts the same in training, of :data:`PLAIN_CLASSIFIERS` only.
     calibrated : bool
         Whether probabilities are calibrated on left-out demonstrations; of the same only.
+    trimmed : bool
+        Whether segments that the other demonstrations contradict are left out of training.
     decoder : str
         One of :data:`DECODERS`. The decoder takes the place of all filters.
     choreography : str
@@ -153,13 +152,14 @@ class Settings:
     peaks: bool = False
     balanced: bool = False
     calibrated: bool = False
+    trimmed: bool = False
     decoder: str = "filters"
     choreography: str = "order"
 
     def __post_init__(self) -> None:
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
-                raise InputError(_unknown(name, getattr(self, name), known))
+                raise InputError(unknown_word(name, getattr(self, name), known))
         for name, (fine, need) in self._ranges().items():
             if not fine:
                 raise InputError(f"The setting {name} must be {need}, not {getattr(self, name)}.")
@@ -307,14 +307,7 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
     "decoder": DECODERS,
     "choreography": CHOREOGRAPHIES,
 }
-_SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated")
-
-
-def _unknown(what: str, given: object, known: Collection[str]) -> str:
-    """What to say of a word that is none of those one may choose from."""
-    near = get_close_matches(str(given), known, n=1)
-    meant = f"did you mean '{near[0]}'? Choose" if near else "choose"
-    return f"There is no {what} '{given}'; {meant} from {', '.join(known)}."
+_SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed")
 
 
 def _number(value: object, least: float, most: float) -> bool:
@@ -325,75 +318,3 @@ def _number(value: object, least: float, most: float) -> bool:
 def _whole(value: object, least: int) -> bool:
     """Whether a value is an int (True and False are not) of at least `least`."""
     return type(value) is int and value >= least
-
-
-#: All presets by name. ``paper`` is written out: no default that changes may ever change it.
-PRESETS: Mapping[str, Settings] = {
-    "paper": Settings(
-        preset="paper",
-        wavelet="morlet",
-        parameter=5.0,
-        min_scale=2.0,
-        max_scale=1024.0,
-        spacing=1.0,
-        phase=True,
-        classifier="mlp",
-        stride=1,
-        threshold=0.8,
-        median=10,
-        drop=1 / 8,
-        seed=0,
-    ),
-    # What the authors' published code does where it differs from their text: it keeps the wide
-    # scales, has no threshold, and takes a running median over 101 samples; then, as in the text,
-    # runs shorter than a least length of each action go.
-    "released": Settings(
-        preset="released",
-        min_scale=4.0,
-        max_scale=4096.0,
-        threshold=None,
-        median=101,
-        drop=1 / 8,
-    ),
-    "fast": Settings(
-        preset="fast",
-        features="windows",
-        step=0.02,
-        amplitude="both",
-        classifier="extra-trees",
-        # A tenth of the fit time of `best`: neighbouring steps are almost copies.
-        stride=5,
-        threshold=None,
-        median=None,
-        drop=None,
-        decoder="semi-markov",
-    ),
-    "best": Settings(
-        preset="best",
-        features="windows",
-        step=0.02,
-        # Both side by side do better than the one that inner folds choose, on pens as on foam.
-        amplitude="both",
-        # Over demonstrations of real and simulated tasks more accurate, and nearer at boundaries.
-        peaks=True,
-        classifier="extra-trees",
-        threshold=None,
-        median=None,
-        drop=None,
-        calibrated=True,
-        decoder="semi-markov",
-    ),
-}
-
-
-def preset(name: str) -> Settings:
-    """Look up a preset.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
-    if name not in PRESETS:
-        raise InputError(_unknown("preset", name, PRESETS))
-    return PRESETS[name]

@@ -28,7 +28,11 @@ from forcelab.versions import versions
 
 __all__ = ["dump", "load", "save"]
 
-FORMAT = 1
+#: Of what is written. Format 1 had of every node of a tree its children and all its values, in the
+#: longest numbers: twelve times as much.
+FORMAT = 2
+#: What is read.
+FORMATS = (1, 2)
 
 #: Types beyond those skops trusts by itself that our classifiers consist of.
 TRUSTED = (
@@ -142,7 +146,7 @@ def _recogniser(content: object, path: Path) -> Recogniser:
     """Check what was read and build the recogniser."""
     if not isinstance(content, Mapping) or "forcelab recogniser" not in content:
         raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
-    if content["forcelab recogniser"] != FORMAT:
+    if content["forcelab recogniser"] not in FORMATS:
         raise InputError(f"{path} comes from a newer forcelab; update forcelab to use it.")
     try:
         settings = Settings.from_json(content["settings"])

@@ -12,12 +12,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
-from forcelab.recognition.metrics import Counts, count_overlay
+from forcelab.recognition.metrics import Counts, Scores, count_overlay, pool
 from forcelab.recognition.overlay import Overlay
 from forcelab.stretches import Stretches, stretches
 
-__all__ = ["TICKS", "timed_counts", "timed_overlay"]
+__all__ = ["TICKS", "score_tracks", "timed_counts", "timed_overlay"]
 
 #: Ticks a second: the samples of these overlays.
 TICKS = 1_000_000_000
@@ -56,6 +57,39 @@ def timed_counts(human: Segments, predicted: Segments, actions: Sequence[str]) -
     The confusion is in nanoseconds. Parameters are those of :func:`timed_overlay`.
     """
     return count_overlay(timed_overlay(human, predicted, actions))
+
+
+def score_tracks(
+    human: Segments, predicted: Segments, actions: Sequence[str] | None = None, name: str = ""
+) -> Scores:
+    """Score a predicted against a human track, wherever the two come from.
+
+    Unlabelled human time is never counted.
+
+    Parameters
+    ----------
+    human, predicted : tuple of Segment
+        In order, never overlapping, as of :class:`~forcelab.labels.Track`.
+    actions : sequence of str, optional
+        In the order of the confusion; by default that of their first occurrence.
+    name : str
+        Of the demonstration.
+
+    Returns
+    -------
+    Scores
+        Its confusion is in nanoseconds instead of samples.
+
+    Raises
+    ------
+    InputError
+        If an action is not among `actions`.
+    """
+    used = tuple(dict.fromkeys(segment.action for segment in (*human, *predicted)))
+    known = used if actions is None else tuple(actions)
+    if unknown := [action for action in used if action not in known]:
+        raise InputError(f"'{unknown[0]}' is not among the actions {', '.join(known)}.")
+    return pool(name, [timed_counts(human, predicted, known)])
 
 
 def _codes(

@@ -27,6 +27,7 @@ from forcelab.recognition.learning import Care
 from forcelab.recognition.live_part import fitting_live, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.trimming import Contradicted, trimming
 
 __all__ = ["Epoch", "fit_examples", "preparing", "train", "training"]
 
@@ -154,12 +155,14 @@ def fit_examples(
     InputError
         If fewer than two actions have a training sample.
     """
+    examples, left_out = yield from trimming(examples, settings)
     actions, X, y = _training_set(examples, actions_of(examples), settings.stride)
     if len(actions) < 2:
         found = f"only {actions[0]}" if actions else "none of any action"
         raise InputError(
-            f"Training needs samples of two actions and there is {found}, after merging and with "
-            f"a stride of {settings.stride}; label more or change these."
+            f"Training needs samples of two actions and there is {found}, after merging, "
+            f"without missing samples and with a stride of {settings.stride}; label more or "
+            "change these."
         )
     watched = None if held_out is None else _labelled_rows([held_out], actions, settings.stride)
     probabilities = settings.needs_probabilities
@@ -183,6 +186,7 @@ def fit_examples(
         choreography=Choreography.learn([example.segments for example in examples], actions)
         if settings.decodes
         else None,
+        left_out=left_out,
     )
 
 
@@ -219,8 +223,25 @@ def training(
     if not (needs_whole(settings) and settings.decodes):
         return recogniser
     own = _own_amplitude(recogniser)
-    parts = yield from fitting_live(used, settings, rate, recogniser.actions, own)
+    kept = _without(used, examples, recogniser.left_out)
+    parts = yield from fitting_live(kept, settings, rate, recogniser.actions, own)
     return replace(recogniser, live=parts)
+
+
+def _without(
+    labelled: Sequence[Labelled], examples: Sequence[Examples], left_out: Sequence[Contradicted]
+) -> list[Labelled]:
+    """The demonstrations less the segments that were left out; as they are where nothing was."""
+    gone = {(c.demonstration, c.segment) for c in left_out}
+    return [
+        # The segments of examples are merged already.
+        Labelled(
+            item.demonstration,
+            tuple(s for s in example.segments if (example.name, s) not in gone),
+            apart=True,
+        )
+        for item, example in zip(labelled, examples, strict=True)
+    ]
 
 
 def _own_amplitude(recogniser: Recogniser) -> bool:
@@ -239,5 +260,23 @@ def _own_amplitude(recogniser: Recogniser) -> bool:
 
 
 def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:
-    """Train a recogniser without looking at the progress; see :func:`training`."""
+    """Train a recogniser, without looking at the progress.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+        Those without a segment are passed over.
+    settings : Settings
+        Such as ``preset("best")``.
+
+    Returns
+    -------
+    Recogniser
+        Its ``predict(demonstration)`` gives the actions of another one.
+
+    Raises
+    ------
+    InputError
+        If there is too little to train on.
+    """
     return finish(training(labelled, settings))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from forcelab.signals.conditioning import bridge
 
-__all__ = ["KINDS", "own_amplitude", "smoothed", "window_features", "window_names"]
+__all__ = ["KINDS", "own_amplitude", "smoothed", "window_features"]
 
 Real = NDArray[np.float64]
 
@@ -132,17 +132,3 @@ def smoothed(
         slope[j] = scale * rate * irfft(1j * omega * spectrum, length)[at]
         rms[j] = scale * np.sqrt(np.maximum(squares - mean**2, 0.0))
     return level, slope, rms
-
-
-def window_names(
-    channels: Sequence[str], windows: Sequence[float], amplitude: str = "absolute"
-) -> tuple[str, ...]:
-    """Name the columns of :func:`window_features`, such as ``level, normal 1, 40 ms``."""
-    units = {"absolute": ("",), "own": ("own ",)}.get(amplitude, ("", "own "))
-    return tuple(
-        f"{unit}{kind}, {channel}, {1000 * window:.4g} ms"
-        for unit in units
-        for kind in KINDS
-        for channel in channels
-        for window in windows
-    )

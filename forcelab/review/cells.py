@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress
 from forcelab.recognition.timed import TICKS, timed_overlay
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.places import Place
 
-__all__ = ["Cells", "Share", "Unit", "crossing", "places", "shares"]
+__all__ = ["Cells", "Share", "Unit", "crossing", "shares"]
 
 #: What a cell counts: seconds, or human segments by what covers most of each.
 Unit = Literal["time", "segments"]
@@ -151,17 +151,6 @@ def crossing(outcome: Outcome, stage: str = "filtered") -> Generator[Progress, N
         segments.append(segment)
         yield Progress(number + 1, len(kept), one.name)
     return Cells(outcome.actions, kept, stage, _Parts.joined(pieces), _Parts.joined(segments))
-
-
-def places(
-    outcome: Outcome,
-    human: str,
-    predicted: str | None,
-    unit: Unit = "time",
-    stage: str = "filtered",
-) -> tuple[Place, ...]:
-    """The places of one cell of an outcome's confusion matrix (see :meth:`Cells.places`)."""
-    return finish(crossing(outcome, stage)).places(human, predicted, unit)
 
 
 def shares(matrix: NDArray[np.float64], of: Share) -> NDArray[np.float64]:

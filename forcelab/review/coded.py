@@ -133,7 +133,7 @@ def coded_demonstrations(
     InputError
         If there is no such task or coder.
     """
-    known = tuple(a.name for a in project.authors() if a.kind == "coder")
+    known = project.coders()
     if unknown := [name for name in authors if name not in known]:
         there = ", ".join(f"'{name}'" for name in known) or "none at all"
         raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")

@@ -121,6 +121,7 @@ def _asked(outcome: Outcome) -> dict[str, Any]:
         "test task": outcome.test_task,
         "coder": outcome.author,
         "apart": outcome.apart,
+        "groups left out": outcome.folds or None,
     }
 
 

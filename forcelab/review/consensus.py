@@ -19,6 +19,7 @@ from forcelab.painting import SLIVER, erase, paint
 from forcelab.project import Edit, Project
 from forcelab.review.coded import actions_of, pieces_of
 from forcelab.review.disagreeing import Difference, differences
+from forcelab.wording import counted
 
 __all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Difference", "differences", "standing"]
 
@@ -164,7 +165,7 @@ class Consensus:
         near = [d for d in self.undecided if d.edge and d.duration <= tolerance + SLIVER]
         if not near:
             return None
-        edges = "1 edge" if len(near) == 1 else f"{len(near)} edges"
+        edges = counted(len(near), "edge")
         what = f"{edges} up to {1000 * tolerance:g} ms apart set to the mean"
         return self._decide([(one, self._halves(one)) for one in near], what)
 

@@ -7,14 +7,14 @@ arithmetic on the edges of segments, whatever the rate of the samples.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
 from forcelab.labels import Segment, Segments
 from forcelab.project import Project
-from forcelab.review.certainty import Certainty
+from forcelab.recognition.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.places import Place
 
@@ -23,7 +23,6 @@ __all__ = [
     "Kind",
     "compared",
     "current_tracks",
-    "differences",
     "spelt",
     "spelt_as_coded",
     "spelt_back",
@@ -108,26 +107,6 @@ def spelt_as_coded(segments: Segments, outcome: Outcome, reviewed: Reviewed) -> 
     if not outcome.apart:
         return segments
     return tuple(replace(s, action=spelt_back(s.action, outcome, reviewed)) for s in segments)
-
-
-def differences(outcome: Outcome, tracks: Mapping[str, Segments]) -> tuple[Difference, ...]:
-    """Every difference between the tracks and an outcome's predictions, in order of time.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    tracks : mapping of str to tuple of Segment
-        By the demonstration's id, as of :func:`current_tracks`. Those that are not in it, and
-        those without a segment, have no differences: nothing says that a human looked at them.
-    """
-    return tuple(
-        difference
-        for reviewed in outcome.tested
-        if tracks.get(reviewed.id)
-        for difference in compared(
-            reviewed.id, tracks[reviewed.id], reviewed.predicted, reviewed.certainty
-        )
-    )
 
 
 def compared(

@@ -99,6 +99,11 @@ class Outcome:
     removed : int
         How many of those tested are no longer in the project. They are not among `tested` and have
         no scores of their own; the pooled scores are those of all.
+    folds : int
+        In how many groups demonstrations were left out; 0: each by itself.
+    reliability : mapping
+        ``"brier"``, ``"ece"`` and ``"bins"``, as ``forcelab evaluate --json`` prints them; empty
+        where there were no probabilities.
     """
 
     number: int
@@ -118,6 +123,8 @@ class Outcome:
     seconds: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     removed: int = 0
+    folds: int = 0
+    reliability: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def proposer(self) -> str:
@@ -245,6 +252,8 @@ def _outcome(project: Project, run: StoredRun) -> Outcome:
         seconds={name: float(spent) for name, spent in result["seconds"].items()},
         remarks=tuple(remarks),
         removed=gone,
+        folds=int(choice.get("folds") or 0),
+        reliability=result.get("reliability", {}),
     )
 
 

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress
 from forcelab.review.boundaries import Boundaries, match_boundaries
 from forcelab.review.coded import Coded, Pieces, actions_of, pieces_of
 from forcelab.review.kappa import cohen, landis_koch, specific, spread
 from forcelab.review.overlap import segment_counts, segment_f1
 from forcelab.review.places import Place
 
-__all__ = ["WITHIN", "PairAgreement", "agree", "agreeing"]
+__all__ = ["WITHIN", "PairAgreement", "agreeing"]
 
 #: Milliseconds within which boundaries are counted.
 WITHIN = (50, 100, 200)
@@ -148,11 +148,6 @@ class PairAgreement:
             },
             "segment_f1": {str(overlap): value for overlap, value in self.f1.items()},
         }
-
-
-def agree(coded: Sequence[Coded], a: str, b: str) -> PairAgreement | None:
-    """Compare two coders over the demonstrations that both labelled; see :func:`agreeing`."""
-    return finish(agreeing(coded, a, b))
 
 
 def agreeing(

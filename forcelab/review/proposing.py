@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED, Segments, to_codes
-from forcelab.review.certainty import Certainty
+from forcelab.recognition.certainty import Certainty
 from forcelab.review.places import Place
 
 if TYPE_CHECKING:
@@ -134,18 +134,12 @@ def calibration(outcome: Outcome) -> Calibration:
     return Calibration(accuracy, float(total.sum()))
 
 
-def proposals(outcome: Outcome, known: Calibration | None = None) -> tuple[Proposal, ...]:
+def proposals(outcome: Outcome) -> tuple[Proposal, ...]:
     """The unlabelled demonstrations of an outcome, the one to label next first.
 
     By uncertainty times typicality; by uncertainty alone where :func:`weighed` says so.
-
-    Parameters
-    ----------
-    outcome : Outcome
-    known : Calibration, optional
-        By default that of the outcome.
     """
-    known = calibration(outcome) if known is None else known
+    known = calibration(outcome)
     made = (_proposal(reviewed, known) for reviewed in outcome.proposals)
     found = [one for one in made if one is not None]
     typical = weighed(found)

@@ -30,7 +30,7 @@ from forcelab.review.steps import Step, Steps
 from forcelab.review.typicality import sampled, typicality
 from forcelab.versions import versions
 
-__all__ = ["Step", "reviewing"]
+__all__ = ["reviewing"]
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def _folds(snapshot: _Snapshot, choice: Choice) -> int:
     if choice.test_task is not None:
         return 1
     labelled = sum(bool(item.segments) for item in snapshot.found.labelled)
-    return labelled if labelled > 1 else 0
+    return min(choice.folds or labelled, labelled) if labelled > 1 else 0
 
 
 def _tested(
@@ -184,7 +184,14 @@ def _tested(
             "Only one demonstration is labelled, so nothing could be tested; label a second one. "
             "The recogniser was trained all the same, and proposes labels for the others.",
         )
-    job = evaluating(snapshot.corpora, settings, snapshot.tasks, choice.test_task, certainty=True)
+    job = evaluating(
+        snapshot.corpora,
+        settings,
+        snapshot.tasks,
+        choice.test_task,
+        certainty=True,
+        folds=choice.folds,
+    )
     try:
         return (yield from steps.test(job)), ()
     except InputError as error:

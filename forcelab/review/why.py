@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Generator, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,16 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.influence import Judge
-from forcelab.review.certainty import Certainty
 from forcelab.review.nearest import Neighbour, nearest, summary
 from forcelab.review.outcome import Outcome
 from forcelab.review.places import Place
 from forcelab.review.why_influence import Influence, influence
-from forcelab.review.why_places import action_over
-from forcelab.review.why_training import Withheld
+from forcelab.review.why_places import action_over, place_at
+from forcelab.review.why_training import Withheld, withholding
 
-__all__ = ["Band", "Why", "explaining"]
+__all__ = ["Band", "Why", "explaining", "why_at"]
 
 Real = NDArray[np.float64]
 
@@ -205,6 +206,47 @@ def explaining(
         seconds=withheld.seconds,
         remarks=_remarks(withheld, place),
     )
+
+
+def why_at(path: Path, outcome: Outcome, id_: str, time: float) -> Generator[Progress, None, Why]:
+    """Explain what a run predicted at a time of a demonstration.
+
+    The recogniser that has not seen the demonstration is trained once more.
+
+    Parameters
+    ----------
+    path : path-like
+        The project's.
+    outcome : Outcome
+        The run.
+    id_ : str
+        The demonstration's.
+    time : float
+        Seconds.
+
+    Yields
+    ------
+    Progress
+
+    Raises
+    ------
+    InputError
+        If the run did not test it, or neither the human nor the run says anything at that time.
+    """
+    reviewed = outcome.find(id_)
+    if reviewed is None:
+        raise InputError(
+            f"Run {outcome.number} neither tested nor proposed labels for this demonstration; "
+            f"choose another run, or evaluate again."
+        )
+    place = place_at(reviewed, time)
+    if place is None:
+        raise InputError(
+            f"Nothing is labelled or predicted in '{reviewed.name}' at {time:g} s; choose another "
+            f"time."
+        )
+    withheld = yield from withholding(Path(path), outcome, id_)
+    return (yield from explaining(withheld, outcome, place))
 
 
 def _sides(judge: Judge, rows: Real, place: Place) -> tuple[str, str]:

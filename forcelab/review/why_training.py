@@ -21,13 +21,14 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.evaluation import kept_apart
 from forcelab.recognition.examples import Examples, Labelled, common_rate
+from forcelab.recognition.folds import groups
 from forcelab.recognition.influence import Network, Voter, judge_of
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load
 from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.certainty import Certainty
 from forcelab.review.nearest import Summaries, summarised
 from forcelab.review.outcome import Outcome
 
@@ -49,8 +50,8 @@ class Withheld:
     run : int
         Number of the run that this is about.
     how : "left out", "other task" or "final"
-        Trained on all others; trained on another task; or the final recogniser, of a
-        demonstration that was never labelled.
+        Trained on all others, or all but its group; trained on another task; or the final
+        recogniser, of a demonstration that was never labelled.
     demonstration : Demonstration
         The one that was not seen.
     examples : Examples
@@ -151,6 +152,10 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     if outcome.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not own]
+    if how == "left out" and outcome.folds:
+        at = next(i for i, item in enumerate(together) if item is own)
+        of = next(group for group in groups(len(together), outcome.folds) if at in group)
+        learnt = [item for i, item in enumerate(together) if i not in of]
     # The run had all demonstrations on one grid, the one that is left out among them.
     rate = common_rate([item.demonstration for item in together], outcome.settings)
     settings = outcome.settings.replace(rate=rate)

@@ -98,7 +98,8 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
     missing = [name for name in chosen if name not in found]
     if missing:
         raise InputError(
-            f"There is no recognition channel '{missing[0]}'; there are {', '.join(found)}."
+            f"There is no recognition channel '{missing[0]}'; there are {', '.join(found)}; "
+            f"choose of these, or a recogniser that was trained on them."
         )
     recorded = sorted({column for name in chosen for column in found[name]})
     places = {column: place for place, column in enumerate(recorded)}

@@ -7,7 +7,6 @@ come from the channel's own noise.
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,7 +21,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
 
-__all__ = ["ContactEvent", "finding_contacts", "near"]
+__all__ = ["ContactEvent", "finding_contacts"]
 
 Array = NDArray[np.float64]
 Kind = Literal["touch", "leave", "jerk"]
@@ -154,35 +153,6 @@ def finding_contacts(
                 found += events
                 yield progress
     return _merged(found, max(MERGED * SCALE, 2.0 * period))
-
-
-def near(events: Sequence[ContactEvent], time: float, within: float) -> ContactEvent | None:
-    """The event to snap to.
-
-    Parameters
-    ----------
-    events : sequence of ContactEvent
-        In order of time.
-    time, within : float
-        Where the pointer is and how far it reaches to either side, s.
-
-    Returns
-    -------
-    ContactEvent or None
-        That with the largest clearness, of which a fall to nothing at the edge of the reach is
-        taken off: of two alike the nearer one, and one much clearer even from a little further
-        away. None if there is none within reach.
-    """
-    first = bisect_left(events, time - within, key=_time)
-    best, most = None, -np.inf
-    for event in events[first:]:
-        if event.time > time + within:
-            break
-        close = 1.0 - abs(event.time - time) / within if within > 0 else 1.0
-        value = np.log1p(event.clearness) * close
-        if value > most:
-            best, most = event, value
-    return best
 
 
 def _sigma(period: float) -> float:

@@ -19,7 +19,6 @@ from forcelab.signals.engine.ring import laid_into_ring, ring_length, ring_respo
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = [
-    "cone_of_influence",
     "cwt",
     "frequencies",
     "geometric_scales",
@@ -82,19 +81,6 @@ def frequencies(scales: ArrayLike, rate: float, wavelet: Wavelet) -> Real:
     ndarray, shape (k,)
     """
     return rate / (wavelet.fourier_factor * np.asarray(scales, dtype=np.float64))
-
-
-def cone_of_influence(n: int, wavelet: Wavelet) -> Real:
-    """Largest scale at each sample that the ends of the recording do not yet bear upon.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Scales in samples: distance to the nearer end over the wavelet's e-folding time. Above
-        it a coefficient rests on held end values by more than exp(-2) of its power.
-    """
-    index = np.arange(n)
-    return (np.minimum(index, n - 1 - index) + 0.5) / wavelet.e_folding
 
 
 def transform_channels(values: Real, scales: Real, wavelet: Wavelet) -> Complex:

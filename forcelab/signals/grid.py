@@ -3,7 +3,8 @@
 A recording whose stamps are uniform already is taken as it is. Otherwise its samples are joined
 by straight lines and read off at the grid's times; where the grid is coarser, frequencies that it
 cannot hold are filtered out first. Nothing is invented in gaps: the grid runs through them, but
-its samples there are marked and take no part in training, scoring or recognition.
+its samples there are marked and take no part in training, scoring or recognition. Values that no
+sensor can have read count as missing too.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge
 
-__all__ = ["Grid", "on_grid"]
+__all__ = ["LARGEST", "Grid", "on_grid"]
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
 #: Rates that differ by less than this share count as the same.
 SAME_RATE = 0.01
+#: Values beyond this were not measured and count as missing: boards print 3.4e38 where they know
+#: nothing, next to which all that a wavelet or a mean makes of the others would be rounding.
+LARGEST = 1e30
 #: A grid has at most this many samples, a day at 1 kHz; more come from a stray stamp.
 MAX_SAMPLES = 86_400_000
 
@@ -42,7 +46,8 @@ class Grid:
     signals : ndarray of float64, shape (n, c)
         Missing samples bridged by straight lines.
     valid : ndarray of bool, shape (n,)
-        False in gaps of the stamps and in runs of missing samples, longer than
+        False in gaps of the stamps and in runs of samples that are missing (NaN, infinite or
+        beyond :data:`LARGEST`), longer than
         :data:`~forcelab.demonstration.GAP_PERIODS` periods.
     rate : float
         Samples a second.
@@ -52,6 +57,12 @@ class Grid:
     signals: NDArray[np.float64]
     valid: NDArray[np.bool_]
     rate: float
+
+
+def _measured(column: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The column, NaN where it cannot be a reading."""
+    lost = np.abs(column) > LARGEST
+    return np.where(lost, np.nan, column) if lost.any() else column
 
 
 def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:
@@ -106,7 +117,7 @@ def on_grid(
     """
     recorded = demonstration.signals
     wanted = range(recorded.shape[1]) if columns is None else columns
-    chosen = [recorded[:, column] for column in wanted]
+    chosen = [_measured(recorded[:, column]) for column in wanted]
     own = 1.0 / demonstration.period
     asked = rate or demonstration.rate
     if abs(asked / own - 1) < SAME_RATE:

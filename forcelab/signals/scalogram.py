@@ -17,8 +17,10 @@ Error against :func:`forcelab.signals.cwt.cwt`, held by ``tests/signals/test_sca
   in one row, `d` radians a scale apart, ``sin(d / 16)^2``: 6 % where the wavelet answers to
   either with an eighth of its most, 10 % where with a twenty-third;
 * of tiles the columns' edges move to the nearest cell, by a quarter of a column at most;
-* phases within 0.03 rad where the magnitude is above a tenth of the row's largest (0.25 rad at
-  p = 5 below scale 3.7, whose wavelet the Nyquist frequency cuts).
+* phases within 0.03 rad where the magnitude is above a tenth of the row's largest. A wavelet that
+  the Nyquist frequency cuts rings further than it is followed: within 0.25 rad from scale
+  ``(p + 1) / pi`` on (1.9 at p = 5, 2.9 at p = 8), within 0.5 rad from ``p / pi`` on, below which
+  the peak itself is cut off and phases are not sure; nothing of that from ``(p + 6.5) / pi`` on.
 
 Of recordings of up to a day at 1 kHz, memory stays below 150 MB for a picture, and 128 MB for the
 tiles; means take a byte for each sample. Time is in ``forcelab measure scalogram``.

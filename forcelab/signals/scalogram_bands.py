@@ -17,7 +17,7 @@ from scipy import fft
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["RINGING", "TOLERANCE", "band", "band_rows", "is_cut", "reach"]
+__all__ = ["PHASE_RINGING", "RINGING", "TOLERANCE", "band", "band_rows", "is_cut", "reach"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,8 +27,9 @@ Single = NDArray[np.complex64]
 TOLERANCE = 1e-6
 #: Half-width of a Gaussian of unit deviation at that share.
 _CUT = math.sqrt(2 * math.log(1 / TOLERANCE))
-#: Samples on either side that a wavelet which the Nyquist frequency cuts is followed for.
-RINGING = 256
+#: Samples on either side that a wavelet which the Nyquist frequency cuts is followed for: for
+#: magnitudes, and for phases, which what is left of the ringing turns.
+RINGING, PHASE_RINGING = 256, 1024
 #: Samples over which the last value leads to the first.
 _RAMP = 64
 #: Points for each independent one: a row is read between its points.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import TOLERANCE, band_rows, reach
+from forcelab.signals.scalogram_bands import PHASE_RINGING, TOLERANCE, band_rows, is_cut, reach
 from forcelab.signals.scalogram_coarser import coarser, step_for
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import bank
@@ -148,6 +148,8 @@ def phases(
         )
     for rows in _groups(np.flatnonzero(~alone), scales, places[1] - places[0]):
         halo = reach(scales[rows[-1]])
+        if is_cut(float(scales[rows[0]]), wavelet):
+            halo += PHASE_RINGING
         pieces = places[1] - places[0] + 2 * halo
         step = step_for(scales[rows[0]], wavelet) if pieces > _SHORT else 1
         halo += 2 * step

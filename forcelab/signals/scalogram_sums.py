@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.signals.scalogram_bands import RINGING, is_cut, reach
+from forcelab.signals.scalogram_bands import PHASE_RINGING, is_cut, reach
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_source import Source
 from forcelab.signals.wavelets import Morlet
@@ -31,7 +31,7 @@ def _kernel(scale: float, wavelet: Morlet) -> NDArray[np.complex128]:
         place = np.arange(-reach(scale), reach(scale) + 1)
         kernel = np.conj(wavelet.time(place / scale)) / math.sqrt(scale)
     else:
-        half = RINGING
+        half = PHASE_RINGING
         omega = 2 * np.pi * np.fft.fftfreq(8 * half)
         response = math.sqrt(scale) * wavelet.spectrum(scale * omega)
         place = np.arange(-half, half + 1)

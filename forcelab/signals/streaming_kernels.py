@@ -4,7 +4,7 @@ The coefficient of scale `a` at sample `b`, as known at sample ``t = b + delay``
 one of the samples up to `t` with the last value held: a weighted sum of these samples. Wide
 wavelets see a decimated copy of all but the newest samples. The copy is made with a Kaiser window
 as its filter, whose response is divided out of the wavelet and whose images (spectra shifted by the
-decimated rate) are below :data:`IMAGES` of the signal.
+decimated rate) are below 1e-7 of the signal.
 
 References
 ----------
@@ -41,8 +41,6 @@ Complex = NDArray[np.complex128]
 
 #: Half-width in decimated samples of the filter before decimation.
 HALF = 4
-#: Largest share of what lies beyond the decimated copy's band that comes back into the wavelet's.
-IMAGES = 1e-7
 #: Highest angular frequency of a wavelet on its decimated copy, radians per decimated sample.
 HIGHEST = 0.9
 #: A spectrum is taken as ended where it is below this share of its peak.

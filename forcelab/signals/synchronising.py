@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.jobs import Progress, finish
+from forcelab.jobs import Progress
 from forcelab.signals.likeness import (
     DRIFT,
     Match,
@@ -27,7 +27,7 @@ from forcelab.signals.likeness import (
 from forcelab.signals.tapping import Tap, find_taps
 from forcelab.video.motion import measuring_motion
 
-__all__ = ["Proposal", "propose", "proposing", "proposing_for"]
+__all__ = ["Proposal", "proposing", "proposing_for"]
 
 Array = NDArray[np.float64]
 
@@ -50,6 +50,8 @@ DOUBTED, NEXT, GROWN = 0.05, 1.0, 0.5
 #: By how much the motion grows at the taps on average, in usual growths: nothing is sure below the
 #: first, as another motion may be meant; all is from the second on.
 FAINT, PLAIN = 0.5, 1.0
+#: A proposal with less confidence is one to look at twice.
+TRUSTED = 0.5
 #: Taps further from the fitted clock than this share of a frame's time do not agree.
 AGREEING = 1.0
 
@@ -82,12 +84,10 @@ class Proposal:
     motion: Array
     force: Array
 
-
-def propose(
-    frame_times: ArrayLike, energy: ArrayLike, force_times: ArrayLike, force: ArrayLike
-) -> Proposal:
-    """Propose a video's clock; see :func:`proposing`, which is the same as a job."""
-    return finish(proposing(frame_times, energy, force_times, force))
+    @property
+    def doubtful(self) -> bool:
+        """Whether it is to be looked at before it is believed."""
+        return self.confidence < TRUSTED
 
 
 def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:

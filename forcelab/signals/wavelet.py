@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["TAIL", "Wavelet", "gauss"]
+__all__ = ["TAIL", "Wavelet", "cone_of_influence", "gauss"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -78,3 +78,24 @@ TAIL = math.sqrt(2 * math.log(1e13))
 def gauss(x: Real) -> Real:
     """``exp(-x^2 / 2)``."""
     return np.exp(-0.5 * x * x)
+
+
+def cone_of_influence(times: Real, bounds: tuple[float, float], e_folding: float) -> Real:
+    """Largest scale at each time that the ends of the recording do not yet bear upon.
+
+    Above it a coefficient rests on held end values by more than exp(-2) of its power [1]_.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+    bounds : tuple of float
+        Where the recording begins and ends.
+    e_folding : float
+        Of the wavelet, over its scale.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Scales in the unit of the times.
+    """
+    return np.minimum(times - bounds[0], bounds[1] - times) / e_folding

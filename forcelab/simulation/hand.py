@@ -35,10 +35,10 @@ def reach(share: Array) -> Array:
     return u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
 
 
-def tremor(times: Array, rng: np.random.Generator, low: float = 8.0, high: float = 12.0) -> Array:
-    """Physiological tremor of unit variance between `low` and `high` Hz: a few beating tones."""
+def tremor(times: Array, rng: np.random.Generator) -> Array:
+    """Physiological tremor of unit variance between 8 and 12 Hz: a few beating tones."""
     tones = 6
-    frequencies = rng.uniform(low, high, tones)
+    frequencies = rng.uniform(8.0, 12.0, tones)
     phases = rng.uniform(0.0, 2.0 * np.pi, tones)
     sum_ = np.sin(2.0 * np.pi * frequencies[:, None] * times + phases[:, None]).sum(axis=0)
     return np.asarray(sum_ * np.sqrt(2.0 / tones))

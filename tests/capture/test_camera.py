@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.capture.camera import CameraReader
-from forcelab.capture.camera_device import Camera, _lasting, open_camera
+from forcelab.capture.camera_device import Camera, _lasting, open_camera, open_cameras
 from forcelab.capture.keeping import recover
 from forcelab.capture.matroska import MatroskaWriter
 from forcelab.capture.recorder import Recorder
@@ -40,7 +40,8 @@ class FakeCamera:
         while self.number in self.skip:
             self.number += 1
         wait = self.began + self.number / self.rate - time.monotonic()
-        time.sleep(max(wait, 0))
+        # After a thread was kept from running too, each picture takes its time to come over.
+        time.sleep(max(wait, 0.002))
         return True, np.full((*self.size, 3), 20 + self.number % 200, dtype=np.uint8)
 
     def get(self, what):
@@ -51,6 +52,8 @@ class FakeCamera:
 
     def reopen(self):
         self.looked_for += 1
+        # What it saw meanwhile is gone: no camera hands that over all at once.
+        self.number = max(self.number, int((time.monotonic() - self.began) * self.rate))
         return self.there.is_set()
 
 
@@ -248,6 +251,50 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
         )
         at = stamps["frames_1"][:, 0] - stamps["start"]
         np.testing.assert_allclose(other.video.clock.to_force(second.times), at, atol=2e-4)
+
+
+def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(project):
+    cameras = [FakeCamera(), FakeCamera(rate=100)]
+    with Recorder(
+        project, [FakeDevice()], [(f"camera {i}", one) for i, one in enumerate(cameras)]
+    ) as recorder:
+        recorder.start("LEGO")
+        eventually(lambda: all(camera.frames > 12 for camera in recorder.state().cameras))
+        recorder.stop()
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+        told = opened.cameras(d)
+        stamps = opened.stamps(d.id)
+        old = {name: kept for name, kept in stamps.items() if not name.startswith("video_")}
+        opened.attach_stamps(d.id, old)
+        found = opened.cameras(d)
+        assert [one.video.path for one in found] == [one.video.path for one in told]
+        assert found[0].video == d.video
+        assert found[1].video.clock.offset == pytest.approx(told[1].video.clock.offset, abs=2e-4)
+        (beside,) = opened.beside(d.id)
+        another = beside.with_name("beside-0123456789abcdef.mkv")
+        another.write_bytes(b"of a third one")
+        assert opened.cameras(d) == (), "nothing tells which of the two is whose"
+        another.unlink()
+        opened.attach_stamps(d.id, {n: k for n, k in old.items() if not n.startswith("frames_1")})
+        assert opened.cameras(d) == (), "no second camera gave frames"
+
+
+@pytest.mark.parametrize("which", ["", "abc", "-1", " 0", "video0", "0?x=1", "\N{SUPERSCRIPT TWO}"])
+def test_words_that_mean_no_camera_are_refused_before_one_is_looked_for(which):
+    with pytest.raises(InputError, match="is no camera; .* such as 0"):
+        open_camera(which)
+
+
+def test_a_camera_that_is_named_twice_is_refused_and_the_first_let_go_of(monkeypatch):
+    opened = []
+    monkeypatch.setattr(
+        "forcelab.capture.camera_device.open_camera",
+        lambda _: opened.append(FakeCamera()) or opened[-1],
+    )
+    with pytest.raises(InputError, match="camera 0 is named twice"):
+        open_cameras(["0", "1", "0"])
+    assert [one.released for one in opened] == [True, True]
 
 
 def test_a_camera_keeps_its_name_whatever_number_it_gets(tmp_path):

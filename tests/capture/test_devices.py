@@ -5,15 +5,17 @@ import time
 
 import numpy as np
 import pytest
+from fake_devices import eventually
 from virtual_encoder import VirtualEncoder
 
 from forcelab.capture import encoder_device, optoforce_talk
 from forcelab.capture.blocks import UnpluggedError
-from forcelab.capture.devices import device_named, number_sensors, said
+from forcelab.capture.devices import device_named, devices_named, number_sensors, said
 from forcelab.capture.discovery import FoundPort
 from forcelab.capture.encoder_device import Encoder
 from forcelab.capture.events import Events
 from forcelab.capture.optoforce_device import OptoForce
+from forcelab.capture.reader import DeviceReader
 from forcelab.capture.text_device import TextLine
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
@@ -324,7 +326,8 @@ def test_text_with_a_clock_is_counted_by_it():
         device = TextLine(virtual.port, ports=nothing)
         device.open()
         assert [c.name for c in device.channels] == ["t", "s"]
-        assert device.rate == pytest.approx(200, rel=0.1)
+        assert device.rate == pytest.approx(200, rel=0.01)
+        assert not device.measured
         blocks = collect(device, 40)
         virtual.unplug()
         blocks += gone(device)[0]
@@ -347,9 +350,37 @@ def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
         assert not collect(device, 5)[-1].values.any()
         assert device.statistics["junk_lines"] > 0
         device.close()
-    assert device.rate == 200
+    assert (device.rate, device.measured) == (200, False)
     assert all(block.ticks is None for block in blocks)
     assert (joined(blocks, "values") == 5.0).all()
+
+
+@pytest.mark.parametrize(("rate", "burst"), [(80, 0.016), (333.33, 0.004)])
+def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst):
+    with VirtualTextLine(lambda t: np.column_stack([t, -t]), rate, burst=burst) as virtual:
+        device = TextLine(virtual.port, ports=nothing)
+        device.open()
+        assert device.rate == pytest.approx(rate, rel=0.03)
+        assert device.measured
+        reader = DeviceReader(0, device, 5.0)
+        eventually(lambda: reader.state().samples > 2.5 * rate)
+        state = reader.state()
+        reader.close()
+    # What was measured is no promise, so that no clock is said to break it.
+    assert state.rate == pytest.approx(rate, rel=0.01)
+    assert "drift" not in state.alarms
+    assert np.isnan(state.clock_rate)
+
+
+def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them():
+    def source(times):
+        return np.column_stack([np.sin(times)])
+
+    with VirtualTextLine(source, 330, names=("s",), labelled=True, clock="time_ms") as virtual:
+        device = TextLine(virtual.port, ports=nothing)
+        device.open()
+        device.close()
+    assert device.rate == pytest.approx(330, rel=0.01)  # 1 / 3 ms is 333
 
 
 def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
@@ -507,3 +538,10 @@ def test_events_are_said_once_while_they_go_on():
     for number in range(1000):
         events.say(str(number))
     assert len(events.take()) == 100
+
+
+def test_two_devices_at_one_port_are_refused_before_it_seems_to_be_in_use_by_others():
+    names = ["optoforce:/dev/ttyA", "text:/dev/ttyB", "optoforce:/dev/ttyA?rate=500"]
+    with pytest.raises(InputError, match="Two devices are said to be at /dev/ttyA"):
+        devices_named(names)
+    assert [one.name for one in devices_named(names[:2])] == names[:2]

@@ -214,7 +214,29 @@ def test_what_a_full_disk_refused_to_the_end_is_still_there_to_be_used(tmp_path,
         writer.block(0, block(20, seed=i))
     writer.finish()
     assert len(writer.contents().records) == 9
+    # Closed all the same, it is kept whole where there is room, and nowhere twice.
+    there = tmp_path / "there"
+    there.mkdir()
+    places = (tmp_path / "nowhere", there)
+    monkeypatch.setattr("forcelab.capture.journal_writer.other_places", lambda: places)
     writer.close()
+    writer.close()
+    assert list(there.iterdir()) == [writer.saved]
+    assert not writer.path.exists()
+    found = read(writer.saved)
+    assert (found.torn, len(found.records), found.header) == (0, 9, HEADER)
+
+
+@pytest.mark.usefixtures("_calm")
+def test_a_journal_that_nobody_has_room_for_stays_as_far_as_it_came(tmp_path, monkeypatch):
+    monkeypatch.setattr(FullDisk, "room", 1000)
+    monkeypatch.setattr("forcelab.capture.journal_writer.other_places", lambda: (tmp_path / "no",))
+    writer = JournalWriter(tmp_path / "a.journal", HEADER, FullDisk)
+    for i in range(9):
+        writer.block(0, block(20, seed=i))
+    writer.close()
+    assert writer.saved is None
+    assert read(writer.path).header == HEADER
 
 
 @pytest.mark.usefixtures("_calm")

@@ -1,6 +1,8 @@
 """The recorder: what came is in the project, whatever happened meanwhile."""
 
+import re
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -156,6 +158,39 @@ def test_unplugged_and_plugged_in_again_is_one_demonstration_with_a_gap(project,
         assert len(opened.demonstrations()) == 1
 
 
+@pytest.mark.parametrize("goes_on", [True, False])
+def test_what_a_device_lost_while_it_was_away_is_told_live_as_it_is_kept(project, goes_on):
+    device = FakeDevice()
+
+    def go_on():
+        """Its cable alone was out: its counter went on, and nobody heard it."""
+        if device.gone.is_set():
+            raise InputError("It is not there.")
+        device.next = int((time.monotonic() - device.began) * device.rate)
+
+    if goes_on:
+        device.reopen = go_on
+    with Recorder(project, [device]) as recorder:
+        recorder.start("LEGO")
+        came(recorder, 300)
+        device.gone.set()
+        eventually(lambda: "unplugged" in recorder.state().devices[0].alarms)
+        time.sleep(0.15)
+        device.gone.clear()
+        eventually(lambda: recorder.state().devices[0].plugged)
+        came(recorder, 900)
+        lost = recorder.state().devices[0].lost
+        kept = recorder.stop()
+    (told,) = kept.remarks
+    if goes_on:
+        assert lost >= 150
+        said = "samples of fake:0 were lost and the device was unplugged once; these are gaps."
+        assert told == f"{lost} {said}"
+    else:
+        assert lost == 0
+        assert told == "fake:0 was unplugged once; that is a gap."
+
+
 def test_a_second_device_that_is_away_is_missing_and_the_first_goes_on(project):
     second = FakeDevice("fake:1")
     with Recorder(project, [FakeDevice(), second]) as recorder:
@@ -199,6 +234,18 @@ def test_saturation_stalling_and_drift_are_alarms(project):
         device.rate = 0.0
         device.next = 10**9
         eventually(lambda: "stalled" in recorder.state().devices[0].alarms)
+
+
+def test_a_device_that_gives_other_than_it_was_told_is_said_once(project, monkeypatch):
+    monkeypatch.setattr("forcelab.capture.reader._SETTLED", 2.0)
+    wrong, right = FakeDevice("wrong:0", ppm=-100_000), FakeDevice("right:0", ppm=500)
+    told = []
+    with Recorder(project, [wrong, right]) as recorder:
+        eventually(lambda: told.extend(recorder.remarks()) or told)
+        came(recorder, recorder.state().devices[0].samples + 200)
+        told += recorder.remarks()
+    (sentence,) = told
+    assert re.search(r"^wrong:0 gives 11\d\d samples a second, not 1000: .*\?rate=11\d\d", sentence)
 
 
 def test_a_zero_that_wanders_is_an_alarm_until_it_is_zeroed(project):

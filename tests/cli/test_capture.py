@@ -143,6 +143,37 @@ def test_ctrl_c_keeps_one_demonstration_though_unplugged_and_plugged_in_again(tm
     assert end - begin > 0.3
 
 
+def test_what_the_disk_does_not_take_is_kept_elsewhere_and_can_be_recovered(
+    forcelab, daq, tmp_path, monkeypatch
+):
+    home, away, project = tmp_path / "home", tmp_path / "away", tmp_path / "lab.forcelab"
+    home.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    process = started(project, "--device", f"optoforce:{daq.port}", "--task", "LEGO")
+    journal_of(project, process)
+    project.rename(away)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    (saved,) = home.glob("*.journal")
+    told = err.splitlines()[-1]
+    assert str(saved) in told
+    assert f"'{project / CAPTURES}'" in told
+    assert "--recover" in told
+    away.rename(project)
+    for part in unfinished(project):  # as far as the disk took it
+        part.unlink()
+    saved.rename(project / CAPTURES / saved.name)
+    said = forcelab("capture", project, "--recover", "--json")
+    (found,) = said.json["recovered"]
+    assert found["name"] == "LEGO 01"
+    with Project.open(project) as opened:
+        d = opened.load("LEGO 01")
+    assert len(d.times) == found["samples"]
+    assert not d.gaps
+
+
 def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_path):
     with Project.create(tmp_path / "lab.forcelab") as made:
         project = made.path

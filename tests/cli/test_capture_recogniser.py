@@ -89,6 +89,16 @@ def test_the_track_is_what_is_stated_for_the_latency_and_segments_are_told(
         assert 0.5 < float(line[3]) <= 1
 
 
+def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, tmp_path):
+    project = tmp_path / "lab.forcelab"
+    with tongs(three[2][0]) as devices:
+        slow = [word + "&rate=50" * word.startswith("optoforce") for word in devices]
+        words = ["--task", "foam", "--seconds", "0.5", "--recogniser", file]
+        said = forcelab("capture", project, *slow, *words)
+    assert said.status == 0, said.err
+    assert re.search(r"come at 50 Hz, and .* learnt at 1000 Hz: \d of its \d scales", said.err)
+
+
 def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
     forcelab_on_terminal, three, file, tmp_path
 ):

@@ -21,7 +21,8 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.labels import read_labels
 from forcelab.gui.platform import QtPlatform
 from forcelab.project import Project
-from forcelab.recognition.settings import CLASSIFIERS, PRESETS
+from forcelab.recognition.presets import PRESETS
+from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
@@ -159,6 +160,31 @@ def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
     )
     assert len(again["runs"]) == 1
     assert first["demonstrations"] == again["demonstrations"]
+
+
+def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
+    forcelab("evaluate", project, "--task", "foam", *FAST)
+    monkeypatch.setattr(Project, "runs", None)  # to call it would fail
+    assert forcelab("list", project).out.endswith("6 demonstrations, 0 recognisers, 1 run.\n")
+
+
+def test_the_list_tells_what_is_left_to_label(forcelab, project):
+    def left(*words):
+        return [
+            one["name"]
+            for one in forcelab("list", project, *words, "--json").json["demonstrations"]
+        ]
+
+    assert left("--to-label", "coder") == []
+    assert len(left("--to-label", "Ada")) == 6
+    forcelab("assign", project, "foam-01", "foam-02", "sponge-11", "--author", "coder")
+    forcelab("assign", project, "foam-02", "--author", "coder", "--done")
+    assert left("--to-label", "coder") == ["foam-01", "sponge-11"]
+    assert left("--to-label", "coder", "--task", "sponge") == ["sponge-11"]
+    forcelab("assign", project, "foam-01", "sponge-11", "--author", "coder", "--done")
+    said = forcelab("list", project, "--to-label", "coder").out
+    assert said == "Nothing of this is left to label for coder.\n"
+    assert "there is 'coder'" in forcelab("list", project, "--to-label", "Coder").sentence
 
 
 def test_an_archive_imports_like_any_recording(forcelab, project, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 
 from forcelab.cli import demonstrating, main
 from forcelab.project import Project
-from forcelab.recognition import settings
+from forcelab.recognition import presets
 from forcelab.simulation import production
 
 
@@ -17,12 +17,12 @@ from forcelab.simulation import production
 def made(tmp_path_factory):
     """The sample project in a folder with a space, and what was said when it was made."""
     folder = tmp_path_factory.mktemp("a lab")
-    cheap = settings.preset("paper").replace(classifier="naive-bayes")
+    cheap = presets.preset("paper").replace(classifier="naive-bayes")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(production, "performing", brief.performing)
         patch.setattr(production, "_filmed", brief.filmed)
         patch.setattr(demonstrating, "cpu_count", lambda: 1)
-        patch.setattr(settings, "preset", lambda _: cheap)
+        patch.setattr(presets, "preset", lambda _: cheap)
         assert main(["demo", str(folder / "my sample.forcelab")]) == 0
     return folder / "my sample.forcelab"
 

@@ -1,5 +1,6 @@
 """``forcelab evaluate``."""
 
+import csv
 import json
 
 import pytest
@@ -10,7 +11,7 @@ from forcelab.project import Project
 
 SCORES = {
     "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1",
-    "f1_labelled", "boundaries_found", "boundary_ms", "confusion", "events",
+    "f1_labelled", "boundaries_found", "boundary_ms", "boundary_labelled_ms", "confusion", "events",
 }  # fmt: skip
 
 
@@ -42,6 +43,37 @@ def test_json_holds_settings_scores_and_run_times(forcelab, project, tmp_path):
     assert low <= content["raw"]["pooled"]["accuracy"] <= high
     line = next(line for line in said.out.splitlines() if line.startswith("95 % interval "))
     assert line.split()[3] == f"{100 * low:.1f}–{100 * high:.1f}"
+
+
+def test_a_table_holds_every_score_of_every_demonstration(forcelab, project, tmp_path):
+    words = ["--table", tmp_path / "scores.csv", "--json", "-"]
+    content = forcelab("evaluate", project, "--task", "foam", *FAST, *words).json
+    rows = list(csv.DictReader((tmp_path / "scores.csv").read_text("utf-8").splitlines()))
+    assert [row["row"] for row in rows[:7]] == ["demonstration"] * 4 + ["pooled", "lower", "upper"]
+    assert [row["stage"] for row in rows] == ["raw"] * 7 + ["filtered"] * 7
+    for stage, first in (("raw", 0), ("filtered", 7)):
+        each = [*content[stage]["demonstrations"], content[stage]["pooled"]]
+        for row, scores in zip(rows[first:], each, strict=False):
+            assert float(row["accuracy"]) == scores["accuracy"]
+            assert float(row["f1.50"]) == scores["f1"]["50"]
+            assert float(row["events.merge.count"]) == scores["events"]["merge"]["count"]
+        ends = [float(row["edit"]) for row in rows[first + 5 : first + 7]]
+        assert ends == content[stage]["intervals"]["edit"]
+    refused = forcelab("evaluate", project, *FAST, "--table", tmp_path / "scores.xls")
+    assert refused.sentence.endswith("name it 'scores.csv'.\n")
+
+
+def test_what_is_printed_of_each_action_is_what_the_confusion_counts(forcelab, project, tmp_path):
+    words = ["--task", "foam", *FAST, "--json", tmp_path / "scores.json"]
+    said = forcelab("evaluate", project, *words)
+    content = json.loads((tmp_path / "scores.json").read_text())
+    lines = said.out.split("mostly taken for\n")[1].splitlines()
+    for i, action in enumerate(content["labels"]):
+        shares = []
+        for stage in ("raw", "filtered"):
+            counts = content[stage]["pooled"]["confusion"][i]
+            shares.append(f"{100 * counts[i] / sum(counts):.1f}")
+        assert lines[i].split()[:3] == [action, *shares]
 
 
 def test_json_on_standard_output_is_nothing_but_json(forcelab, project):
@@ -94,6 +126,31 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
     assert [e["title"] for e in content["evaluations"]] == ["foam", "sponge"]
     assert "lonely" in content["remarks"][0]
     assert "two labelled" in forcelab("evaluate", project, "--task", "lonely", *FAST).sentence
+
+
+def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
+    from forcelab.gui.figures import TimelinePairs
+    from forcelab.gui.review.colouring import vocabulary_of
+    from forcelab.review.outcome import latest
+
+    drawn = []
+    monkeypatch.setattr(TimelinePairs, "save", lambda figure, _path: drawn.append(figure))
+    with Project.open(project) as opened:
+        # What one learns from looks otherwise than what it is tested on.
+        opened.set_vocabulary("foam", opened.vocabulary("foam").recoloured("hold", "#112233"))
+        words = ["--task", "foam", "--test-task", "sponge", *FAST, "--figure", tmp_path / "f.svg"]
+        assert forcelab("evaluate", project, *words).status == 0
+        seen = vocabulary_of(opened, latest(opened))
+    assert seen["hold"].colour != "#112233"
+    assert {a.name: a.look for a in drawn[0].vocabulary} == {a.name: a.look for a in seen}
+
+
+def test_what_a_preset_switches_on_can_be_switched_off(forcelab, project):
+    words = ["evaluate", project, "--task", "foam", "--preset", "best", "--json", "-"]
+    made = forcelab(*words, "--no-peaks", "--no-calibrated", "--stride", 20).json["settings"]
+    assert (made["peaks"], made["calibrated"], made["balanced"]) == (False, False, False)
+    made = forcelab(*words[:-4], "--preset", "fast", "--peaks", "--json", "-").json["settings"]
+    assert (made["peaks"], made["calibrated"]) == (True, False)
 
 
 def test_no_two_outputs_of_several_tasks_share_a_file(forcelab, project, tmp_path):
@@ -162,7 +219,7 @@ def test_figures_of_joined_tasks_keep_the_colours_of_the_vocabulary(forcelab, pr
     with Project.open(project) as opened:
         vocabulary = opened.vocabulary("foam").recoloured("hold", "#123456")
         opened.set_vocabulary("foam", vocabulary)
-    for number, words in enumerate([[], ["--task", "sponge"], ["--test-task", "sponge"]]):
+    for number, words in enumerate([[], ["--task", "sponge"]]):
         file = tmp_path / f"{number}.svg"
         forcelab("evaluate", project, "--task", "foam", *words, *FAST, "--figure", file)
         assert "#123456" in file.read_text()
@@ -286,6 +343,7 @@ def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
         (["--windows", "0.1,wide"], "seconds"),
         (["--max-scale", "1"], "2 .. 1 samples"),
         (["--jobs", "0"], "--jobs"),
+        (["--folds", "1"], "--folds"),
     ],
 )
 def test_a_setting_that_cannot_be_is_a_wrong_command_line(forcelab, project, words, says):

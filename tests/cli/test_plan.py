@@ -20,7 +20,8 @@ from forcelab.measure.loading import Loaded
 from forcelab.project import Incoming, Project
 from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.planning import planned
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.origin import Origin

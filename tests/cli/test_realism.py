@@ -10,7 +10,7 @@ from forcelab.cli import comparing
 from forcelab.labels import Track
 from forcelab.measure import beside
 from forcelab.project import Incoming, Project
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 #: Settings with which leaving one of a few demonstrations out takes a tenth of a second.
 QUICK = preset("paper").replace(classifier="naive-bayes", max_scale=64)

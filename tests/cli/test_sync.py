@@ -80,3 +80,8 @@ def test_without_a_video_that_is_said(project, forcelab):
     with Project.open(project) as made:
         (name,) = (info.name for info in made.demonstrations() if not info.has_video)
     assert "has no video" in forcelab("sync", project, name).sentence
+
+
+def test_a_proposal_that_is_not_sure_says_what_to_do(project, forcelab, monkeypatch):
+    monkeypatch.setattr("forcelab.signals.synchronising.TRUSTED", 1.1)
+    assert "low: look at the frames at a tap" in forcelab("sync", project, "filmed 1").out

@@ -19,7 +19,7 @@ from forcelab.demonstration import VideoReference
 from forcelab.gui.review import remembered
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 #: With these it is trained within two seconds.
 SETTINGS = preset("paper").replace(max_scale=32.0)

@@ -229,6 +229,81 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document):
     assert said[-1].startswith("No demonstration is shown")
 
 
+def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
+    said = []
+    document.said.connect(lambda sentence, _: said.append(sentence))
+    names = [row.info.name for group in listing.model.groups for row in group.rows]
+    assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
+    document.open_demonstration(id_of(document, "block"))
+    opened = []
+    for _ in range(3):
+        listing.open_to_label()
+        opened.append(document.demonstration.name)
+    assert opened == ["sponge", "pen-10", LONG]  # and from the end it begins anew
+    listing.menu.set_done([id_of(document, LONG), id_of(document, "pen-10")], True)
+    listing.menu.assign([id_of(document, "pen-2")], "anna")  # begun, but somebody waits for it
+    listing.open_to_label()
+    listing.open_to_label()
+    assert document.demonstration.name == "pen-2"
+    listing.search.setText("pen")
+    listing.open_to_label()
+    assert document.demonstration.name == "pen-2"
+    assert said[-1] == "Of the demonstrations shown, no other one is left to label."
+
+
+def test_several_are_chosen_and_put_right_at_once(listing, document, until):
+    first = id_of(document, "sponge")
+    document.open_demonstration(first)
+    view = listing.view
+
+    def click(name, modifier):
+        box = view.visualRect(listing.model.index_of(id_of(document, name)))
+        QTest.mouseClick(
+            view.viewport(), Qt.MouseButton.LeftButton, modifier, box.center(), delay=1
+        )
+
+    click("pen-2", Qt.KeyboardModifier.ControlModifier)
+    click("pen-10", Qt.KeyboardModifier.ControlModifier)
+    assert document.id == first  # to choose is not to open
+    chosen = listing._chosen()
+    assert [row.info.name for row in chosen] == ["sponge", "pen-2", "pen-10"]
+    assert listing._count.isVisible()
+    assert listing._count.text() == "3 chosen"
+    reads = []
+    document.listing_changed.connect(lambda: reads.append(None))
+    menu = listing.menu.made_for(chosen[0], chosen)
+    texts = {action.text(): action for action in menu.actions()}
+    texts["Mark these 3 as done"].trigger()
+    assert len(reads) == 1  # read once for all of them
+    assert {one.demonstration for one in document.project.assignments("anna") if one.done} == {
+        row.info.id for row in chosen
+    }
+    assert [row.info.name for row in listing._chosen()] == ["sponge", "pen-2", "pen-10"]
+    texts = {
+        action.text(): action
+        for action in listing.menu.made_for(chosen[0], listing._chosen()).actions()
+    }
+    assert "Mark these 3 as done" not in texts
+    texts["Take 3 assignments of anna back"].trigger()
+    assert not document.project.assignments("anna")
+    assert listing.menu.set_task([row.info.id for row in chosen], "marker")
+    assert [info.task for info in document.infos if info.name.startswith("pen")] == ["marker"] * 2
+    click("block", Qt.KeyboardModifier.NoModifier)
+    assert document.demonstration.name == "block"
+    assert [row.info.name for row in listing._chosen()] == ["block"]
+    assert listing._count.isHidden()
+
+
+def test_what_is_opened_is_chosen_alone(listing, document):
+    document.open_demonstration(id_of(document, "block"))
+    listing.view.selectAll()
+    assert len(listing._chosen()) == 5
+    listing.open_next()
+    assert [row.info.name for row in listing._chosen()] == ["sponge"]
+    listing.search.setText("pen")
+    assert listing._chosen() == ()  # nothing of it seems chosen that is not shown
+
+
 def test_filters_show_what_is_left_to_do(listing, document):
     project = document.project
     project.assign(id_of(document, "pen-10"), "anna")
@@ -267,7 +342,7 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
     assert "stylus" not in shown(listing)
     show(listing, "begun")
     assert shown(listing) == {"foam": ["sponge"], "stylus": ["pen-2", "pen-10"]}
-    listing.menu.set_done(id_of(document, "pen-10"), True)
+    listing.menu.set_done([id_of(document, "pen-10")], True)
     assert shown(listing)["stylus"] == ["pen-2"]
     show(listing, "all")
     told = listing.model.index(2, 0).data(Qt.ItemDataRole.AccessibleTextRole)
@@ -301,7 +376,7 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
         assert "blind" in index.data(role)
     titles = [action.text() for action in listing.menu.made_for(row(listing, "pen-2")).actions()]
     assert not any("bert" in title for title in titles)
-    assert listing.menu.set_done(id_, True)
+    assert listing.menu.set_done([id_], True)
     assert "bert" in document.others
     assert row(listing, "pen-2").done
     assert row(listing, "pen-2").others == (("bert", 0.25),)
@@ -319,10 +394,10 @@ def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
     assert menu.attach_video(id_, film)
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
-    assert menu.set_done(id_, True)
+    assert menu.set_done([id_], True)
     assert [one.done is not None for one in project.assignments("anna")] == [True]
-    assert menu.set_done(id_, False)
-    assert menu.unassign(id_, "anna")
+    assert menu.set_done([id_], False)
+    assert menu.unassign([id_], "anna")
     assert project.assignments() == ()
 
 
@@ -332,11 +407,11 @@ def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
 
     document.open_demonstration(id_of(document, "pen-2"))
     assert not any("Back" in title for title in titles())
-    assert listing.menu.set_task(document.id, "foam")
+    assert listing.menu.set_task([document.id], "foam")
     assert shown(listing)["foam"] == ["block", "pen-2", "sponge"]
     assert document.demonstration.task == "foam"
     assert "Back to task 'stylus'" in titles()
-    assert listing.menu.set_task(document.id, "stylus")
+    assert listing.menu.set_task([document.id], "stylus")
     assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
 
 
@@ -400,7 +475,11 @@ def test_every_row_has_a_menu(listing, document):
     first = listing.menu.made_for(row(listing, "pen-2")).actions()[0]
     assert not first.isEnabled()
     group = listing.menu.made_for(listing.model.groups[1])
-    assert [action.text() for action in group.actions()] == ["Assign these 2 blind…"]
+    assert [action.text() for action in group.actions() if action.text()] == [
+        "Mark these 2 as done",
+        "Assign these 2 blind…",
+        "Task of these 2…",
+    ]
 
 
 def test_a_project_that_may_only_be_read_offers_only_to_open(app, path, monkeypatch):
@@ -512,3 +591,21 @@ def test_an_index_that_is_nowhere_is_nothing(app):
     assert not model.index(0, 0).isValid()
     assert not model.index_of("x").isValid()
     assert model.at(QModelIndex()) is None
+
+
+def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
+    ids = {info.name: info.id for info in document.infos}
+    document.open_demonstration(ids["pen-10"])
+    document.paint(0.0, 5.0, "grab")
+    document.open_demonstration(ids["block"])
+    document.refresh_info()  # as the window does a moment later
+    shares = {row.info.name: row.share for group in listing.model.groups for row in group.rows}
+    assert shares["pen-10"] == pytest.approx(0.5, abs=0.01)
+
+
+def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document, path):
+    ids = {info.name: info.id for info in document.infos}
+    document.open_demonstration(ids["pen-10"])
+    with Project.open(path) as other:
+        other.remove(ids["pen-10"], {})
+    assert document.open_demonstration(ids["block"])

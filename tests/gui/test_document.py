@@ -1,12 +1,16 @@
 """The document: what views are told, and what the store has by then."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_once import made_once
+from outcomes import outcome_of, reviewed
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
+from forcelab.gui.review.colouring import vocabulary_seen
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
 
@@ -245,3 +249,17 @@ def test_a_project_that_cannot_be_opened_leaves_the_open_one(document, tmp_path)
         document.open_project(tmp_path / "nothing")
     assert document.project is not None
     assert document.segments
+
+
+def test_what_only_a_model_predicts_looks_as_in_the_review(document):
+    document.open_demonstration(document.infos[0].id)
+    tested = reviewed(document.id, (), [(1, 2, "polish"), (3, 4, "grab")], task="stylus")
+    # Of the other actions of the run none is predicted here, yet they come first.
+    made = outcome_of([tested], ("grab", "twist", "tear", "polish"))
+    document.set_outcome(replace(made, tasks=("stylus",)))
+    seen = vocabulary_seen(document)
+    assert "twist" not in document.vocabulary
+    assert document.vocabulary["polish"].look == seen["polish"].look
+    assert document.vocabulary["grab"].look == seen["grab"].look
+    assert document.vocabulary["polish"].key  # it can be painted
+    assert "polish" not in document.project.vocabulary("stylus")

@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence, QShortcutEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
 from forcelab.gui.held_shortcuts import HeldShortcuts
 
@@ -22,7 +22,7 @@ def field(app):
 def press(app, field):
     """Press or release a key at a time in ms; the action's shortcut is Space."""
     held = HeldShortcuts(app, apart=True)
-    held._moved(None, field)
+    held._follow(None, field)
     action = QAction("Play", field)
     done = []
     action.triggered.connect(lambda: done.append(True))
@@ -63,3 +63,28 @@ def test_while_a_key_is_held_a_menu_still_works(press):
 def test_two_keys_after_one_another_both_count(press):
     press(UP, 1500, Qt.Key.Key_N)
     assert press(DOWN, 1500) == 1
+
+
+def test_a_key_that_is_held_while_nothing_has_the_keyboard_acts_once(app, until):
+    window = QWidget()
+    field = QLineEdit(window)
+    action = QAction("Play", window)
+    held = HeldShortcuts(app, apart=True)
+    done = []
+    action.triggered.connect(lambda: done.append(True))
+    held.watch(action)
+    window.show()
+    window.activateWindow()
+    field.setFocus()
+    until(field.hasFocus)
+    field.clearFocus()  # as Esc does
+    assert QApplication.focusWidget() is None
+    for at in (1000, 1040, 1080):
+        for kind in (UP, DOWN):
+            event = QKeyEvent(kind, SPACE, Qt.KeyboardModifier.NoModifier)
+            event.setTimestamp(at)
+            QApplication.sendEvent(window, event)
+        QApplication.sendEvent(action, QShortcutEvent(QKeySequence(SPACE), 0, False))
+    assert done == []
+    window.close()
+    held.deleteLater()

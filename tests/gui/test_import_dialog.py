@@ -91,3 +91,98 @@ def test_a_missing_task_is_warned_of_plainly(dialog):
     dialog._task.setCurrentText("stylus")
     assert not dialog._taskless.isVisible()
     assert dialog._go.text() == "Import"
+
+
+GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(
+    f"31.05.2024 12:00:{row // 50:02},{row % 50 * 20:03};{65500 + row};0,{row % 11};{row % 2}\n"
+    for row in range(150)
+)
+
+
+@pytest.fixture
+def german(dialog, tmp_path):
+    """The dialog with a table of one's own in place of the files."""
+    path = tmp_path / "VP07.csv"
+    path.write_text(GERMAN)
+    dialog._files.selectAll()
+    dialog._remove()
+    dialog.add_files([path])
+    return dialog
+
+
+def read_as(dialog):
+    return {one.name: one.use for one in dialog.columns.uses}
+
+
+def choose(dialog, name, use):
+    row = [one.name for one in dialog.columns.uses].index(name)
+    box = dialog.columns.table.cellWidget(row, 2)
+    box.setCurrentIndex(box.findData(use))
+    box.activated.emit(box.currentIndex())
+
+
+def test_the_columns_are_shown_as_they_will_be_read(german):
+    assert read_as(german) == {
+        "Uhrzeit": "times",
+        "Paket": "counter",
+        "Kraft_x": "signal",
+        "Taster": "signal",
+    }
+    german._files.selectAll()
+    german._remove()
+    assert not german.columns.isVisible()
+
+
+def test_a_column_that_is_left_out_is_no_channel(document, german, until):
+    choose(german, "Taster", "left out")
+    german._go.click()
+    until(lambda: document.id, 20.0)
+    assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
+    assert document.demonstration.duration == pytest.approx(3.0)
+
+
+def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):
+    choose(german, "Uhrzeit", "left out")
+    assert "counts its samples" in german.columns.heading.text()
+    german._rate.setValue(100.0)
+    german._go.click()
+    until(lambda: document.id, 20.0)
+    assert document.demonstration.duration == pytest.approx(1.5)
+
+
+def test_a_choice_that_cannot_be_is_told_at_once_and_can_be_taken_back(german):
+    choose(german, "Kraft_x", "counter")
+    assert "counts no samples" in german.columns.heading.text()
+    choose(german, "Kraft_x", "signal")
+    assert german.columns.heading.text().startswith("Columns of VP07.csv")
+
+
+def test_enter_imports_and_opens_no_other_dialog(document, german, until, monkeypatch):
+    monkeypatch.setattr(german, "_choose", lambda: pytest.fail("asked for files"))
+    german._task.setFocus()
+    QTest.keyClicks(german._task, "Stift")
+    QTest.keyClick(german._task, Qt.Key.Key_Return)
+    until(lambda: document.id, 20.0)
+    assert document.demonstration.task == "Stift"
+
+
+def test_every_remark_is_shown(document, dialog, tmp_path, until):
+    files = []
+    for number in range(8):
+        files.append(tmp_path / f"trial {number}.csv")
+        files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
+    dialog._files.selectAll()
+    dialog._remove()
+    dialog.add_files(files)
+    dialog._go.click()
+    until(lambda: "8 new" in dialog._told.text(), 20.0)
+    assert dialog._told.text().count("Column Paket was left out") == 8
+
+
+def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
+    path = tmp_path / "VP08.csv"
+    path.write_text("t,Druck\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    german.add_files([path])
+    assert "Paket" in read_as(german)
+    german._files.setCurrentRow(1)
+    assert read_as(german) == {"t": "times", "Druck": "signal"}

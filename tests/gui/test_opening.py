@@ -5,12 +5,12 @@ from painted import opened
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.app import Start
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.opening import Opening
 from forcelab.gui.sampling import SampleProgress
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.project import Project

@@ -109,7 +109,7 @@ def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
     changes = [
         lambda: workspace.force.set_autoscale(True),
         lambda: workspace.force.set_overlaid(True),
-        lambda: workspace.force.set_shown(workspace.force.channels[0], False),
+        lambda: workspace.force.set_shown(workspace.force.source.names[0], False),
         lambda: workspace.scalogram.set_phase(True),
         lambda: workspace.scalogram.set_steady(False),
         lambda: workspace.document.set_span(0.5, 0.7),

@@ -142,6 +142,9 @@ def test_a_coder_is_known_again_in_a_project_that_was_moved(monkeypatch, tmp_pat
     moved = tmp_path / "there.forcelab"
     assert settings.coder(moved, ("Bo", "Grace Hopper")) == "Grace Hopper"
     assert settings.coder(moved, ("Bo",)) == "Ada"
+    settings.remember_coder(tmp_path / "another.forcelab", "Ines")
+    assert settings.coder(moved, ("Bo", "Grace Hopper")) == "Grace Hopper"
+    assert settings.coder(moved, ("Grace Hopper", "Ines")) == "Ines"  # the name given last
 
 
 @pytest.mark.parametrize("error", [OSError, KeyError, ImportError])

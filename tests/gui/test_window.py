@@ -6,10 +6,12 @@ from types import SimpleNamespace
 import pytest
 from painting_bench import ACTIONS, demonstration
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QTreeView
 
-from forcelab.gui import settings
-from forcelab.gui.app import Start
+from forcelab.gui import settings, theme
+from forcelab.gui.start import Start
+from forcelab.gui.theme import colours
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment
@@ -200,3 +202,19 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
     document.say("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
+
+
+def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app):
+    window = windows(Start(project=study))
+    bar = window.statusBar()
+    try:
+        for trouble in (False, True):
+            window.commands["theme_light"].trigger()
+            bar.say("It went as it went.", trouble=trouble)
+            window.commands["theme_dark"].trigger()
+            ink = colours().trouble if trouble else colours().text
+            assert colours().dark
+            assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(ink)
+            assert bar.currentMessage() == "It went as it went."
+    finally:
+        theme.apply(app, "light")

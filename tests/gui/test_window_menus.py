@@ -10,10 +10,10 @@ from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
-from forcelab.gui.app import Start
 from forcelab.gui.help import HelpPage
 from forcelab.gui.keys import KeysDialog
 from forcelab.gui.shortcuts import COMMANDS, keys
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary

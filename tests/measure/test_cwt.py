@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import types
+from importlib.machinery import ModuleSpec
+
 import numpy as np
 import pytest
 
@@ -9,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.measure.cwt import direct_sums, measuring, measuring_long, tapered
 from forcelab.measure.extremes import CASES, Case, tabulate_extremes
-from forcelab.measure.wavelet_ways import PEERS, Peer, features_of, peers_of_tapered
+from forcelab.measure.wavelet_ways import PEERS, Peer, features_of, kept_wavelet, peers_of_tapered
 
 
 def quad_sum(x, a, b):
@@ -41,8 +46,9 @@ def test_the_engine_errs_less_than_its_tolerance_and_peers_are_measured_or_named
     assert mine[3].error < 1e-10
     assert mine[4].error < 1e-13
     others = {row.name: row for row in rows[len(mine) :]}
-    peers = peers_of_tapered(2)
-    assert list(others) == [peer.name for peer in peers]
+    peers = peers_of_tapered()
+    assert list(others) == ["forcelab, plan anew", *(peer.name for peer in peers)]
+    assert others["forcelab, plan anew"].error == mine[2].error
     for peer in peers:
         row = others[peer.name]
         if peer.installed and not row.refusal:
@@ -76,6 +82,37 @@ def test_what_is_not_installed_is_refused_by_name():
     peer = Peer("WaveLab", "no_such_module_anywhere", lambda x, *_: x)
     with pytest.raises(InputError, match=r"WaveLab is not installed; pip install .*peers"):
         peer.coefficients(np.zeros((1, 8)), np.array([4.0]))
+
+
+@pytest.mark.parametrize("before", [None, "1"])
+def test_ssqueezepy_keeps_its_wavelet_and_runs_on_one_thread_as_its_guide_has_it(
+    monkeypatch, before
+):
+    """A stand-in, as the library may not be there."""
+    calls = []
+
+    def transform(x, wavelet, scales, padtype):
+        calls.append((wavelet, os.environ.get("SSQ_PARALLEL"), padtype))
+        return np.ones((len(x), len(scales), x.shape[1]), dtype=np.complex64), scales
+
+    library = types.ModuleType("ssqueezepy")
+    library.__spec__ = ModuleSpec("ssqueezepy", None)
+    library.cwt, library.Wavelet = transform, lambda told: [told]
+    monkeypatch.setitem(sys.modules, "ssqueezepy", library)
+    if before is None:
+        monkeypatch.delenv("SSQ_PARALLEL", raising=False)
+    else:
+        monkeypatch.setenv("SSQ_PARALLEL", before)
+    peers = {peer.name: peer for peer in peers_of_tapered()}
+    kept_wavelet.cache_clear()
+    for name in ("ssqueezepy", "ssqueezepy", "ssqueezepy, wavelet anew"):
+        peers[name].features(np.zeros((2, 8)), np.array([4.0]))
+    kept_wavelet.cache_clear()
+    (first, *_), (second, *_), (anew, *_) = calls
+    assert first is second
+    assert first == [anew] == [("morlet", {"mu": 5.0})]
+    assert {call[1:] for call in calls} == {("0", "zero")}
+    assert os.environ.get("SSQ_PARALLEL") == before
 
 
 def test_features_of_coefficients_are_logarithm_and_angle():

@@ -27,7 +27,7 @@ from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import PRESETS, preset
+from forcelab.recognition.presets import PRESETS, preset
 
 PLAIN = preset("paper").replace(classifier="naive-bayes", max_scale=32.0)
 OPEN = PLAIN.replace(threshold=None, median=None, drop=None)

@@ -16,7 +16,7 @@ from forcelab.measure.recognition_tasks import next_tasks
 from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.typicality import sampled, typicality
 

@@ -14,7 +14,7 @@ from forcelab.measure.recognition import measuring
 from forcelab.measure.recognition_peers import PEERS, measuring_peers
 from forcelab.measure.recognition_settings import Variant
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import PRESETS
+from forcelab.recognition.presets import PRESETS
 
 RATE = 100.0
 

@@ -19,7 +19,7 @@ from forcelab.measure.recognition_tasks import swapped_tasks
 from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 

@@ -78,12 +78,15 @@ def test_an_edit_may_not_overlap_what_lies_beside_it(project, id_):
 def test_a_coder_and_a_model_are_never_one_author(project, id_):
     project.edit(id_, "anna", (), GRAB, "painted")
     project.edit(id_, "mlp", (), GRAB, "predicted", kind="predict")
-    assert [(a.name, a.kind) for a in project.authors()] == [("anna", "coder"), ("mlp", "model")]
+    project.edit(id_, "berta", (), GRAB, "painted")
+    kinds = [("anna", "coder"), ("mlp", "model"), ("berta", "coder")]
+    assert [(a.name, a.kind) for a in project.authors()] == kinds
+    assert project.coders() == ("anna", "berta")
     with pytest.raises(InputError, match="'anna' is a coder"):
         project.edit(id_, "anna", GRAB, HOLD, "predicted", kind="predict")
     with pytest.raises(InputError, match="'mlp' is a model"):
         project.edit(id_, "mlp", GRAB, HOLD, "painted")
-    assert [t.segments for t in project.tracks(id_)] == [GRAB, GRAB]
+    assert [t.segments for t in project.tracks(id_)] == [GRAB, GRAB, GRAB]
     assert project.undo(id_, "mlp").inserted == ()
 
 

@@ -12,7 +12,7 @@ from forcelab.jobs import finish
 from forcelab.recognition.adaptation import MARGIN, matching
 from forcelab.recognition.evaluation import across
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 RATE = 200.0
 #: Of the two sensors' axes: one side of the tongs is held loosely.

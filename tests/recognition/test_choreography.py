@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
-from forcelab.recognition.choreography import Choreography
+from forcelab.recognition.choreography import SLIP_SECONDS, Choreography
 
 
 def track(*pieces: tuple[str, float], hole: float = 0.0, start: float = 0.0):
@@ -106,11 +106,14 @@ def test_nothing_labelled_leaves_everything_possible(actions):
 
 
 names = st.sampled_from("abcd")
-pieces = st.lists(st.tuples(names, st.floats(0.01, 100.0)), max_size=8)
+# All times are exact, lest a duration at the bound of a slip of the brush fall on either side, and
+# none is so short that whoever takes longer leaves less out.
+lasting = st.integers(math.ceil(64 * SLIP_SECONDS), 6400).map(lambda count: count / 64)
+pieces = st.lists(st.tuples(names, lasting), max_size=8)
 
 
 @settings(max_examples=50, deadline=None)
-@given(tracks=st.lists(pieces, max_size=4), order=st.permutations("abcd"), factor=st.floats(1, 9))
+@given(tracks=st.lists(pieces, max_size=4), order=st.permutations("abcd"), factor=st.integers(1, 9))
 def test_numbering_plays_no_part_and_slower_people_have_longer_durations(tracks, order, factor):
     made = [track(*one, hole=1.0) for one in tracks]
     learnt = Choreography.learn(made, "abcd")

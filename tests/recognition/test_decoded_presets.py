@@ -15,7 +15,8 @@ from forcelab.labels import Segment
 from forcelab.recognition import learning
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import load, save
 from forcelab.recognition.training import train
 

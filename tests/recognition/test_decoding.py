@@ -437,6 +437,23 @@ def test_each_step_is_what_decoding_gives_it_after_the_lag(use, lag):
         assert codes[t] == with_lag(logs, valid, t, lag, choreography, use)
 
 
+@settings(max_examples=25)
+@given(st.integers(1, 90), st.lists(st.integers(1, 40), min_size=1, max_size=6), st.integers(0, 99))
+def test_with_a_lag_that_covers_everything_it_is_the_offline_decoder(n, blocks, seed):
+    rng = np.random.default_rng(seed)
+    choreography = a_choreography(rng, 4, 0.15)
+    logs, valid = some_logs(rng, n, 4, 1.0), rng.random(n) > 0.05
+    logs[rng.random((n, 4)) < 0.1] = -np.inf
+    stream = FixedLag(0.02, n, choreography, "order")
+    parts, first = [], 0
+    while first < n:
+        last = first + blocks[len(parts) % len(blocks)]
+        parts.append(stream.push(logs[first:last], valid[first:last]))
+        first = last
+    codes = np.concatenate([*parts, stream.finish()])
+    assert codes.tolist() == decode(logs, valid, 0.02, choreography, "order").tolist()
+
+
 def test_a_stream_goes_on_without_growing_and_forgets_nothing_it_needs():
     rng = np.random.default_rng(9)
     choreography = a_choreography(rng, 3, 0.08)

@@ -17,6 +17,7 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.merging import MergeMap
+from forcelab.recognition import folds
 from forcelab.recognition.evaluation import across, kept_apart, leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.metrics import score
@@ -67,6 +68,37 @@ def test_each_demonstration_is_recognised_by_a_recogniser_trained_on_the_others(
         names = np.array([*prediction.actions, "unlabelled"])
         np.testing.assert_array_equal(as_actions(tested, "raw"), names[prediction.raw])
         np.testing.assert_array_equal(as_actions(tested, "filtered"), names[prediction.filtered])
+
+
+def test_in_groups_each_is_recognised_by_one_that_has_seen_none_of_its_group(six, monkeypatch):
+    fits = []
+    fit = folds.fit_examples
+    monkeypatch.setattr(folds, "fit_examples", lambda *a, **k: fits.append(a) or fit(*a, **k))
+    found = finish(leave_one_out(six, FAST, "foam", folds=4))
+    assert [item.name for item in found.tested] == [i.demonstration.name for i in six]
+    assert len(fits) == 4
+    for i, tested in enumerate(found.tested):
+        recogniser = train([item for j, item in enumerate(six) if j % 4 != i % 4], FAST)
+        prediction = recogniser.predict(six[i].demonstration)
+        names = np.array([*prediction.actions, "unlabelled"])
+        np.testing.assert_array_equal(as_actions(tested, "raw"), names[prediction.raw])
+        np.testing.assert_array_equal(as_actions(tested, "filtered"), names[prediction.filtered])
+    assert "Left out in 4 groups of up to 2." in found.remarks
+
+
+@pytest.mark.parametrize("groups", [0, 6, 99])
+def test_as_many_groups_as_demonstrations_are_each_one_by_itself(six, evaluation, groups):
+    found = finish(leave_one_out(six, FAST, "foam", folds=groups))
+    assert without_seconds(found) == without_seconds(evaluation)
+
+
+def test_an_action_of_a_single_group_is_told(six):
+    juggled = [relabelled(six[i], ["juggle", "still", "grab", "juggle", "hold"]) for i in (0, 3)]
+    items = [juggled[0], *six[1:3], juggled[1], *six[4:]]
+    name = six[0].demonstration.name
+    (told,) = [r for r in finish(leave_one_out(items, FAST, folds=3)).remarks if "juggle" in r]
+    assert told == f"Cannot be recognised when its only group is left out: juggle (only in {name})."
+    assert not any("juggle" in r for r in finish(leave_one_out(items, FAST)).remarks)
 
 
 def test_what_the_human_saw_is_kept_beside_the_prediction(six, evaluation):

@@ -2,12 +2,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from format_1 import as_in_format_1
 from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier
 from sklearn.linear_model import LogisticRegression
 
 from forcelab.recognition import learning
 from forcelab.recognition.averaged import Averaged, sharpened
-from forcelab.recognition.forest import Forest, Linear
+from forcelab.recognition.forest import Forest, Linear, _rounded_down
 from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
 
 NAMES = tuple(AVERAGED)
@@ -43,7 +44,6 @@ def fitted(name, X, y, care=None, seed=0):
 def test_arrays_answer_as_scikit_learn_does(counts):
     X, y = clouds(counts)
     asked, _ = clouds((300,) * len(counts), seed=1)
-    asked = asked.astype(np.float32).astype(np.float64)  # in which trees look at features
     trees = ExtraTreesClassifier(7, min_samples_leaf=3, random_state=0).fit(X, y)
     boosted = HistGradientBoostingClassifier(max_iter=6, early_stopping=False).fit(X, y)
     regression = LogisticRegression().fit(X, y)
@@ -84,16 +84,25 @@ def put(index, value):
 
 
 DAMAGE = [
-    (0, "left", put(0, 0)),  # a node that is its own child would be followed for ever
-    (0, "right", put(0, 10**9)),
-    (0, "left", put(0, -5)),
     (0, "feature", put(0, 99)),
     (0, "feature", put(0, -3)),
-    (0, "roots", put(0, 10**9)),
+    (0, "feature", put(0, -1)),  # a leaf more: the last tree but one ends too soon
+    (0, "feature", put(-1, 0)),  # a leaf less: the last tree does not end
+    (0, "feature", lambda a: a[:-1]),
+    (0, "feature", lambda a: a[:0]),
+    (0, "feature", lambda a: a.astype(np.float64)),
+    (0, "feature", lambda a: a[:, np.newaxis]),
     (0, "threshold", put(0, np.nan)),
+    (0, "threshold", lambda a: a[:-1]),
+    (0, "threshold", lambda a: a.astype(str)),
+    (0, "leaf", put(0, 200)),
+    (0, "leaf", lambda a: a[1:]),
+    (0, "leaf", lambda a: a.astype(np.int64)),
     (0, "value", lambda a: a[:, :1]),
     (0, "value", lambda a: -a),
-    (0, "left", lambda a: a.astype(np.float64)),
+    (0, "value", lambda a: a[:0]),
+    (0, "base", put(0, 1.0)),
+    (0, "boosted", lambda _: 0),
     (1, "weights", lambda a: a[:-1]),
     (1, "bias", put(0, np.inf)),
     (None, "classes_", put(0, 2)),
@@ -113,6 +122,78 @@ def test_arrays_that_do_not_fit_are_refused_before_anything_follows_them(member,
     Averaged.from_plain(plain, 4, 3)
     with pytest.raises(ValueError, match="must"):
         Averaged.from_plain(broken(plain, member, part, change), 4, 3)
+
+
+@pytest.mark.parametrize("name", ["extra-trees", "boosting"])
+def test_a_forest_of_format_1_answers_the_same_and_is_kept_small(name):
+    X, y = clouds((400, 500, 300), distance=0.5)
+    made = fitted(name, X, y)
+    older = made.plain() | {"members": [as_in_format_1(made.members[0])]}
+    again = Averaged.from_plain(older, 4, 3)
+    np.testing.assert_array_equal(again.predict_proba(X), made.predict_proba(X))
+    twice = Averaged.from_plain(again.plain(), 4, 3)
+    np.testing.assert_array_equal(twice.predict_proba(X), made.predict_proba(X))
+    sizes = [
+        sum(part.nbytes for part in one["members"][0].values() if isinstance(part, np.ndarray))
+        for one in (older, again.plain(), made.plain())
+    ]
+    assert sizes[2] <= sizes[1] < sizes[0] / 3
+
+
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("left", put(0, 0)),  # a node that is its own child would be followed for ever
+        ("right", put(0, 10**9)),
+        ("left", put(0, -5)),
+        ("left", lambda a: a.astype(np.float64)),
+        ("feature", put(0, 99)),
+        ("feature", put(0, -3)),
+        ("roots", put(0, 10**9)),
+        ("roots", lambda a: a[:-1]),
+        ("threshold", put(0, np.nan)),
+        ("value", lambda a: a[:, :1]),
+        ("value", lambda a: -a),
+        ("boosted", lambda _: 1),
+    ],
+)
+def test_a_forest_of_format_1_that_does_not_fit_is_refused(part, change):
+    X, y = clouds((40, 50, 30))
+    plain = fitted("extra-trees", X, y).plain()
+    older = plain | {"members": [as_in_format_1(Forest.from_plain(plain["members"][0], 4, 3))]}
+    Averaged.from_plain(older, 4, 3)
+    with pytest.raises(ValueError, match="must"):
+        Averaged.from_plain(broken(older, 0, part, change), 4, 3)
+
+
+def test_a_forest_takes_little_and_little_more_before_it_is_asked():
+    X, y = clouds((4000, 5000, 3000), distance=0.5)
+    (forest,) = fitted("extra-trees", X, y).members
+    arrays = [part for part in vars(forest).values() if isinstance(part, np.ndarray)]
+    assert sum(part.nbytes for part in arrays) < 6 * len(forest.feature)
+    assert "_paths" not in vars(forest)
+    forest.probabilities(X[:3])
+    assert "_paths" not in forest.plain()
+
+
+def test_one_row_is_answered_as_it_is_among_many_and_what_is_no_number_goes_to_the_right():
+    X, y = clouds((60, 50, 40))
+    (forest,) = fitted("extra-trees", X, y).members
+    X[3, 1], X[4] = np.nan, 1e300
+    together = forest.probabilities(X)
+    each = np.concatenate([forest.probabilities(row[np.newaxis]) for row in X])
+    np.testing.assert_array_equal(each, together)
+    assert forest.probabilities(X[:0]).shape == (0, 3)
+
+
+def test_thresholds_part_float32_as_the_longer_ones_do():
+    random = np.random.default_rng(0)
+    asked = np.concatenate([random.normal(size=999), [0.0, -0.0, 1e-45, 1e38]]).astype(np.float32)
+    near = asked.astype(np.float64)[:, np.newaxis] * (1 + np.array([-1e-9, 0.0, 1e-9]))
+    short = _rounded_down(near)
+    assert short.dtype == np.float32
+    for one in (asked, np.nextafter(asked, np.float32(9)), np.nextafter(asked, np.float32(-9))):
+        np.testing.assert_array_equal(one[:, None] <= short, one[:, None].astype(float) <= near)
 
 
 def demonstrations(count, gain, seed=0):
@@ -175,3 +256,37 @@ def test_rare_actions_count_as_much_where_asked(name):
         for even in (False, True)
     ]
     assert shares[1] > shares[0]
+
+
+def test_of_too_many_samples_evenly_many_are_learnt_and_every_action(monkeypatch):
+    monkeypatch.setattr(learning, "MOST", 50)
+    X, y = clouds((121, 80, 1))  # the last one falls between two that are taken
+    seen = []
+    member = learning._member
+    monkeypatch.setattr(
+        learning, "_member", lambda kind, X, y, *rest: seen.append(y) or member(kind, X, y, *rest)
+    )
+    made = fitted("extra-trees", X, y, Care(np.repeat([0, 1, 2], [121, 80, 1])))
+    assert np.bincount(seen[0]).tolist() == [25, 17, 1]
+    assert made.classes_.tolist() == [0, 1, 2]
+    seen.clear()
+    fitted("extra-trees", X[95:145], y[95:145])
+    assert len(seen[0]) == 50  # as many as there may be: none is left out
+
+
+def test_inner_fits_still_leave_out_whole_demonstrations_of_too_many_samples(monkeypatch):
+    monkeypatch.setattr(learning, "MOST", 60)
+    X, y = clouds((100, 100))
+    order = np.random.default_rng(0).permutation(200)
+    groups = np.repeat(np.arange(5), 40)
+    left = []
+    judged = learning._judged
+
+    def watched(name, X, y, columns, held_out, *rest):
+        left.append(int(held_out.sum()))
+        return judged(name, X, y, columns, held_out, *rest)
+
+    monkeypatch.setattr(learning, "_judged", watched)
+    fitted("logistic", X[order], y[order], Care(groups, calibrated=True))
+    assert len(left) == 5
+    assert set(left) <= {10, 11}  # a fifth of fifty, and the one of each action

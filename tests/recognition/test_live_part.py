@@ -23,7 +23,7 @@ from forcelab.recognition.latency_windows import plain_features
 from forcelab.recognition.live_evaluation import leave_one_out_live
 from forcelab.recognition.live_part import LOOKS, LivePart
 from forcelab.recognition.online import OnlineRecogniser
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load, save
 from forcelab.recognition.training import train
 
@@ -232,17 +232,34 @@ def test_forces_that_break_careless_code_are_labelled_as_stated(trained, three, 
     noise = np.random.default_rng(0).standard_normal((500, len(like.channels)))
     signals = {
         "zeros": np.zeros_like(noise),
-        "huge": 1e300 * noise,
+        "huge": 1e29 * noise,
         "tiny": 1e-300 * noise,
         "offset": 1e9 + 1e-6 * noise,
-        "constant": np.full_like(noise, 1e300),
-        "jump": np.where(np.arange(500)[:, None] > 250, 1e200, -1e-200) * np.ones(noise.shape[1]),
+        "constant": np.full_like(noise, 1e30),
+        "jump": np.where(np.arange(500)[:, None] > 250, 1e30, -1e-200) * np.ones(noise.shape[1]),
     }[kind]
     odd = changed(like, np.arange(500) / RATE, signals)
     _, codes, known = streamed(trained, odd, 0.1, [33])
     assert np.all(codes != UNLABELLED)
     assert np.allclose(known.sum(axis=1), 1.0)
     assert np.mean(codes == with_latency(trained, odd, 0.1).codes) > 0.99
+
+
+@pytest.mark.parametrize("value", [3.4e38, 1e300, np.nan])
+def test_what_no_sensor_reads_counts_as_missing(trained, three, value):
+    """Live and from the file, one such sample changes little and a second of them is unlabelled."""
+    like = three[2].demonstration
+    signals = like.signals.copy()
+    signals[300] = value
+    signals[500 : 500 + round(RATE)] = value
+    odd = changed(like, like.times, signals)
+    times, codes, _ = streamed(trained, odd, 0.1, [33])
+    stated = with_latency(trained, odd, 0.1)
+    assert np.array_equal(codes, stated.codes)
+    lost = (times > like.times[500]) & (times < like.times[500] + 0.99)
+    assert np.all(codes[lost] == UNLABELLED)
+    assert np.all(codes[times < like.times[480]] != UNLABELLED)
+    assert np.all(codes[times > like.times[500] + 1.2] != UNLABELLED)
 
 
 def test_memory_stays_the_same(trained, three):

@@ -18,7 +18,8 @@ from forcelab.recognition.metrics import Counts, Scores, count, pool, score
 
 ACTIONS = ["still", "grab", "hold", "insert", "release"]
 KEYS = ["name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1"]
-KEYS += ["f1_labelled", "boundaries_found", "boundary_ms", "confusion", "events"]
+KEYS += ["f1_labelled", "boundaries_found", "boundary_ms", "boundary_labelled_ms"]
+KEYS += ["confusion", "events"]
 
 
 def spell(text: str, actions: list[str] = ACTIONS) -> np.ndarray:

@@ -136,6 +136,19 @@ def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, th
         assert np.array_equal(codes, with_latency(trained, long, 0.1).codes)
 
 
+@pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308])
+def test_what_a_board_prints_where_it_knows_nothing_is_bridged(trained, three, nonsense):
+    demonstration = three[2].demonstration
+    signals = demonstration.signals.copy()
+    signals[400] = np.nan
+    wanted = streamed(trained, changed(demonstration, signals=signals), 0.1, [5])
+    signals[400] = nonsense
+    # Not changed(), as no demonstration holds such numbers.
+    online = OnlineRecogniser(trained, 0.1, demonstration.channels, 250.0)
+    parts = [online.push(demonstration.times, signals), online.finish()]
+    assert np.array_equal(np.concatenate([part.codes for part in parts]), wanted[1])
+
+
 def test_stamps_that_stand_still_or_go_back_are_left_out(trained, three):
     demonstration = three[2].demonstration
     wanted = streamed(trained, demonstration, 0.1, [50])

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Demonstration
+from forcelab.labels import UNLABELLED
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.latency import with_latency
 from forcelab.recognition.online import OnlineRecogniser
@@ -72,3 +75,41 @@ def test_labels_are_those_stated_whatever_comes(trained, channels, kind, latency
     assert len(codes) == N
     assert np.abs(probabilities - stated.probabilities).max() < 1e-3
     assert np.array_equal(codes, stated.codes)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 999), sizes=st.lists(st.integers(1, 300), min_size=1, max_size=5))
+def test_whatever_is_missing_probabilities_are_some_and_blocks_play_no_part(
+    trained, channels, seed, sizes
+):
+    """Bursts of NaN, steps, a channel that dies, stamps that jump, stand still or go back."""
+    rng = np.random.default_rng(seed)
+    x = np.cumsum(np.where(rng.random((N, len(channels))) < 0.01, 1e6, 1e-3), axis=0)
+    x += noise(len(channels))
+    for place in rng.integers(0, N, 6).tolist():
+        x[place : place + int(rng.integers(1, 80)), rng.integers(0, len(channels))] = np.nan
+    x[N // 2 :, rng.integers(0, len(channels))] = x[N // 2, 0]
+    jumps = np.where(rng.random(N) < 0.01, rng.choice([-0.5, -0.004, 0.05, 40.0], N), 0.0)
+    times = np.arange(N) / RATE + np.cumsum(jumps)
+    found = [pushed(trained, channels, times, x, each) for each in (sizes, [20])]
+    (stamps, codes, known), (_, again, _) = found
+    assert np.array_equal(codes, again)
+    assert (np.diff(stamps) > 0).all()
+    sums = known.sum(axis=1)
+    assert (np.isclose(sums, 1.0, atol=1e-9) | ((sums == 0) & (codes == UNLABELLED))).all()
+    assert (known >= 0).all()
+
+
+def pushed(recogniser, channels, times, values, sizes):
+    """Times, codes and probabilities of a stream that comes in blocks of these sizes in turn."""
+    online = OnlineRecogniser(recogniser, 0.2, channels, RATE)
+    parts, first = [], 0
+    while first < len(times):
+        last = first + sizes[len(parts) % len(sizes)]
+        parts.append(online.push(times[first:last], values[first:last]))
+        first = last
+    parts.append(online.finish())
+    return [
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("times", "codes", "probabilities")
+    ]

@@ -6,8 +6,8 @@ from synthetic import synthetic_set
 
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.peaks import SPANS, peak_features, peak_names
-from forcelab.recognition.settings import preset
+from forcelab.recognition.peaks import PEAKS, SPANS, peak_features
+from forcelab.recognition.presets import preset
 from forcelab.recognition.training import train
 from forcelab.recognition.windows import smoothed
 
@@ -73,13 +73,6 @@ def test_missing_samples_are_bridged():
     np.testing.assert_allclose(found, whole, atol=1e-12)
 
 
-def test_every_column_has_a_name():
-    names = peak_names(("a", "b"))
-    assert len(set(names)) == peak_features(walk(3), RATE, WINDOW, np.arange(2)).shape[1]
-    assert names[0] == "highest before, a, 200 ms"
-    assert names[-1] == "lowest after, b, 1500 ms"
-
-
 @pytest.mark.parametrize("amplitude", ["absolute", "chosen"])
 def test_a_recogniser_looks_at_peaks_whatever_unit_is_chosen(monkeypatch, amplitude):
     monkeypatch.setattr(learning, "TREES", 5)
@@ -89,6 +82,6 @@ def test_a_recogniser_looks_at_peaks_whatever_unit_is_chosen(monkeypatch, amplit
     channels = len(recogniser.channels)
     first = settings.replace(peaks=False).width(channels)
     peaks = np.arange(first, settings.width(channels))
-    assert len(peaks) == len(peak_names(recogniser.channels))
+    assert len(peaks) == len(PEAKS) * len(SPANS) * channels
     assert np.isin(peaks, recogniser.classifier.columns).all()
     assert len(recogniser.classifier.columns) == len(peaks) + 3 * channels * len(settings.windows)

@@ -11,7 +11,7 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
-from forcelab.recognition.settings import CLASSIFIERS, PRESETS, Settings, preset
+from forcelab.recognition.presets import PRESETS, preset
+from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.signals.wavelets import Morlet
 
 NAMES = st.text(min_size=1, max_size=8).filter(str.strip)

@@ -13,6 +13,7 @@ import zipfile
 import numpy as np
 import pytest
 import sklearn
+from format_1 import as_in_format_1
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neighbors import KNeighborsClassifier
@@ -21,7 +22,10 @@ from skops import io as skops_io
 from synthetic import synthetic_set
 
 from forcelab.errors import InputError
+from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.examples import Labelled
+from forcelab.recognition.forest import Forest
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.storage import TRUSTED, dump, load, save
 from forcelab.recognition.training import train
@@ -196,9 +200,33 @@ def test_something_else_that_skops_wrote_is_refused(path, value):
 
 def test_a_recogniser_of_a_newer_format_is_refused_with_the_cure(trained, path):
     content = content_of(trained("naive-bayes"))
-    content["forcelab recogniser"] = 2
+    content["forcelab recogniser"] = 3
     path.write_bytes(skops_io.dumps(content))
     refused(path, "comes from a newer forcelab; update")
+
+
+def test_a_recogniser_of_format_1_predicts_to_the_bit_what_it_did(three, path):
+    made = train(three[:2], preset("fast").replace(stride=1))
+    content = content_of(made)
+    for plain in (content["classifier"], *(part["classifier"] for part in content["live"])):
+        plain["members"] = [
+            as_in_format_1(member) if isinstance(member, Forest) else member.plain()
+            for member in Averaged.from_plain(plain, 10**6, 99).members
+        ]
+    content["forcelab recogniser"] = 1
+    path.write_bytes(skops_io.dumps(content))
+    older, size = load(path), path.stat().st_size
+    unseen = three[2].demonstration
+    for one in (older, made):
+        save(one, path)
+        assert path.stat().st_size < size / 3
+        found = load(path).predict(unseen)
+        np.testing.assert_array_equal(found.probabilities, made.predict(unseen).probabilities)
+    for one, other in zip(older.live, made.live, strict=True):
+        rows = np.random.default_rng(0).normal(size=(50, one.windows.width)).astype(np.float32)
+        np.testing.assert_array_equal(
+            one.classifier.predict_proba(rows), other.classifier.predict_proba(rows)
+        )
 
 
 def test_a_setting_of_a_newer_version_is_refused_with_the_files_name(trained, path):

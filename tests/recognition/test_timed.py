@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from forcelab.errors import InputError
 from forcelab.labels import Segment, from_codes
 from forcelab.recognition.metrics import pool, score
-from forcelab.recognition.timed import TICKS, timed_counts, timed_overlay
+from forcelab.recognition.timed import TICKS, score_tracks, timed_counts, timed_overlay
 
 ACTIONS = ("still", "grab", "hold", "pull")
 
@@ -61,3 +62,17 @@ def test_touching_segments_of_one_action_are_one():
 def test_nothing_at_all_is_no_piece():
     assert len(timed_overlay((), (), ACTIONS).pieces) == 0
     assert len(timed_overlay((), (Segment(0, 1, "grab"),), ACTIONS).pieces) == 0
+
+
+def test_two_tracks_are_scored_without_a_recording():
+    human = (Segment(0.5, 1.0, "grab"), Segment(1.5, 2.5, "hold"))
+    predicted = (Segment(0.0, 0.75, "grab"), Segment(0.75, 2.0, "hold"))
+    found = score_tracks(human, predicted, name="one")
+    assert (found.name, found.accuracy, found.coverage) == ("one", 0.5, pytest.approx(1 / 1.5))
+    assert found.edit == pytest.approx(2 / 3)  # the unlabelled half second cuts 'hold' in two
+    assert found.boundary_labelled_ms["median"] == pytest.approx(250.0)
+    nothing = score_tracks(human, ())
+    assert (nothing.accuracy, nothing.coverage, nothing.edit) == (0.0, 0.0, 0.0)
+    assert score_tracks((), predicted).accuracy is None
+    with pytest.raises(InputError, match="'hold' is not among the actions grab"):
+        score_tracks(human, predicted, ["grab"])

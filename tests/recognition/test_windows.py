@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab.recognition.windows import own_amplitude, window_features, window_names
+from forcelab.recognition.windows import own_amplitude, window_features
 
 WINDOWS = (0.01, 0.04, 0.16)
 RATE = 500.0
@@ -76,10 +76,6 @@ def test_chosen_is_the_absolute_features_beside_the_own_ones():
     both = window_features(channels, 100.0, WINDOWS, places, "chosen")
     parts = [window_features(channels, 100.0, WINDOWS, places, a) for a in ("absolute", "own")]
     np.testing.assert_array_equal(both, np.concatenate(parts, axis=1))
-    names = window_names(("a", "b", "c"), WINDOWS, "chosen")
-    assert len(names) == both.shape[1]
-    assert names[0] == "level, a, 10 ms"
-    assert names[-1] == "own rms, c, 160 ms"
 
 
 def test_rare_peaks_leave_the_own_amplitude_alone():

@@ -14,11 +14,15 @@ from forcelab.review.boundaries import match_boundaries
 from forcelab.review.coded import Coded, coded_demonstrations
 from forcelab.review.consistency import consistency
 from forcelab.review.kappa import cohen, fleiss, landis_koch, spread
-from forcelab.review.pair import agree
+from forcelab.review.pair import agreeing
 
 
 def track(*rows):
     return tuple(Segment(*row) for row in rows)
+
+
+def agree(coded, a, b):
+    return finish(agreeing(coded, a, b))
 
 
 def coded(a, b, id_="d", task="foam", **more):

@@ -11,11 +11,11 @@ from synthetic import synthetic_set
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import Incoming, Project
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.metrics import count
 from forcelab.recognition.project_runs import Choice, evaluate_tasks
 from forcelab.recognition.settings import Settings
-from forcelab.review.cells import crossing, places, shares
-from forcelab.review.certainty import Certainty
+from forcelab.review.cells import crossing, shares
 from forcelab.review.outcome import Outcome, Reviewed, load
 
 ACTIONS = ("grab", "hold", "pull")
@@ -66,6 +66,10 @@ def test_raw_is_counted_where_it_was_kept():
     cells = finish(crossing(one(), "raw"))
     assert [d.id for d in cells.demonstrations] == ["1"]
     assert cells.matrix().tolist() == [[5, 0, 0, 0], [2, 0, 0, 0], [0, 0, 0, 0]]
+
+
+def places(outcome, *cell):
+    return finish(crossing(outcome)).places(*cell)
 
 
 def test_places_come_by_duration_times_confidence():

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from forcelab.labels import Segment
 from forcelab.merging import MergeMap
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.certainty import Certainty
-from forcelab.review.differences import compared, differences, spelt, spelt_back
+from forcelab.review.differences import compared, spelt, spelt_back
 from forcelab.review.outcome import Outcome, Reviewed
 
 
@@ -147,13 +147,6 @@ def test_confidence_is_that_of_what_is_predicted_and_score_weighs_it_by_time():
     assert action.score == pytest.approx(1.6, abs=0.006)
     assert missed.confidence == pytest.approx(0.8, abs=0.003)  # how improbable it finds A
     assert compared("d", human, predicted)[0].score == 2.0
-
-
-def test_a_demonstration_that_nobody_labelled_has_no_differences():
-    one = Reviewed("1", "one", "pen", 0, 4, (), {"filtered": track((0, 4, "A"))})
-    assert differences(outcome_of(one), {"1": ()}) == ()
-    assert differences(outcome_of(one), {}) == ()
-    assert len(differences(outcome_of(one), {"1": track((0, 1, "B"))})) == 2
 
 
 def test_tracks_are_spelt_as_they_were_trained():

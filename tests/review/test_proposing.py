@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.labels import Segment
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.proposing import (
     BINS,

@@ -12,10 +12,11 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import learning
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.examples import Labelled, actions_of
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
-from forcelab.review.certainty import Certainty
 from forcelab.review.differences import compared
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.suspicion import SUSPECT, heard, suspect_edges, suspect_segments

@@ -59,6 +59,18 @@ def test_its_steps_lead_through_all_phases_and_never_back(trained):
     assert all(step.seconds_left >= 0 for step in steps if step.fold >= 2)
 
 
+def test_in_groups_as_many_recognisers_are_trained_and_the_run_tells_so(path, trained):
+    told = []
+    choice = Choice(("foam",), folds=2)
+    number = finish(reviewing(path, FAST, choice, "foam", fit=False), told.append)
+    with Project.open(path) as project:
+        found, alone = load(project, number), load(project, trained[1])
+    assert [step.fold for step in told if step.phase == "fold"] == [1, 2]
+    assert {step.folds for step in told[1:]} == {2}  # or too much time would seem to be left
+    assert (found.folds, alone.folds) == (2, 0)
+    assert [one.id for one in found.tested] == [one.id for one in alone.tested]
+
+
 def test_its_tracks_are_those_of_evaluate_to_the_last_bit(path, outcome, capsys, tmp_path):
     arguments = [
         "--task",

@@ -18,11 +18,11 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.influence import Network, Voter, judge_of, log_odds
 from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Reviewed, load
 from forcelab.review.places import Place
 from forcelab.review.training import reviewing
@@ -217,6 +217,17 @@ def test_it_predicts_what_the_run_predicted_out_of_fold(bayes):
         assert withheld.how == "left out"
         assert withheld.same == 1.0
         assert one.id not in {place.demonstration for place in withheld.training.places}
+
+
+def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
+    path = tmp_path / "study.forcelab"
+    outcome = made(path, BAYES, count=5, folds=2)
+    ids = [one.id for one in outcome.tested]
+    for i, one in enumerate(outcome.tested):
+        withheld = finish(withholding(path, outcome, one.id))
+        assert withheld.same == 1.0
+        seen = {place.demonstration for place in withheld.training.places}
+        assert seen == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
 
 
 def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(withheld):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.signals import contacts
-from forcelab.signals.contacts import finding_contacts, near
+from forcelab.signals.contacts import finding_contacts
 from forcelab.simulation.tasks import performing
 
 RATE = 1000.0
@@ -137,17 +137,6 @@ def test_a_job_tells_its_progress_and_takes_the_columns_it_is_given(monkeypatch)
 def test_shapes_that_do_not_fit_are_told():
     with pytest.raises(InputError, match="one time for each row"):
         contact_events([0.0, 1.0], [[1.0], [2.0], [3.0]])
-
-
-def test_the_nearest_clear_event_is_snapped_to():
-    t, x = steps((1.0, 3.0))
-    events = contact_events(t, x[:, None])
-    snapped = near(events, 1.03, 0.05)
-    assert snapped is not None
-    assert abs(snapped.time - 1.0) < 0.012
-    assert near(events, 2.0, 0.05) is None
-    assert near((), 1.0, 1.0) is None
-    assert near(events, events[0].time, 0.0) == events[0]
 
 
 def test_most_action_edges_of_simulated_tongs_have_an_event_within_20_ms():

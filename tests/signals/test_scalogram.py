@@ -114,6 +114,25 @@ def test_other_carriers_are_as_right(tapped, p, last, columns):
     assert np.max(error[strong], initial=0.0) < 0.03
 
 
+@pytest.mark.parametrize("p", [5.0, 8.0, 12.0])
+@pytest.mark.parametrize(("last", "columns"), [(20_000, 20), (20_000, 250), (11_000, 500)])
+def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, columns):
+    steps = np.random.default_rng(7).standard_normal(30_000)
+    scales = (p + np.array([0.0, 0.5, 1.0, 1.5, 2.5])) / math.pi
+    stated = np.array([0.5, 0.5, 0.25, 0.25, 0.25])
+    for x in (steps, np.cumsum(steps)):
+        view = finish(survey(recorded(x), "fz", 1024.0, Morlet(p)))
+        asked = {"scales": scales, "columns": columns, "phase": True}
+        turned = finish(scalogram(view, 10.0, last / RATE, **asked)).values
+        each = (last - 10_000) // columns
+        full = cwt(x, scales, Morlet(p))
+        centres = full[:, 10_000:last][:, each // 2 :: each]
+        strong = np.abs(centres) > 0.1 * np.abs(centres).max(axis=1, keepdims=True)
+        assert strong.any(axis=1).all()
+        error = np.abs(np.angle(np.exp(1j * (turned - np.angle(centres)))))
+        assert np.all(np.where(strong, error, 0.0).max(axis=1) < stated)
+
+
 @pytest.fixture
 def long_from_little(monkeypatch):
     """Spans are long, and made of several chunks, that are short enough to be transformed."""

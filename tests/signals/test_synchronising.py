@@ -6,10 +6,14 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.signals.synchronising import propose, proposing, proposing_for
+from forcelab.signals.synchronising import proposing, proposing_for
 from forcelab.signals.tapping import find_taps
 
 FRAME = 1 / 30
+
+
+def propose(*recording):
+    return finish(proposing(*recording))
 
 
 def recorded(length=12.0, offset=0.0, rate=1.0, seed=0, taps=True, channels=3):

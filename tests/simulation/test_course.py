@@ -75,7 +75,7 @@ def test_events_too_far_from_the_plan_are_none_of_it():
 
 def test_a_grip_has_settled_where_it_reaches_nine_tenths_of_what_it_will_be():
     grip = np.interp(TIMES, [2.0, 2.4], [0.0, 5.0])
-    found = grip_settled()(course(grip=grip), 2.4)
+    found = grip_settled(course(grip=grip), 2.4)
     # Nine tenths are reached at 2.36 s; a mean over a knock's length comes a little later.
     assert found == pytest.approx(2.36, abs=0.03)
 
@@ -83,14 +83,14 @@ def test_a_grip_has_settled_where_it_reaches_nine_tenths_of_what_it_will_be():
 def test_a_knock_on_the_way_is_not_yet_a_grip():
     grip = np.interp(TIMES, [2.0, 2.4], [0.0, 5.0])
     grip[(TIMES > 2.1) & (TIMES < 2.11)] = 14.0
-    found = grip_settled()(course(grip=grip), 2.4)
+    found = grip_settled(course(grip=grip), 2.4)
     assert found == pytest.approx(2.36, abs=0.03)
 
 
 def test_a_grip_that_never_comes_or_lies_beyond_the_recording_does_not_hurt():
     nothing = course(grip=np.zeros(len(TIMES)))
     for when in (0.0, 3.0, 5.99, 6.5):
-        found = grip_settled()(nothing, when)
+        found = grip_settled(nothing, when)
         assert found is None or abs(found - when) <= 0.3 + 1e-9
 
 

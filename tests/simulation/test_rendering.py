@@ -15,8 +15,8 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.simulation.motion import Motion
-from forcelab.simulation.rendering import Camera, picture, render, rendering
-from forcelab.simulation.rendering.stage import Stage
+from forcelab.simulation.rendering import Camera, render, rendering
+from forcelab.simulation.rendering.stage import SIZE, Stage
 from forcelab.simulation.rendering.view import drawn_height
 
 DOME = (0x11, 0x9D, 0xA4)
@@ -34,6 +34,10 @@ def near(image, rgb, distance=40):
     """Which pixels have nearly a colour, shape (height, width)."""
     away = image.astype(int) - np.array(rgb[::-1])
     return np.abs(away).max(axis=2) < distance
+
+
+def picture(performance, time, size=SIZE):
+    return Stage(performance, size).frame(time)
 
 
 def domes(image):

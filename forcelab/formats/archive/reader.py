@@ -207,7 +207,7 @@ def _read_verdicts(members: Members, project: Project) -> None:
     verdicts = [verdict_of(item, where) for item in _list(members, name)]
     if missing := {verdict.demonstration for verdict in verdicts} - set(members.ids()):
         raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
-    runs = dict(enumerate((run.id for run in project.runs()), 1))
+    runs = dict(enumerate((run.id for run in project.run_summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
         raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
     numbered = (v if v.run is None else replace(v, run=runs[v.run]) for v in verdicts)

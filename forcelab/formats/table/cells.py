@@ -23,11 +23,13 @@ MISSING = (
 _POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
-#: ISO 8601 date and time, or a time of the day alone: year, month, day, hour, minute, second,
-#: fraction, zone.
+#: ISO 8601 date and time, one with its day first and points (31.05.2024 12:00:00), or a time of the
+#: day alone. Of the named groups the date's are either all of one of the two or none.
 STAMP = re.compile(
-    r"(?:(\d{4})[-/](\d\d?)[-/](\d\d?)(?:T|\s+))?"
-    r"(\d\d?):(\d\d)(?::(\d\d)(?:[.,](\d+))?)?\s*(Z|UTC|[+-]\d\d(?::?\d\d)?)?",
+    r"(?:(?P<year>\d{4})[-/](?P<month>\d\d?)[-/](?P<day>\d\d?)(?:T|\s+)"
+    r"|(?P<first_day>\d\d?)\.(?P<then_month>\d\d?)\.(?P<last_year>\d{4}),?\s+)?"
+    r"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<fraction>\d+))?)?"
+    r"\s*(?P<zone>Z|UTC|[+-]\d\d(?::?\d\d)?)?",
     re.ASCII | re.IGNORECASE,
 )
 

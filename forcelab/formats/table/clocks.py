@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
 
@@ -94,9 +95,9 @@ class ClockReader:
         self._dated = False
         if self._written:
             match = STAMP.fullmatch(present[kinds.index(Kind.STAMP)])
-            self._dated = match is not None and match[1] is not None
-            if match and self._dated:
-                self._base = self._day(match) * _DAY
+            with suppress(ValueError):  # a day that is none is named with its line when it is read
+                self._base = ((match and self._day(match)) or 0) * _DAY
+            self._dated = match is not None and bool(match["year"] or match["last_year"])
         else:
             readable = _readable(present, kinds, decimal) or [0.0]
             middle = float(np.median(np.clip(readable, -_ABSURD, _ABSURD)))
@@ -196,23 +197,29 @@ class ClockReader:
             if cell.lower() in MISSING:
                 return float("nan")
             raise NotANumberError(index, cell)
-        hour, minute, second = int(match[4]), int(match[5]), int(match[6] or 0)
-        if self._dated != (match[1] is not None) or hour > 24 or minute > 59 or second > 60:
-            raise NotANumberError(index, cell)
+        hour, minute, second = (int(match[part] or 0) for part in ("hour", "minute", "second"))
         try:
-            days = self._day(match) if self._dated else 0
+            day = self._day(match)
         except ValueError as error:
             raise NotANumberError(index, cell) from error
-        whole = days * _DAY - self._base + hour * 3600 + minute * 60 + second
-        zone = match[8]
+        if self._dated != (day is not None) or hour > 24 or minute > 59 or second > 60:
+            raise NotANumberError(index, cell)
+        whole = (day or 0) * _DAY - self._base + hour * 3600 + minute * 60 + second
+        zone = match["zone"]
         if zone and zone[0] in "+-":
             minutes = int(zone[1:3]) * 60 + int(zone[3:].lstrip(":") or 0)
             whole += (-60 if zone[0] == "+" else 60) * minutes
-        return whole + float(f"0.{match[7]}") if match[7] else float(whole)
+        fraction = match["fraction"]
+        return whole + float(f"0.{fraction}") if fraction else float(whole)
 
-    def _day(self, match: re.Match[str]) -> int:
-        """Days from 1970 to a stamp's date."""
-        key = (match[1], match[2], match[3])
+    def _day(self, match: re.Match[str]) -> int | None:
+        """Days from 1970 to a stamp's date; None where it has none."""
+        if match["year"]:
+            key = (match["year"], match["month"], match["day"])
+        elif match["last_year"]:
+            key = (match["last_year"], match["then_month"], match["first_day"])
+        else:
+            return None
         if key not in self._days:
             self._days[key] = date(int(key[0]), int(key[1]), int(key[2])).toordinal() - _EPOCH_DAY
         return self._days[key]

@@ -43,12 +43,12 @@ _BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\})\s*
 _SLASH = re.compile(r"(.+?)\s*/\s*(\S+)")
 
 _TIME_WORD = re.compile(
-    r"times?|timestamps?|stamp|t|ts|zeit|zeitstempel|temps|tiempo|tempo|clock|epoch|unix(time)?"
-    r"|datetime|elapsed"
+    r"times?|timestamps?|stamp|t|ts|zeit|zeitstempel|uhrzeit|temps|heure|tiempo|hora|tempo|ora|clock"
+    r"|epoch|unix(time)?|datetime|elapsed"
 )
 _TIME_PREFIX = re.compile(
     r"elapsed|sensor|sample|recording|record|system|sys|unix|epoch|rel|relative|abs|absolute|host"
-    r"|device|local|utc|gps|ros|rosbag|header|field|stamp|time|date"
+    r"|device|local|utc|gps|ros|rosbag|header|field|stamp|time|date|datum"
 )
 #: In order of preference.
 _LABEL_WORDS = (
@@ -201,7 +201,7 @@ def find_column(columns: Sequence[Column], wish: str, role: str, where: str) -> 
     wish : str
         A name, with or without its case and its unit, or a number.
     role : str
-        What it holds, such as ``"stamps"``, for the error.
+        What it holds, such as ``"times"``, for the error.
     where : str
         The file, for the error.
 

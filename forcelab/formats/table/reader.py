@@ -8,8 +8,8 @@ time in :mod:`~forcelab.formats.table.clocks`, those for headers in
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +20,22 @@ from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.body import Body, Plan, Words, read_body
 from forcelab.formats.table.cells import Kind
-from forcelab.formats.table.clocks import ClockReader
+from forcelab.formats.table.clocks import ClockReader, RawStamps
 from forcelab.formats.table.columns import is_index, unit_of_time
 from forcelab.formats.table.dialect import HEAD, head_lines, is_text
 from forcelab.formats.table.labels import lies_beside, read_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
-from forcelab.formats.table.roles import UNLABELLED_WORDS, Roles, choose_roles, label_column
-from forcelab.formats.table.stamps import Repaired, counted, repair
+from forcelab.formats.table.roles import (
+    UNLABELLED_WORDS,
+    Roles,
+    choose_roles,
+    counters,
+    label_column,
+)
+from forcelab.formats.table.stamps import Repaired, repair
 from forcelab.formats.times import on_samples
 from forcelab.labels import UNLABELLED, Track, from_codes
+from forcelab.wording import counted
 
 __all__ = ["read", "sniff"]
 
@@ -67,8 +74,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         The file. A labels file beside it is read too, see
         :func:`forcelab.formats.table.labels.lies_beside`.
     options : ReadOptions
-        With `rate`, a table without stamps has that many rows a second; one with stamps keeps them
-        and has its features computed at that rate.
+        With `rate`, a table without stamps has that many rows a second, and as many samples a
+        second where a column counts them; one with stamps keeps them and has its features computed
+        at that rate.
 
     Returns
     -------
@@ -93,7 +101,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if roles.time is not None:
         clock = ClockReader(layout.cells(roles.time), layout.dialect.decimal)
     body = read_body(path, layout, encoding, Plan(roles.numeric, roles.time, clock, roles.label))
-    table = _Table(path, layout, roles, body)
+    table = _Table(path, layout, roles, body, counters(layout, roles, body.values, str(path)))
     remarks = [*layout.remarks, *_ragged(table, options.strict)]
     repaired = _times(table, clock, options)
     remarks += repaired.remarks
@@ -129,6 +137,16 @@ class _Table:
     layout: Layout
     roles: Roles
     body: Body
+    counters: Mapping[int, NDArray[np.float64]]
+
+    @property
+    def counter(self) -> int | None:
+        """The column whose counts stand in for stamps, where there are none."""
+        if self.roles.time is not None:
+            return None
+        return (
+            min(self.counters, default=None) if self.roles.counter is None else self.roles.counter
+        )
 
 
 def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
@@ -137,7 +155,8 @@ def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
     if not number:
         return ()
     line = int(table.body.lines[np.argmax(table.body.ragged)])
-    done = "dropped" if table.roles.time is not None else "taken as missing samples"
+    stamped = table.roles.time is not None or table.counter is not None
+    done = "dropped" if stamped else "taken as missing samples"
     text = (
         f"{counted(number, 'row')} with more or fewer than {table.layout.dialect.width} cells "
         f"{'was' if number == 1 else 'were'} {done}, the first in line {line}"
@@ -154,12 +173,8 @@ def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Re
     path, lines = table.path, table.body.lines
     if clock is None or table.roles.time is None or table.body.stamps is None:
         if options.rate is None:
-            names = ", ".join(column.name for column in table.layout.columns)
-            raise UnclearRateError(
-                f"{path} has no column of stamps among {names}; name the column of stamps, or say "
-                "how many samples there are a second."
-            )
-        return Repaired(np.arange(lines.size) / options.rate, np.arange(lines.size), 0.0, ())
+            raise _no_times(table)
+        return _evenly(table, options.rate, options.strict)
     column = table.layout.columns[table.roles.time]
     whole = np.flatnonzero(~table.body.ragged)
     where = f"{path.name}, column '{column.name}',"
@@ -170,23 +185,41 @@ def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Re
     )
 
 
+def _no_times(table: _Table) -> UnclearRateError:
+    """The error for a table without stamps and without a rate."""
+    columns, counter = table.layout.columns, table.counter
+    counts = f"'{columns[counter].name}' counts the samples" if counter is not None else ""
+    if table.roles.counter is not None:
+        return UnclearRateError(f"{table.path}: {counts}; say how many there are a second.")
+    names = ", ".join(column.name for column in columns)
+    return UnclearRateError(
+        f"{table.path} has no column of times among {names}{'; ' + counts if counts else ''}; name "
+        "the column of times, or say how many samples there are a second."
+    )
+
+
+def _evenly(table: _Table, rate: float, strict: bool) -> Repaired:
+    """The rows at a rate: where their counter says, if there is one, else one after the other."""
+    lines, counter = table.body.lines, table.counter
+    if counter is None:
+        return Repaired(np.arange(lines.size) / rate, np.arange(lines.size), 0.0, ())
+    raw = RawStamps(table.counters[counter], per_second=rate)
+    repaired = repair(raw, lines, str(table.path), strict=strict)
+    name = table.layout.columns[counter].name
+    total = round(float(np.nanmax(raw.values))) + 1
+    lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
+    remark = f"'{name}' counts the samples and places the rows: {lost:,} of {total:,} were lost."
+    return replace(repaired, remarks=(remark, *repaired.remarks))
+
+
 def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[str]]:
     """The columns that become channels, and remarks on those left out."""
     chosen: list[int] = []
     left_out: dict[str, list[str]] = {}
     for index, column in enumerate(table.layout.columns):
-        why = ""
-        if index in (table.roles.time, label):
+        if index in (table.roles.time, label) or _says_nothing(table, index):
             continue
-        if index in table.roles.clocks:
-            why = "stamps too"
-        elif index in table.body.words:
-            empty = table.body.words[index].empty
-            if empty and not column.named:
-                continue  # what a separator at the end of each row makes
-            why = "empty" if empty else "words, not numbers"
-        elif is_index(column, table.layout.cells(index)):
-            why = "counting rows only"
+        why = _why_not(table, index)
         if why:
             name = column.name if column.named else column.name.removeprefix("column ")
             left_out.setdefault(why, []).append(name)
@@ -195,7 +228,7 @@ def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[s
     if not chosen:
         wordy = [f"'{name}'" for name in left_out.get("words, not numbers", ())]
         raise InputError(
-            f"{table.path} has no column of numbers besides its stamps"
+            f"{table.path} has no column of numbers besides its times"
             f"{'; words stand in ' + ', '.join(wordy) if wordy else ''}; there is nothing to "
             "import."
         )
@@ -210,6 +243,26 @@ def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[s
         )
         remarks.append(f"{columns} left out: {why}.")
     return chosen, remarks
+
+
+def _says_nothing(table: _Table, index: int) -> bool:
+    """Whether a column is what a separator at the end of each row makes."""
+    words = table.body.words.get(index)
+    return words is not None and words.empty and not table.layout.columns[index].named
+
+
+def _why_not(table: _Table, index: int) -> str:
+    """Why a column becomes no channel; empty where it does."""
+    if index in table.roles.left_out:
+        return "not wanted"
+    if index in table.roles.clocks:
+        return "times too"
+    if index in table.counters:
+        return "counting samples"
+    if index in table.body.words:
+        return "empty" if table.body.words[index].empty else "words, not numbers"
+    alone = is_index(table.layout.columns[index], table.layout.cells(index))
+    return "counting rows only" if alone else ""
 
 
 def _missing(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcelab.errors import InputError, UnclearRateError
 from forcelab.formats.recording import ReadOptions
@@ -21,9 +22,10 @@ from forcelab.formats.table.columns import (
     is_label_name,
     is_time_name,
 )
+from forcelab.formats.table.counters import is_counter_name, ticks
 from forcelab.formats.table.layout import Layout
 
-__all__ = ["UNLABELLED_WORDS", "Roles", "choose_roles", "label_column"]
+__all__ = ["UNLABELLED_WORDS", "Roles", "choose_roles", "counters", "label_column"]
 
 #: Words, in lower case, by which coders and programs leave a sample unlabelled.
 UNLABELLED_WORDS = frozenset(
@@ -52,12 +54,18 @@ class Roles:
         Columns to read as numbers.
     clocks : tuple of int
         Further columns that hold stamps and are no signals.
+    counter : int or None
+        The column that is asked to stand in for stamps, as it counts the samples.
+    left_out : frozenset of int
+        Columns that are not wanted.
     """
 
     time: int | None
     label: int | None
     numeric: tuple[int, ...]
     clocks: tuple[int, ...] = ()
+    counter: int | None = None
+    left_out: frozenset[int] = frozenset()
 
 
 def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
@@ -69,11 +77,18 @@ def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
         If an option names no column, or one column for both, or if a column of stamps is written
         in a way that is not understood.
     """
-    label = _label(layout, options, where)
-    time, clocks = _time(layout, options, where, label)
+    columns = layout.columns
+    left_out = frozenset(find_column(columns, w, "values", where) for w in options.leave_out)
+    counter = None
+    if options.counter is not None:
+        counter = find_column(columns, options.counter, "counts", where)
+    label = _label(layout, options, where, left_out)
+    time, clocks = _time(layout, options, where, left_out | {label})
+    if counter is not None:
+        time = None
     if time is not None and time == label:
         raise InputError(
-            f"{where}: column '{layout.columns[time].name}' cannot hold both stamps and labels; "
+            f"{where}: column '{layout.columns[time].name}' cannot hold both times and labels; "
             "name another one for either."
         )
     numeric = tuple(
@@ -81,17 +96,49 @@ def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
         for index, kind in enumerate(layout.kinds)
         if kind is Kind.NUMBER and index not in (time, label)
     )
-    return Roles(time, label, numeric, tuple(index for index in clocks if index != time))
+    clocks = [index for index in clocks if index not in (time, counter)]
+    return Roles(time, label, numeric, tuple(clocks), counter, left_out)
 
 
-def _label(layout: Layout, options: ReadOptions, where: str) -> int | None:
+def counters(
+    layout: Layout, roles: Roles, values: Mapping[int, NDArray[np.float64]], where: str
+) -> dict[int, NDArray[np.float64]]:
+    """The columns in which a device counts its samples, and what they count.
+
+    Raises
+    ------
+    InputError
+        If the one that is asked for does not count.
+    """
+    found = {}
+    for index, column in enumerate(layout.columns):
+        if index not in values or (column.unit and index != roles.counter):
+            continue
+        named = index == roles.counter or (column.named and is_counter_name(column.name))
+        counted = ticks(values[index], named)
+        if counted is not None:
+            found[index] = counted
+    if not set(values) - set(found) - {roles.label} - roles.left_out:
+        # What else there is to see in the file is left a signal.
+        found = {index: counts for index, counts in found.items() if index == roles.counter}
+    if roles.counter is not None and roles.counter not in found:
+        raise InputError(
+            f"{where}: column '{layout.columns[roles.counter].name}' does not go on by one step "
+            "from row to row, so that it counts no samples; name another one."
+        )
+    return found
+
+
+def _label(
+    layout: Layout, options: ReadOptions, where: str, left_out: Collection[int]
+) -> int | None:
     """The column of labels that is asked for or has the surest name."""
     if options.label is not None:
         return find_column(layout.columns, options.label, "labels", where)
     ranked = [
         (is_label_name(column.name), index)
         for index, column in enumerate(layout.columns)
-        if column.named and is_label_name(column.name) and not column.unit
+        if column.named and is_label_name(column.name) and not column.unit and index not in left_out
     ]
     for _, index in sorted(ranked):
         if layout.kinds[index] in (Kind.TEXT, Kind.MISSING) or _counts_actions(layout, index):
@@ -106,7 +153,7 @@ def _counts_actions(layout: Layout, index: int) -> bool:
 
 
 def _time(
-    layout: Layout, options: ReadOptions, where: str, label: int | None
+    layout: Layout, options: ReadOptions, where: str, taken: Collection[int | None]
 ) -> tuple[int | None, list[int]]:
     """The column of stamps, and all columns named as such."""
     columns = layout.columns
@@ -117,10 +164,10 @@ def _time(
         and is_time_name(column.name)
         and (not column.unit or column.unit.lower() in SECONDS_IN)
         and layout.kinds[index] in (Kind.NUMBER, Kind.STAMP)
-        and index != label
+        and index not in taken
     ]
     if options.time is not None:
-        wanted = find_column(columns, options.time, "stamps", where)
+        wanted = find_column(columns, options.time, "times", where)
         if layout.kinds[wanted] not in (Kind.NUMBER, Kind.STAMP):
             raise _not_understood(layout, wanted, where)
         return wanted, named
@@ -128,11 +175,11 @@ def _time(
         if len(set(layout.cells(index))) > 1 or len(layout.sample) == 1:
             return index, named
     for index, column in enumerate(columns):
-        if index != label and _steps_like_time(layout, index, column):
+        if index not in taken and _steps_like_time(layout, index, column):
             return index, named
     if options.rate is None:
         for index, column in enumerate(columns):
-            words = layout.kinds[index] is Kind.TEXT and index != label
+            words = layout.kinds[index] is Kind.TEXT and index not in taken
             if words and column.named and is_time_name(column.name):
                 raise _not_understood(layout, index, where)
     return None, named
@@ -142,9 +189,9 @@ def _not_understood(layout: Layout, index: int, where: str) -> InputError:
     """The error for stamps that are words."""
     shown = next((cell for cell in layout.cells(index) if cell.strip()), "")[:40]
     return UnclearRateError(
-        f"{where}: stamps such as {shown!r} in column '{layout.columns[index].name}' are not "
-        "understood; write numbers or ISO 8601 (2024-05-31 12:00:00.000), or say how many samples "
-        "there are a second."
+        f"{where}: times such as {shown!r} in column '{layout.columns[index].name}' are not "
+        "understood; write numbers, 2024-05-31 12:00:00.000 or 31.05.2024 12:00:00,000, or say how "
+        "many samples there are a second."
     )
 
 
@@ -197,6 +244,8 @@ def label_column(
         return roles.label
     candidates = []
     for index, column in words.items():
+        if index in roles.left_out:
+            continue
         found = {word for word in column.words if word.lower() not in UNLABELLED_WORDS}
         most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
         varies = len(column.words) > 1 and len(found) <= most

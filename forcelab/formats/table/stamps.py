@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.formats.table.clocks import YEAR_2100, RawStamps
+from forcelab.wording import counted
 
-__all__ = ["Repaired", "counted", "repair"]
+__all__ = ["Repaired", "repair"]
 
 #: Shares and factors of the rules above.
 _FAR_LENGTHS, _FAR_SHARE, _FAR_ROWS = 1000.0, 0.05, 5
@@ -56,12 +57,6 @@ class Repaired:
     kept: NDArray[np.int64]
     start: float
     remarks: tuple[str, ...]
-
-
-def counted(number: int, noun: str, verb: str = "") -> str:
-    """A number with its noun and, if given, a form of "to be": ``1 row was``, ``2 rows were``."""
-    form = {"was": ("was", "were"), "": ("", "")}.get(verb, (verb, verb))[number != 1]
-    return f"{number:,} {noun}{'s' * (number != 1)} {form}".rstrip()
 
 
 @dataclass(slots=True)

@@ -119,7 +119,9 @@ class Attached(QObject):
         """Let go of the devices; a recording that runs is kept."""
         if self._recorder is None or self.phase in WORKING:
             return
-        self._work(Phase.STOPPING, self._connection.leaving(), self._left, lambda: Phase.APART)
+        holds = self.phase in (Phase.RECORDING, Phase.STUCK)
+        phase = Phase.KEEPING if holds else Phase.LEAVING
+        self._work(phase, self._connection.leaving(), self._left, lambda: Phase.APART)
 
     def zero(self) -> None:
         """Let all devices take their present readings for zero."""

@@ -66,24 +66,16 @@ class Connection:
         self, path: Path, names: tuple[str, ...], cameras: tuple[str, ...]
     ) -> Generator[None, None, None]:
         """Open devices and cameras for a project."""
-        from forcelab.capture.camera_device import Capture, open_camera
-        from forcelab.capture.devices import device_named
+        from forcelab.capture.camera_device import open_cameras
+        from forcelab.capture.devices import devices_named
         from forcelab.capture.recorder import Recorder
 
         yield
         with self._lock:
             if self._gone:  # the window was closed meanwhile
                 return
-            devices = [device_named(name) for name in names]
-            captures: list[tuple[str, Capture]] = []
-            try:
-                for which in cameras:
-                    captures.append((f"camera {which}", open_camera(which)))  # noqa: PERF401
-            except InputError:
-                for _, capture in captures:  # those before it are open
-                    capture.release()
-                raise
-            recorder = Recorder(path, devices, captures)
+            devices = devices_named(names)
+            recorder = Recorder(path, devices, open_cameras(cameras))
             recorder.open()
             self.recorder, self._devices = recorder, devices
 

@@ -24,14 +24,15 @@ from forcelab.gui.capture.live_tracks import ROW, paint_rows, rows_height
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.session import Session
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.theme import colours, themes
 from forcelab.signals.envelope import Extremes
 
 __all__ = ["LiveView"]
 
-#: Pixels: least height of a lane, free space above and below a curve.
-LANE, INSET = 26, 3
+#: Pixels: what a lane is higher than its name at least, free space above and below a curve.
+ROOM, INSET = 6, 3
 
 
 class LiveView(QWidget):
@@ -61,7 +62,8 @@ class LiveView(QWidget):
     def minimumSizeHint(self) -> QSize:
         """The least room for the lanes that there are."""
         lanes = sum(len(device.channels) for device in self._devices())
-        return QSize(280, max(lanes, 4) * LANE + rows_height(self._session) + RULER)
+        lane = self.fontMetrics().height() + ROOM
+        return QSize(280, max(lanes, 4) * lane + rows_height(self._session) + RULER)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything anew: everything has moved."""
@@ -150,8 +152,7 @@ class LiveView(QWidget):
         if not self._session.recording:
             return
         left = max(axis.at(self._session.begun), plot.left())
-        wash = QColor(colours().trouble)
-        wash.setAlphaF(0.07)
+        wash = translucent(colours().trouble, 0.07)
         painter.fillRect(QRectF(left, 0, plot.right() - left, plot.height()), wash)
         if left > plot.left():
             painter.setPen(QPen(QColor(colours().trouble), 1))

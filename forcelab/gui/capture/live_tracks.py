@@ -11,6 +11,7 @@ from PySide6.QtGui import QBrush, QColor, QPainter
 from forcelab.gui.capture.session import Session
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.fading import Veil, veils
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tracks import Look, paint_track
 from forcelab.gui.label.swatches import look_of
 from forcelab.gui.theme import colours
@@ -90,8 +91,7 @@ def _paint_undecided(painter: QPainter, box: QRectF, axis: Axis, until: float) -
     if left < box.right():
         rest = QRectF(left, box.top() + 1, box.right() - left, box.height() - 2)
         painter.fillRect(rest, QColor(colours().panel))
-        ink = QColor(colours().muted)
-        ink.setAlphaF(0.5)
+        ink = translucent(colours().muted, 0.5)
         painter.fillRect(rest, QBrush(ink, Qt.BrushStyle.BDiagPattern))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.capture.marking import BRIDGE
 from forcelab.gui import settings
+from forcelab.gui.key_follower import KeyFollower
 from forcelab.gui.repeats import Repeats
 from forcelab.gui.typing_guard import typing
 from forcelab.vocabulary import Vocabulary
@@ -56,12 +57,13 @@ class _Press:
     marks: bool = True
 
 
-class HeldKeys(QObject):
+class HeldKeys(KeyFollower):
     """Hears the keys of actions go down and up, but not where keys are text.
 
     An action lasts as long as its key is held. A key that is only tapped (shorter than
     ``settings.hold_ms``, no other one being down) begins its action; the next press ends it, and
-    one of another key begins its own there, as in the Label workspace.
+    one of another key begins its own there, as in the Label workspace. What is forgotten meanwhile
+    (:meth:`forget`) no press and no release ends any more.
 
     Parameters
     ----------
@@ -93,11 +95,7 @@ class HeldKeys(QObject):
         self._tapped: tuple[str, _Press, float] | None = None
         self._times = EventTimes()
         self._repeats = Repeats(self)
-        application = QApplication.instance()
-        assert isinstance(application, QApplication)
-        # A filter on the widget in focus only: one on the application sees every event.
-        application.focusChanged.connect(self._follow)
-        self._follow(None, application.focusWidget())
+        self.follow_keys()
 
     def release_all(self) -> None:
         """Their going up will not be heard; what a tap has begun goes on."""
@@ -109,6 +107,15 @@ class HeldKeys(QObject):
     def forget_begun(self) -> None:
         """What a tap had begun has ended with the recording."""
         self.begun = self._tapped = None
+
+    def forget(self, action: str) -> None:
+        """The mark of an action is forgotten: its key, if it is down, marks nothing any more."""
+        self._repeats.settle()
+        if action == self.begun:
+            self.forget_begun()
+        for key, press in self._down.items():
+            if press.action == action:
+                self._down[key] = replace(press, marks=False)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Take the keys of actions."""
@@ -139,6 +146,8 @@ class HeldKeys(QObject):
         plain = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         if plain != Qt.KeyboardModifier.NoModifier or not self._page.isVisible():
             return False
+        if not self._in_window:
+            return False
         if typing(QApplication.focusWidget()):
             return False
         if self._repeats.repeats(event) or key in self._down:
@@ -163,13 +172,15 @@ class HeldKeys(QObject):
         return True
 
     def _follow(self, old: QWidget | None, now: QWidget | None) -> None:
-        """Listen where the keys go now."""
-        if old is not None:
-            old.removeEventFilter(self)
-        if now is None or now.window() is not self._page.window():
+        """Listen where the keys go now, and in this window only."""
+        super()._follow(old, now)
+        if not self._in_window:
             self.release_all()
-        else:
-            now.installEventFilter(self)
+
+    @property
+    def _in_window(self) -> bool:
+        """Whether keys go to the page's window."""
+        return self._heard is not None and self._heard.window() is self._page.window()
 
 
 def _name(event: QKeyEvent) -> str:

@@ -6,6 +6,8 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QLineEdit, QWidget
 
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.session import Session
+from forcelab.gui.naming import settled_name
+from forcelab.names import tidy_name
 
 __all__ = ["NextRecording"]
 
@@ -31,6 +33,7 @@ class NextRecording(QWidget):
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._session, self._document = session, session.document
+        self._asking = False  # whether a task is nearly the same as one there is
         self._make_fields()
         self.form = QFormLayout(self)
         self.form.setContentsMargins(0, 0, 0, 0)
@@ -74,22 +77,30 @@ class NextRecording(QWidget):
 
     def take_task(self) -> None:
         """The next recordings are of the task that is written here."""
-        task = self.task.currentText().strip()
-        if task != self._session.task:
-            self._session.set_task(task)
+        task = tidy_name(self.task.currentText())
+        if task == self._session.task or self._asking:
+            return
+        self._asking = True  # the question takes the keyboard from the field
+        task = settled_name(self, task, self._tasks())
+        self._asking = False
+        self.task.setCurrentText(task)
+        self._session.set_task(task)
+
+    def _tasks(self) -> tuple[str, ...]:
+        """The tasks of the project, recorded and planned."""
+        project = self._document.project
+        if project is None:
+            return ()
+        return tuple(dict.fromkeys((*project.tasks(), *project.vocabularies())))
 
     def list_tasks(self) -> None:
         """Offer the tasks of the project; the one that was chosen stays."""
-        project = self._document.project
         chosen = self.task.currentText()
         if not chosen and self._document.demonstration is not None:
             chosen = self._document.demonstration.task
         self.task.blockSignals(True)
         self.task.clear()
-        if project is not None:
-            names = dict.fromkeys((*project.tasks(), *project.vocabularies()))
-            for name in names:
-                self.task.addItem(name, name)
+        self.task.addItems(self._tasks())
         self.task.setCurrentText(chosen)
         self.task.blockSignals(False)
         self._session.set_task(chosen)

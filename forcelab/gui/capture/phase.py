@@ -16,10 +16,23 @@ class Phase(Enum):
     COUNTING = auto()
     STARTING = auto()
     RECORDING = auto()
-    STOPPING = auto()
+    KEEPING = auto()
+    DISCARDING = auto()
+    RECOVERING = auto()
+    #: Devices are let go of while nothing is recorded.
+    LEAVING = auto()
     #: A recording has ended and could not be kept: stop again, or discard it.
     STUCK = auto()
 
 
 #: Phases in which a job has the recorder.
-WORKING = frozenset({Phase.CONNECTING, Phase.STARTING, Phase.STOPPING})
+WORKING = frozenset(
+    {
+        Phase.CONNECTING,
+        Phase.STARTING,
+        Phase.KEEPING,
+        Phase.DISCARDING,
+        Phase.RECOVERING,
+        Phase.LEAVING,
+    }
+)

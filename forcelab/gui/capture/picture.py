@@ -26,6 +26,7 @@ class CameraPicture(QWidget):
         self._session = session
         self._image: QImage | None = None
         self._arrived = 0.0
+        self._gone = False  # the camera gives no picture now
         self.setAccessibleName(self.tr("Camera"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
@@ -50,15 +51,30 @@ class CameraPicture(QWidget):
             left = (self.width() - size.width()) / 2
             top = (self.height() - size.height()) / 2
             painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
+        if self._gone:
+            self._paint_gone(painter)
         painter.end()
+
+    def _paint_gone(self, painter: QPainter) -> None:
+        """What is seen is not how it is now."""
+        veil = QColor(colours().panel)
+        veil.setAlphaF(0.75)
+        painter.fillRect(self.rect(), veil)
+        painter.setPen(QColor(colours().trouble))
+        wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+        painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, self.tr("No picture comes"))
 
     def _look(self) -> None:
         """Take the latest frame, if it is another one."""
         parent = self.parentWidget()
         if parent is None or not parent.isVisible():
             return
-        frame = self._session.frame()
+        frame, state = self._session.frame(), self._session.state
         self.setVisible(frame is not None)
+        gone = state is not None and any("no picture" in one.alarms for one in state.cameras[:1])
+        if gone != self._gone:
+            self._gone = gone
+            self.update()
         if frame is None:
             self._image = None
         elif frame[0] != self._arrived:

@@ -27,7 +27,7 @@ from forcelab.gui.capture.session import Session
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.jobs import Job, Jobs
 from forcelab.gui.label import scalogram_drawing as drawing
-from forcelab.gui.label.scalogram_scales import PAPER
+from forcelab.gui.label.scalogram_scales import FOURIER_FACTOR
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -238,13 +238,12 @@ class LiveScalogramView(QWidget):
     def _paint_gutter(self, painter: QPainter, plot: QRectF, strip: Strip) -> None:
         """The axis in Hz, and the legend of the colours."""
         half = math.sqrt(strip.hertz[0] / strip.hertz[1])  # rows are as high as their distance
-        factor = PAPER.factor
         rows = drawing.Rows(
             plot.top(),
             plot.bottom(),
-            1.0 / (factor * strip.hertz[0] * half),
-            1.0 / (factor * strip.hertz[-1] / half),
-            factor,
+            1.0 / (FOURIER_FACTOR * strip.hertz[0] * half),
+            1.0 / (FOURIER_FACTOR * strip.hertz[-1] / half),
+            FOURIER_FACTOR,
             1.0,
         )
         drawing.draw_frequencies(painter, plot.left(), rows, colours(), plot.top() + 6)

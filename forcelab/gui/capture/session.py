@@ -15,6 +15,7 @@ from forcelab.gui.capture.last import LastKept
 from forcelab.gui.capture.phase import WORKING, Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.numerals import thousands
 from forcelab.gui.shortcuts import keys
 from forcelab.vocabulary import Vocabulary
 
@@ -121,7 +122,7 @@ class Session(Attached):
             self._to(Phase.READY)
         elif self.phase in (Phase.RECORDING, Phase.STUCK):
             self.marks.end(time.monotonic())
-            self._work(Phase.STOPPING, self._connection.stopping(), self._kept, self._not_ended)
+            self._work(Phase.KEEPING, self._connection.stopping(), self._kept, self._not_ended)
         elif self.phase is Phase.APART:
             self.say(self.tr("Connect the devices before recording."), True)
 
@@ -131,7 +132,7 @@ class Session(Attached):
             self.record_or_stop()
         elif self.phase in (Phase.RECORDING, Phase.STUCK):
             work = self._connection.discarding()
-            self._work(Phase.STOPPING, work, self._discarded, self._not_ended)
+            self._work(Phase.DISCARDING, work, self._discarded, self._not_ended)
         elif self.phase not in WORKING:
             self._discard_last()
 
@@ -145,7 +146,7 @@ class Session(Attached):
             self.say(text.format(name=kept.added.name, seconds=kept.seconds))
         else:
             self._work(
-                Phase.STOPPING,
+                Phase.DISCARDING,
                 discarding_kept(path, kept),
                 self._discarded_last,
                 lambda: after,
@@ -159,6 +160,16 @@ class Session(Attached):
         self._recorder.mark(action, down, at)
         self.marks.press(action, down, at)
         return True
+
+    def forget_mark(self) -> str | None:
+        """Forget the mark that grows, as if its key had never gone down; gives its action."""
+        grown = self.marks.growing() if self.recording else None
+        if grown is None:
+            return None
+        action, since = grown
+        self.mark(action, False, since)
+        self.say(self.tr("The mark '{0}' is forgotten.").format(action))
+        return action
 
     def look_for_unfinished(self) -> None:
         """Look for recordings that a crash ended."""
@@ -174,7 +185,7 @@ class Session(Attached):
         if project is not None and self.phase in (Phase.APART, Phase.READY):
             after = self.phase
             self._work(
-                Phase.STOPPING, recovering(project.path), self._recovered, lambda: after, after
+                Phase.RECOVERING, recovering(project.path), self._recovered, lambda: after, after
             )
 
     def let_go(self) -> None:
@@ -279,6 +290,4 @@ class Session(Attached):
 def _kept_text(session: Session, kept: Kept) -> str:
     """What became of a recording, in a sentence."""
     text = session.tr("'{name}' is kept: {seconds:.1f} s, {samples} samples.")
-    return text.format(
-        name=kept.added.name, seconds=kept.seconds, samples=f"{kept.samples:,}".replace(",", " ")
-    )
+    return text.format(name=kept.added.name, seconds=kept.seconds, samples=thousands(kept.samples))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QFileDialog,
     QHBoxLayout,
@@ -60,7 +60,7 @@ class Sources(QWidget):
         self.refresh_button = QPushButton(self.tr("Look again"))
         self.refresh_button.setAccessibleName(self.tr("Look again what is plugged in"))
         self.refresh_button.clicked.connect(self.look)
-        self.entry = _Entry()
+        self.entry = QLineEdit()
         self.entry.setPlaceholderText(self.tr("optoforce:PORT?calibration=FILE"))
         self.entry.setToolTip(
             self.tr(
@@ -159,14 +159,15 @@ class Sources(QWidget):
 
     def _means(self, name: str) -> bool:
         """Whether a name means a device; says what is wrong with it otherwise."""
+        from forcelab.capture.camera_device import check_camera
         from forcelab.capture.devices import device_named
 
         self._session.unsay()
         kind, _, which = name.partition(":")
         try:
-            if kind == "camera" and not which:
-                raise InputError(self.tr("A camera has a number; write camera:0."))
-            if kind != "camera":
+            if kind == "camera":
+                check_camera(which)
+            else:
                 device_named(name)
         except InputError as error:
             self._session.say(str(error), True)
@@ -282,7 +283,7 @@ class Sources(QWidget):
                 item.setCheckState(Qt.CheckState.Checked)
             if self.rows.said(item) == chosen:
                 self.rows.setCurrentItem(item)
-        self._tell()
+        self.set_open(self._choosing)  # they may have been connected while it was looked
 
     def _tell(self) -> None:
         """Say where there is nothing."""
@@ -292,18 +293,6 @@ class Sources(QWidget):
         some = any(map(counts, self.rows.items_here()))
         self.calibration_button.setVisible(self._choosing and some)
         self.calibration_button.setEnabled(item is not None and counts(item))
-
-
-class _Entry(QLineEdit):
-    """A line that Escape leaves."""
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Escape leaves everything as it was."""
-        if event.key() == Qt.Key.Key_Escape:
-            self.clear()
-            self.clearFocus()
-        else:
-            super().keyPressEvent(event)
 
 
 def _found() -> Generator[None, None, tuple[tuple[FoundPort, ...], tuple[Camera, ...]]]:

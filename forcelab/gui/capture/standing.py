@@ -14,6 +14,7 @@ from forcelab.capture.reader import DeviceState
 from forcelab.capture.recorder_state import RecorderState
 from forcelab.gui.capture.elsewhere import amount
 from forcelab.gui.capture.session import Session
+from forcelab.gui.numerals import thousands
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["Standing", "alarms_of"]
@@ -169,7 +170,7 @@ def _device(device: DeviceState) -> str:
     if device.rate > 0:
         parts.append(f"{device.rate:.1f} Hz")
     counts = translate("forcelab", "{samples} samples, {lost} lost")
-    parts.append(counts.format(samples=_thousands(device.samples), lost=_thousands(device.lost)))
+    parts.append(counts.format(samples=thousands(device.samples), lost=thousands(device.lost)))
     if math.isfinite(device.residual):
         # Its offset says nothing but when it was switched on; the rate says how fast it changes.
         text = translate("forcelab", "clock {ppm:+d} ppm ±{ms:.2f} ms")
@@ -182,7 +183,7 @@ def _device(device: DeviceState) -> str:
 def _camera(camera: CameraState) -> str:
     """Rate and frames."""
     text = QCoreApplication.translate("forcelab", "{frames} frames, {dropped} dropped")
-    counts = text.format(frames=_thousands(camera.frames), dropped=_thousands(camera.dropped))
+    counts = text.format(frames=thousands(camera.frames), dropped=thousands(camera.dropped))
     return " · ".join([camera.name, f"{camera.rate:.1f} Hz", counts])
 
 
@@ -193,10 +194,6 @@ def _short(name: str) -> str:
         return short
     half = (LONGEST - 1) // 2
     return f"{short[:half]}…{short[-half:]}"
-
-
-def _thousands(number: int) -> str:
-    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
 def _line() -> QLabel:

@@ -113,6 +113,10 @@ class CaptureTab(QWidget):
             "show_recording": self._show_kept,
         }
 
+    def cancel(self) -> bool:
+        """Take back what was begun last, if the workspace is in front; gives whether it was."""
+        return self._built is not None and self._built.isVisible() and self._built.cancel()
+
     def _tell(self) -> None:
         """Say elsewhere what is recorded."""
         assert self._built is not None

@@ -5,16 +5,16 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
-    QFrame,
+    QApplication,
     QHBoxLayout,
-    QLabel,
     QPushButton,
-    QScrollArea,
     QSplitter,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.arranging import rule, scrolled
+from forcelab.gui.capture.legend import MarkLegend
 from forcelab.gui.capture.live import LiveView
 from forcelab.gui.capture.marks import HeldKeys
 from forcelab.gui.capture.next_recording import NextRecording
@@ -31,6 +31,8 @@ from forcelab.gui.capture.standing import Standing
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
+from forcelab.gui.typing_guard import typing
+from forcelab.gui.wheel_guard import guard_from_wheel
 
 __all__ = ["CaptureWorkspace"]
 
@@ -130,9 +132,7 @@ class CaptureWorkspace(QWidget):
         self.recover_button = QPushButton()
         self.recover_button.clicked.connect(self.session.recover)
         self.clock = RecordedTime(self.session)
-        self.legend = QLabel()
-        self.legend.setTextFormat(Qt.TextFormat.PlainText)
-        self.legend.setWordWrap(True)
+        self.legend = MarkLegend(self.session)
 
     def _lay_out(self) -> None:
         """The left side and the right one."""
@@ -152,35 +152,43 @@ class CaptureWorkspace(QWidget):
         form.addRow(self.recogniser.nothing)
         form.addRow(self.tr("Latency"), self.recogniser.latency)
         form.addRow(self.tr("Scalogram"), self.scalogram_channel)
+        guard_from_wheel(
+            self.task,
+            self.countdown,
+            self.recogniser.which,
+            self.recogniser.latency,
+            self.scalogram_channel,
+        )
         devices = QHBoxLayout()
         devices.addWidget(self.connect_button, 1)
         devices.addWidget(self.zero_button)
+        setting_up = QWidget()
+        upper = QVBoxLayout(setting_up)
+        upper.setContentsMargins(8, 8, 8, 0)
+        upper.addWidget(self.recover_button)
+        upper.addWidget(self.sources, 1)
+        upper.addLayout(devices)
+        upper.addWidget(self.picture, 3)
+        upper.addStretch()
+        upper.addWidget(rule())
+        upper.addWidget(self.fields)
+        # What is pressed while hands are full is always there; what was set up before may scroll.
+        recording = QVBoxLayout()
+        recording.setContentsMargins(8, 0, 8, 8)
+        for widget in (self.legend, self.clock, self.record_button, self.discard_button):
+            recording.addWidget(widget)
         side = QWidget()
         side.setMinimumWidth(SIDE)
         column = QVBoxLayout(side)
-        column.setContentsMargins(8, 8, 8, 8)
-        column.addWidget(self.recover_button)
-        column.addWidget(self.sources, 1)
-        column.addLayout(devices)
-        column.addWidget(self.picture, 3)
-        column.addStretch()
-        column.addWidget(_rule())
-        column.addWidget(self.fields)
-        column.addWidget(self.legend)
-        column.addWidget(self.clock)
-        column.addWidget(self.record_button)
-        column.addWidget(self.discard_button)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(scrolled(setting_up), 1)
+        column.addLayout(recording)
         return side
 
     def _right_side(self) -> QWidget:
         """What comes, and how it does."""
-        lanes = QScrollArea()
-        lanes.setWidgetResizable(True)
-        lanes.setFrameShape(QFrame.Shape.NoFrame)
-        lanes.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        lanes.setWidget(self.live)
         views = QSplitter(Qt.Orientation.Vertical)
-        views.addWidget(lanes)
+        views.addWidget(scrolled(self.live))
         views.addWidget(self.scalogram)
         views.setStretchFactor(0, 3)
         views.setStretchFactor(1, 2)
@@ -204,6 +212,21 @@ class CaptureWorkspace(QWidget):
             # Letters mark actions from now on and are no text.
             self.live.setFocus()
         self.session.record_or_stop()
+
+    def cancel(self) -> bool:
+        """Take back what was begun last: a mark that grows, or a countdown; gives whether it was.
+
+        A recording is not ended by it, and what is written in a field is left first.
+        """
+        if typing(QApplication.focusWidget()):
+            return False
+        if self.session.phase is Phase.COUNTING:
+            self.session.record_or_stop()
+            return True
+        forgotten = self.session.forget_mark()
+        if forgotten is not None:
+            self.held.forget(forgotten)
+        return forgotten is not None
 
     def _connect_or_not(self) -> None:
         """Connect what is ticked, or let go of it."""
@@ -230,9 +253,11 @@ class CaptureWorkspace(QWidget):
         if phase is not Phase.RECORDING:
             self.held.forget_begun()
         text = self.tr("Connect") if apart else self.tr("Disconnect")
-        if phase is Phase.CONNECTING:
-            text = self.tr("Connecting…")
-        _say_on(self.connect_button, text)
+        under_way = {
+            Phase.CONNECTING: self.tr("Connecting…"),
+            Phase.LEAVING: self.tr("Disconnecting…"),
+        }
+        _say_on(self.connect_button, under_way.get(phase, text))
         self.connect_button.setEnabled(
             not busy and phase is not Phase.STUCK and self.document.project is not None
         )
@@ -242,7 +267,9 @@ class CaptureWorkspace(QWidget):
             Phase.COUNTING: self.tr("Do not record"),
             Phase.STARTING: self.tr("Starting…"),
             Phase.RECORDING: self.tr("Stop and keep"),
-            Phase.STOPPING: self.tr("Keeping…"),
+            Phase.KEEPING: self.tr("Keeping…"),
+            Phase.DISCARDING: self.tr("Discarding…"),
+            Phase.RECOVERING: self.tr("Recovering…"),
             Phase.STUCK: self.tr("Try to keep it again"),
         }
         _say_on(self.record_button, words.get(phase, self.tr("Record")), keys().shown("record"))
@@ -255,7 +282,6 @@ class CaptureWorkspace(QWidget):
         )
         self.recover_button.setVisible(left > 0)
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
-        self._show_actions()
 
     def _show_discard(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
@@ -272,14 +298,6 @@ class CaptureWorkspace(QWidget):
         _say_on(self.discard_button, text, keys().shown("discard_recording"))
         self.discard_button.setEnabled(can)
 
-    def _show_actions(self) -> None:
-        """Which keys mark what."""
-        marking = [f"{a.key.upper()} {a.name}" for a in self.session.vocabulary if a.key]
-        how = self.tr("Mark: hold a key, or tap to begin and tap to end. {0}")
-        told = how.format(" · ".join(marking)) if marking else ""
-        self.legend.setText(told)
-        self.legend.setVisible(bool(told))
-
 
 def _say_on(button: QPushButton, text: str, key: str = "") -> None:
     """Write on a button what it does and which key does it."""
@@ -287,11 +305,3 @@ def _say_on(button: QPushButton, text: str, key: str = "") -> None:
     if button.text() != shown:
         button.setText(shown)
         button.setAccessibleName(text)
-
-
-def _rule() -> QFrame:
-    """A line between two groups."""
-    rule = QFrame()
-    rule.setFrameShape(QFrame.Shape.HLine)
-    rule.setFrameShadow(QFrame.Shadow.Sunken)
-    return rule

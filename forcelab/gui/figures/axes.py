@@ -32,14 +32,7 @@ def ticks(start: float, end: float, step: float) -> tuple[float, ...]:
 def labels(values: tuple[float, ...], step: float) -> tuple[str, ...]:
     """The numbers with just the decimals that tell multiples of `step` apart."""
     decimals = max(0, -math.floor(math.log10(step) + 1e-9))
-    return tuple(_signed(f"{value:.{decimals}f}") for value in values)
-
-
-def _signed(number: str) -> str:
-    """A number with a true minus sign, and no sign at zero."""
-    if not number.strip("-0."):
-        return number.lstrip("-")
-    return number.replace("-", "\N{MINUS SIGN}")
+    return tuple(text.signed(f"{value:.{decimals}f}") for value in values)
 
 
 @dataclass(frozen=True, slots=True)

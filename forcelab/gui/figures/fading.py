@@ -13,12 +13,13 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter
 
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.labels import Segments, to_codes
 
 if TYPE_CHECKING:
-    from forcelab.review.certainty import Certainty
+    from forcelab.recognition.certainty import Certainty
 
-__all__ = ["Veil", "blended", "opacity", "paint_veils", "veil_at", "veils"]
+__all__ = ["Veil", "opacity", "paint_veils", "veil_at", "veils"]
 
 #: From this probability on a prediction has its full colour; from that one down the lightest.
 SURE, UNSURE = 0.95, 0.35
@@ -88,8 +89,7 @@ def paint_veils(
         alike.setdefault(veil.opacity, []).append(stretch)
     painter.setPen(Qt.PenStyle.NoPen)
     for share, stretches in alike.items():
-        colour = QColor(unlabelled)
-        colour.setAlphaF(share)
+        colour = translucent(unlabelled, share)
         painter.setBrush(colour)
         painter.drawRects(stretches)
 
@@ -98,15 +98,6 @@ def veil_at(found: tuple[Veil, ...], x: float) -> float:
     """How thick the veil at a pixel is; 0 where there is none."""
     i = bisect_right(found, x, key=_left) - 1
     return found[i].opacity if i >= 0 and x < found[i].right else 0.0
-
-
-def blended(colour: QColor, ground: QColor, share: float) -> QColor:
-    """A colour of which `share` is taken by the ground."""
-    return QColor.fromRgbF(
-        colour.redF() + (ground.redF() - colour.redF()) * share,
-        colour.greenF() + (ground.greenF() - colour.greenF()) * share,
-        colour.blueF() + (ground.blueF() - colour.blueF()) * share,
-    )
 
 
 def _levels(probabilities: NDArray[np.float64]) -> NDArray[np.int64]:

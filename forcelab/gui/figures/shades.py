@@ -1,4 +1,4 @@
-"""One hue from light to dark, for shares and magnitudes."""
+"""Colours made from colours, and one hue from light to dark for shares and magnitudes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PySide6.QtGui import QColor
 
-__all__ = ["shade", "shades"]
+__all__ = ["mixed", "shade", "shades", "translucent"]
 
 #: From nothing to all, evenly spaced. Lightness falls by about the same amount from stop to stop,
 #: so that equal differences look equal, in grey print too.
@@ -21,6 +21,23 @@ STOPS = np.array(
     ],
     dtype=np.float64,
 )
+
+
+def mixed(one: QColor | str, other: QColor | str, share: float) -> QColor:
+    """A colour between two, `share` of the way from the first."""
+    a, b = QColor(one), QColor(other)
+    return QColor.fromRgbF(
+        a.redF() + (b.redF() - a.redF()) * share,
+        a.greenF() + (b.greenF() - a.greenF()) * share,
+        a.blueF() + (b.blueF() - a.blueF()) * share,
+    )
+
+
+def translucent(colour: QColor | str, opacity: float) -> QColor:
+    """A colour that lets through what is below; opacity 0..1."""
+    seen = QColor(colour)
+    seen.setAlphaF(opacity)
+    return seen
 
 
 def shades(shares: ArrayLike) -> NDArray[np.uint8]:

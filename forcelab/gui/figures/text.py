@@ -33,6 +33,7 @@ __all__ = [
     "put_upwards",
     "ready",
     "shown",
+    "signed",
     "widest",
     "width",
 ]
@@ -109,6 +110,13 @@ def shown(text: str) -> str:
 def width(text: str, face: QFont) -> float:
     """Advance of a line of text, in pixels."""
     return QFontMetricsF(face).horizontalAdvance(text)
+
+
+def signed(number: str) -> str:
+    """A number with a true minus sign, which is as wide as a plus, and none at zero."""
+    if not number.strip("-0."):
+        return number.lstrip("-")
+    return number.replace("-", "\N{MINUS SIGN}")
 
 
 def widest(texts: Iterable[str], face: QFont) -> float:

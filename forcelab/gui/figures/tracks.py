@@ -13,7 +13,8 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.canvas import Theme
-from forcelab.gui.figures.fading import Veil, blended, paint_veils, veil_at
+from forcelab.gui.figures.fading import Veil, paint_veils, veil_at
+from forcelab.gui.figures.shades import mixed
 from forcelab.labels import Segment
 
 __all__ = ["Look", "paint_look", "paint_texture", "paint_track", "plate"]
@@ -132,7 +133,7 @@ def _veiled(look: Look, bar: QRectF, veils: tuple[Veil, ...], theme: Theme) -> L
     share = veil_at(veils, bar.center().x()) if veils and bar.width() >= SIGN else 0.0
     if not share:
         return look
-    return replace(look, colour=blended(look.colour, QColor(theme.unlabelled), share))
+    return replace(look, colour=mixed(look.colour, theme.unlabelled, share))
 
 
 def plate(painter: QPainter, bar: QRectF, width: float, look: Look) -> None:

@@ -65,11 +65,6 @@ class ForcePanel(TimePanel):
     ----------
     source : ForceChannels
         The channels and what is shown of them; the overview draws from it too.
-
-    Signals
-    -------
-    choices_changed()
-        Other channels are shown, or in another way.
     """
 
     #: The values at the cursor stand beside it, and in the gutter.
@@ -83,7 +78,6 @@ class ForcePanel(TimePanel):
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
-        self.choices_changed = self.source.choices_changed
         self._axes: tuple[tuple[Lane, Axis], ...] = ()
         self._canvas = Canvas(self.plot, 1.0)
         self._noted_left = False
@@ -91,11 +85,6 @@ class ForcePanel(TimePanel):
         self.source.grown.connect(self.invalidate)
 
     # What is wanted
-
-    @property
-    def channels(self) -> list[str]:
-        """The names of all channels."""
-        return list(self.source.names)
 
     @property
     def shown(self) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.demonstration import Channel
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.force_lanes import Lane
 from forcelab.gui.theme import Colours
 
@@ -50,13 +51,10 @@ def number_of(value: float | None, span: float) -> str:
     if value is None:
         return "\N{EN DASH}"
     if not 1e-4 <= span < 1e5:
-        return f"{value:.2e}".replace("-", "\N{MINUS SIGN}")
+        return text.signed(f"{value:.2e}")
     power = math.floor(math.log10(span))
     decimals = max(3 - power, 0) if power >= 0 else 2 - power
-    shown = f"{value:.{decimals}f}"
-    if not shown.strip("-0."):
-        shown = shown.lstrip("-")
-    return shown.replace("-", "\N{MINUS SIGN}")
+    return text.signed(f"{value:.{decimals}f}")
 
 
 def _lines(lane: Lane) -> tuple[int, float]:
@@ -202,8 +200,7 @@ def paint_notes(
 ) -> None:
     """Write what is to be known of the curves into a corner, one line below the other."""
     face, y = text.font(10), plot.top() + 9
-    ground = QColor(theme.background)
-    ground.setAlphaF(0.9)
+    ground = translucent(theme.background, 0.9)
     for note in notes:
         wide = text.width(note, face)
         right = plot.left() + wide + 10 if at_left else plot.right()

@@ -10,21 +10,18 @@ from typing import Any
 from PySide6.QtCore import (
     QAbstractListModel,
     QCoreApplication,
-    QModelIndex,
     QObject,
-    QPersistentModelIndex,
     Qt,
 )
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
+from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.project import Edit
 
 translate = QCoreApplication.translate
 
 __all__ = ["HistoryModel", "Standing", "clock", "standings"]
-
-Index = QModelIndex | QPersistentModelIndex
 
 #: How many edits are read at a time, and how many at first when there are only new ones to read.
 PAGE, NEW = 200, 4
@@ -148,12 +145,12 @@ class HistoryModel(QAbstractListModel):
         before = len(self.rows)
         more = sum(edit.kind not in ("undo", "redo") for edit in page)
         if more:
-            self.beginInsertRows(QModelIndex(), before, before + more - 1)
+            self.beginInsertRows(NOWHERE, before, before + more - 1)
         self._keep_older(page)
         if more:
             self.endInsertRows()
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many edits have been read."""
         return 0 if parent.isValid() else len(self.rows)
 

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.force import ForcePanel
 from forcelab.gui.label.force_axes import curve_colour
 from forcelab.gui.label.force_curves import Canvas, Curve
@@ -244,8 +245,7 @@ class Overview(QWidget):
     def _paint_window(self, painter: QPainter) -> None:
         """Draw what is visible, what is being chosen, and the cursor."""
         now, plot, box = colours(), self.plot, self.window_box
-        veil = QColor(now.panel)
-        veil.setAlphaF(0.6)
+        veil = translucent(now.panel, 0.6)
         painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
         painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
         accent = QColor(now.accent)
@@ -259,8 +259,7 @@ class Overview(QWidget):
         for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
             painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
         if self._band is not None:
-            wash = QColor(now.range)
-            wash.setAlphaF(0.25)
+            wash = translucent(now.range, 0.25)
             left, right = (self.axis.at(time) for time in self._band)
             painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
         painter.setPen(QPen(QColor(now.cursor), 1))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
@@ -33,8 +33,6 @@ class VideoPreview(QWidget):
     number : int
         Of the frame that is chosen, from 0.
     """
-
-    moved = Signal()
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -106,7 +104,6 @@ class VideoPreview(QWidget):
         if image is not None:
             self._shown(number, image)
         self._tell()
-        self.moved.emit()
 
     def close_video(self) -> None:
         """Let go of the file; no thread is left."""

@@ -156,8 +156,7 @@ class Ruler(TimePanel):
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
             return clock_time(self.document.cursor, decimals)
-        number = f"{self.document.cursor:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
-        return self.tr("{0} s").format(number)
+        return self.tr("{0} s").format(text.signed(f"{self.document.cursor:.{decimals}f}"))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of the cursor."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from numpy.typing import ArrayLike
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize
 from PySide6.QtGui import (
     QColor,
@@ -25,18 +24,17 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import scalogram_drawing as drawing
 from forcelab.gui.label import scalogram_reading as reading
+from forcelab.gui.label import scalogram_scales as scales
 from forcelab.gui.label.scalogram_asking import Asking
 from forcelab.gui.label.scalogram_button import ScalogramButton
-from forcelab.gui.label.scalogram_job import SMALLEST, Wish
+from forcelab.gui.label.scalogram_job import Wish
 from forcelab.gui.label.scalogram_layers import Layers, colour_range
-from forcelab.gui.label.scalogram_scales import PAPER, Marked
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import colours, themes
 from forcelab.signals.channels import channel_map
 
 if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram
-    from forcelab.signals.wavelets import Wavelet
 
 __all__ = ["ScalogramPanel"]
 
@@ -70,7 +68,6 @@ class ScalogramPanel(TimePanel):
         self._channel = ""
         self._phase = False
         self._steady = True
-        self._marked = PAPER
         self._layers = Layers()
         self._pointer: QPointF | None = None
         self._trouble = ""
@@ -132,19 +129,6 @@ class ScalogramPanel(TimePanel):
         self._steady = steady
         self._write_button()
         self._recolour()
-
-    def set_scales(self, scales: ArrayLike, wavelet: Wavelet) -> None:
-        """Mark the scales that a recogniser uses.
-
-        Parameters
-        ----------
-        scales : array_like, shape (k,)
-            In samples of the grid.
-        wavelet : Wavelet
-            The recogniser's; a complex Morlet is taken for the picture, too.
-        """
-        self._marked = Marked.of(scales, wavelet)
-        self._forget()
 
     # Qt
 
@@ -208,9 +192,9 @@ class ScalogramPanel(TimePanel):
             now,
             span=(self.document.start, self.document.end),
             bounds=self.document.bounds,
-            e_folding=self._marked.e_folding,
+            e_folding=scales.E_FOLDING,
         )
-        heights = [rows.y(scale) for scale in self._marked.scales.tolist()]
+        heights = [rows.y(scale) for scale in scales.MARKED]
         drawing.draw_marks(painter, plot, heights, now)
 
     def gutter_shows(self) -> object:
@@ -260,8 +244,10 @@ class ScalogramPanel(TimePanel):
             return None
         view = self._asking.view
         rate = view.source.rate if view is not None else 1.0 / demonstration.period
-        marked, top, bottom = self._marked, plot.top() + 1, plot.bottom() - 1
-        return drawing.Rows(top, bottom, SMALLEST, marked.largest, marked.factor, rate)
+        top, bottom = plot.top() + 1, plot.bottom() - 1
+        return drawing.Rows(
+            top, bottom, scales.SMALLEST, scales.LARGEST, scales.FOURIER_FACTOR, rate
+        )
 
     def _demonstration_changed(self) -> None:
         """Keep the channel where the new demonstration has it, too."""
@@ -271,7 +257,7 @@ class ScalogramPanel(TimePanel):
         self._forget()
 
     def _forget(self) -> None:
-        """Drop what belongs to another channel or another wavelet."""
+        """Drop what belongs to another channel."""
         self._asking.forget()
         self._trouble = ""
         self._drop()
@@ -313,9 +299,7 @@ class ScalogramPanel(TimePanel):
             span,
             int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
             max(1, round(self.plot.width() * ratio * share)),
-            self._marked.largest,
             self._phase,
-            self._marked.p,
         )
 
     def _refused(self, sentence: str) -> None:

@@ -79,7 +79,7 @@ class Asking(QObject):
             self._job = None
 
     def forget(self) -> None:
-        """The pictures are of another channel or another wavelet from now on."""
+        """The pictures are of another channel from now on."""
         self.view = None
 
     def _begin(self) -> None:

@@ -14,8 +14,10 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen, QPolygonF
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import LogAxis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.colourmaps import magnitude_colours, phase_colours
 from forcelab.gui.theme import Colours
+from forcelab.signals.wavelet import cone_of_influence
 
 if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 __all__ = [
     "Rows",
     "amount",
-    "cone_scales",
     "draw_bar",
     "draw_cone",
     "draw_frequencies",
@@ -116,15 +117,6 @@ def _as_image(pixels: NDArray[np.uint32]) -> QImage:
     return QImage(data, width, height, 4 * width, kind).copy()
 
 
-def cone_scales(times: Real, bounds: tuple[float, float], rate: float, e_folding: float) -> Real:
-    """The largest scale at each time (s) that the recording's ends do not yet bear upon.
-
-    As :func:`forcelab.signals.cwt.cone_of_influence` has it, at any times.
-    """
-    nearer = np.minimum(times - bounds[0], bounds[1] - times) * rate
-    return np.asarray(np.maximum(nearer, 1e-3) / e_folding, dtype=np.float64)
-
-
 def draw_cone(
     painter: QPainter,
     plot: QRectF,
@@ -139,7 +131,8 @@ def draw_cone(
     per_pixel = (span[1] - span[0]) / plot.width()
     xs = np.arange(plot.left(), plot.right() + 2, 2.0)
     times = span[0] + (xs - plot.left()) * per_pixel
-    scales = cone_scales(times, bounds, rows.rate, e_folding)
+    # Beyond the recording there is none.
+    scales = np.maximum(cone_of_influence(times, bounds, e_folding) * rows.rate, 1e-3)
     if float(scales.min()) >= rows.largest:
         return
     shares = np.log(scales / rows.smallest) / math.log(rows.largest / rows.smallest)
@@ -147,21 +140,16 @@ def draw_cone(
     edge = [QPointF(x, y) for x, y in zip(xs.tolist(), ys.tolist(), strict=True)]
     corners = [QPointF(plot.right() + 2, plot.bottom()), QPointF(plot.left(), plot.bottom())]
     shape = QPolygonF([*edge, *corners])
-    wash = QColor(colours.background)
-    wash.setAlphaF(0.35)
     painter.save()
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(wash)
+    painter.setBrush(translucent(colours.background, 0.35))
     painter.drawPolygon(shape)
-    lines = QColor(colours.text)
-    lines.setAlphaF(0.3)
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.setPen(QPen(lines, 1.0))
+    painter.setPen(QPen(translucent(colours.text, 0.3), 1.0))
     painter.drawLines(
         [QLineF(point.x(), point.y(), point.x(), plot.bottom()) for point in edge[::4]]
     )
-    lines.setAlphaF(0.5)
-    painter.setPen(QPen(lines, 1.0))
+    painter.setPen(QPen(translucent(colours.text, 0.5), 1.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawPolyline(QPolygonF(edge))
     painter.restore()
@@ -170,8 +158,7 @@ def draw_cone(
 def draw_marks(painter: QPainter, plot: QRectF, heights: Sequence[float], colours: Colours) -> None:
     """Mark the scales that the recogniser uses: ticks at both ends, a faint line between."""
     painter.save()
-    faint = QColor(colours.text)
-    faint.setAlphaF(0.22)
+    faint = translucent(colours.text, 0.22)
     pen = QPen(faint, 1.0)
     pen.setDashPattern([1.0, 5.0])
     painter.setPen(pen)
@@ -248,8 +235,7 @@ def plate(
     box.moveTopLeft(corner)
     box.moveLeft(max(area.left() + 2, min(box.left(), area.right() - box.width() - 2)))
     box.moveTop(max(area.top() + 2, min(box.top(), area.bottom() - box.height() - 2)))
-    ground = QColor(colours.panel)
-    ground.setAlphaF(0.75 if quiet else 0.94)
+    ground = translucent(colours.panel, 0.75 if quiet else 0.94)
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setPen(Qt.PenStyle.NoPen if quiet else QPen(QColor(colours.panel_edge), 1.0))

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from forcelab.demonstration import Demonstration
+from forcelab.gui.label.scalogram_scales import LARGEST, SMALLEST, P
 from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram, Survey
 
-__all__ = ["SMALLEST", "Wish", "compute"]
+__all__ = ["Wish", "compute"]
 
-#: Smallest scale shown, in samples: the wavelet is cut by the Nyquist frequency below.
-SMALLEST = 2.0
 #: Rows of a long span, whatever the panel's height: its tiles are kept for these.
 LONG_ROWS = 100
 
@@ -31,12 +30,8 @@ class Wish:
     span : tuple of two floats
         Seconds.
     rows, columns : int
-    largest : float
-        The largest scale, in samples.
     phase : bool
         Phases instead of magnitudes.
-    p : float
-        Of the Morlet wavelet.
     """
 
     demonstration: Demonstration
@@ -44,9 +39,7 @@ class Wish:
     span: tuple[float, float]
     rows: int
     columns: int
-    largest: float
     phase: bool
-    p: float
 
 
 def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalogram]:
@@ -67,10 +60,10 @@ def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalo
 
     view = known
     if view is None:
-        view = yield from survey(wish.demonstration, wish.channel, wish.largest, Morlet(wish.p))
+        view = yield from survey(wish.demonstration, wish.channel, LARGEST, Morlet(P))
     start, end = wish.span
-    scales = row_scales(wish.rows, wish.largest, SMALLEST)
-    all_of_it = row_scales(LONG_ROWS, wish.largest, SMALLEST)
+    scales = row_scales(wish.rows, LARGEST, SMALLEST)
+    all_of_it = row_scales(LONG_ROWS, LARGEST, SMALLEST)
     if (end - start) * view.source.rate > LONG:
         scales = all_of_it
     picture = yield from scalogram(

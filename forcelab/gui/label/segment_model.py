@@ -1,6 +1,6 @@
 """The rows of the segment table: some of a track's segments, in some order.
 
-What has changed is told to the view as one run of rows, found by :func:`forcelab.painting.splice`:
+What has changed is told to the view as one run of rows, found by :func:`forcelab.splicing.splice`:
 a stroke on a track of 10,000 segments costs one comparison of two tuples.
 """
 
@@ -14,23 +14,20 @@ from typing import Any, ClassVar
 from PySide6.QtCore import (
     QAbstractTableModel,
     QCoreApplication,
-    QModelIndex,
     QObject,
-    QPersistentModelIndex,
     Qt,
 )
 
 from forcelab.gui.document import Document
+from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.label.proposed import origin_words
 from forcelab.labels import Segment, Segments
-from forcelab.painting import splice
 from forcelab.project import Origin
+from forcelab.splicing import splice
 
 translate = QCoreApplication.translate
 
 __all__ = ["ACTION", "CURRENT", "DURATION", "END", "NUMBER", "START", "SegmentModel", "as_typed"]
-
-Index = QModelIndex | QPersistentModelIndex
 
 #: The columns.
 NUMBER, ACTION, START, END, DURATION = range(5)
@@ -95,11 +92,11 @@ class SegmentModel(QAbstractTableModel):
             self.dataChanged.emit(self.index(position, NUMBER), last)
         at = position + common
         if len(removed) > common:
-            self.beginRemoveRows(QModelIndex(), at, position + len(removed) - 1)
+            self.beginRemoveRows(NOWHERE, at, position + len(removed) - 1)
             self.rows = rows
             self.endRemoveRows()
         elif len(inserted) > common:
-            self.beginInsertRows(QModelIndex(), at, position + len(inserted) - 1)
+            self.beginInsertRows(NOWHERE, at, position + len(inserted) - 1)
             self.rows = rows
             self.endInsertRows()
         self.rows = rows
@@ -173,11 +170,11 @@ class SegmentModel(QAbstractTableModel):
 
     # What Qt asks
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many segments are shown."""
         return 0 if parent.isValid() else len(self.rows)
 
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def columnCount(self, parent: Index = NOWHERE) -> int:
         """Number, action, start, end and duration."""
         return 0 if parent.isValid() else 5
 

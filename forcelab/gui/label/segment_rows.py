@@ -18,7 +18,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.indexes import Index
 from forcelab.gui.label.proposed import MARK, paint_proposed
 from forcelab.gui.label.segment_model import (
     ACTION,
@@ -26,7 +28,6 @@ from forcelab.gui.label.segment_model import (
     END,
     NUMBER,
     START,
-    Index,
     SegmentModel,
 )
 from forcelab.gui.label.swatches import look_of, paint_swatch
@@ -177,8 +178,7 @@ class _Delegate(QStyledItemDelegate):
             painter.fillRect(box, QColor(theme.accent))
             ink = theme.accent_text
         elif under:
-            tint = QColor(theme.accent)
-            tint.setAlphaF(0.16)
+            tint = translucent(theme.accent, 0.16)
             painter.fillRect(box, tint)
         if under and column == NUMBER:
             painter.fillRect(QRectF(box.left(), box.top(), 3, box.height()), QColor(theme.cursor))

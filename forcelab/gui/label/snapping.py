@@ -78,14 +78,14 @@ def snap(
     pixels_per_second: float,
     targets: Targets,
     *,
-    within: float = REACH,
     exclude: Collection[float] = (),
 ) -> Snap | None:
     """Find the target that a time near it jumps to.
 
-    The nearest contact event or edge within reach wins, whatever frames and samples there are:
-    these lie everywhere, events do not. Otherwise it is the nearest frame within reach, and
-    otherwise the nearest sample, if samples are drawn at least :data:`SAMPLES_APART` pixels apart.
+    The nearest contact event or edge within :data:`REACH` pixels wins, whatever frames and samples
+    there are: these lie everywhere, events do not. Otherwise it is the nearest frame within reach,
+    and otherwise the nearest sample, if samples are drawn at least :data:`SAMPLES_APART` pixels
+    apart.
 
     Nothing is offered where nothing is near; :func:`rounded` says which time is taken then.
 
@@ -97,8 +97,6 @@ def snap(
         How far one is zoomed in.
     targets : Targets
         What there is to jump to.
-    within : float
-        Reach in pixels, included.
     exclude : collection of float
         Times that are no targets: where the dragged edge itself is now.
 
@@ -107,7 +105,7 @@ def snap(
     Snap or None
         The target; None where none is in reach. Takes O(log n) in the number of targets.
     """
-    reach = within / pixels_per_second
+    reach = REACH / pixels_per_second
     contact = _nearest(targets.contacts, time, exclude)
     best = None
     if contact is not None and abs(contact - time) <= reach:

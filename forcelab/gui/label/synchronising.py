@@ -12,9 +12,10 @@ from PySide6.QtWidgets import QTableWidgetItem, QWidget
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.errors import InputError
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.synchronising_form import SynchroniseForm
-from forcelab.gui.label.synchronising_words import seconds, signed, told
+from forcelab.gui.label.synchronising_words import seconds, told
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.synchronising import Proposal, proposing_for
@@ -23,8 +24,6 @@ __all__ = ["SynchroniseDialog", "TapRow"]
 
 #: A contact event at most so far from the cursor is what was meant, s.
 SNAP = 0.08
-#: Below this confidence a proposal is shown as one to look at twice.
-TRUSTED = 0.5
 #: Rates further from 1 are mistakes.
 RARE = 2e-3
 KEY = "synchronise"
@@ -90,7 +89,7 @@ class SynchroniseDialog(SynchroniseForm):
         document.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self._leave_if_other)
         self._follow()
-        self._show_note(self.tr("Propose compares the motion in the video with the force."))
+        self._show_note(self._hint())
         self._refresh()
 
     # Verbs
@@ -142,7 +141,7 @@ class SynchroniseDialog(SynchroniseForm):
     def reset(self) -> None:
         """Forget everything marked and proposed; the stored clock stays."""
         self.proposal = None
-        self._show_note(self.tr("Propose compares the motion in the video with the force."))
+        self._show_note(self._hint())
         self.set_rows(())
 
     def accept(self) -> None:
@@ -177,7 +176,7 @@ class SynchroniseDialog(SynchroniseForm):
         """Say why nothing was found."""
         self.propose_button.setEnabled(True)
         self.trouble.setText(str(error))
-        self._show_note(self.tr("Propose compares the motion in the video with the force."))
+        self._show_note(self._hint())
 
     def _progress(self, progress: Progress) -> None:
         """Say how far the search is."""
@@ -242,6 +241,14 @@ class SynchroniseDialog(SynchroniseForm):
         if self.document.id != self._id:
             self.reject()
 
+    def _hint(self) -> str:
+        """Both ways to a clock, while nothing is proposed."""
+        return self.tr(
+            "Propose compares the motion in the video with the force. Or by hand: find a moment "
+            "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
+            "mark that."
+        )
+
     def _show_note(self, note: str) -> None:
         """Show a sentence in place of the curves."""
         self.plot.show_signals(None, note)
@@ -269,7 +276,7 @@ class SynchroniseDialog(SynchroniseForm):
         self.new_label.setText("–" if self.candidate is None else told(self.candidate))
         self.residual_label.setText(self._residual(proposed))
         self.confidence_label.setText(self._confidence() if proposed else "–")
-        doubtful = proposed and self.proposal is not None and self.proposal.confidence < TRUSTED
+        doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
         self.accept_button.setEnabled(self.candidate is not None)
@@ -291,6 +298,6 @@ class SynchroniseDialog(SynchroniseForm):
         """How far the proposal may be believed."""
         assert self.proposal is not None
         value = f"{self.proposal.confidence:.2f}"
-        if self.proposal.confidence < TRUSTED:
+        if self.proposal.doubtful:
             return self.tr("{0} – low: compare the frames at a tap before accepting").format(value)
         return self.tr("{0} of 1").format(value)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import QCoreApplication
 
 from forcelab.clock import ClockMap
+from forcelab.gui.figures.text import signed
 
-__all__ = ["seconds", "signed", "told"]
+__all__ = ["seconds", "told"]
 
 
 def seconds(time: float | None) -> str:
@@ -18,8 +19,3 @@ def told(clock: ClockMap) -> str:
     """A clock for people."""
     words = QCoreApplication.translate("forcelab", "offset {0} s, rate {1} ppm")
     return words.format(signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}"))
-
-
-def signed(number: str) -> str:
-    """A number with a sign that is as wide as a plus."""
-    return number.replace("-", "\N{MINUS SIGN}")

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.proposed import origin_words
 from forcelab.gui.label.track_hits import hit
 from forcelab.gui.label.track_painting import (
@@ -169,8 +170,7 @@ class TrackRows(TimePanel):
             )
             face = text.font(OWN_NAME)
             words = text.elided(words, face, own.width() - 20)
-            centre, ink = own.center(), QColor(now.on_unlabelled)
-            ink.setAlphaF(0.72)
+            centre, ink = own.center(), translucent(now.on_unlabelled, 0.72)
             text.put(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
 
     def gutter_shows(self) -> object:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.painting import splice
+from forcelab.splicing import splice
 
 __all__ = ["Spans", "spans_of"]
 

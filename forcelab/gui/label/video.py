@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QDockWidget, QWidget
 
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import signed
 from forcelab.gui.label.cameras import CameraChoice, Cameras
 from forcelab.gui.label.frames import PATIENCE, Frames
 from forcelab.gui.label.picture_view import PictureView
@@ -114,8 +115,8 @@ class VideoPanel(PictureView):
         if times is None or reference is None or self._shown < 0:
             return self._progress
         parts = [self.tr("frame {0} of {1}").format(self._shown + 1, len(times))]
-        time = f"{float(reference.clock.to_force(times[self._shown])):.3f} s"
-        parts.append(time.replace("-", "\N{MINUS SIGN}"))
+        time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
+        parts.append(f"{time} s")
         if self._period:
             over = self._here > times[-1] + OVER * self._period
             rate = f"{1 / self._period:.4g}/s"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from PySide6.QtCore import QAbstractListModel, QCoreApplication, QModelIndex, QObject, Qt
+from PySide6.QtCore import QAbstractListModel, QCoreApplication, QObject, Qt
 
 from forcelab.errors import InputError
 from forcelab.glossary import Entry, glossary
 from forcelab.gui.document import Document
-from forcelab.gui.label.segment_model import Index
+from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.label.track_spans import spans_of
 
 translate = QCoreApplication.translate
@@ -43,11 +43,11 @@ class VocabularyModel(QAbstractListModel):
         actions = self.document.vocabulary.actions
         kept = min(len(actions), len(self._actions))
         if len(actions) > kept:
-            self.beginInsertRows(QModelIndex(), kept, len(actions) - 1)
+            self.beginInsertRows(NOWHERE, kept, len(actions) - 1)
             self._actions = actions
             self.endInsertRows()
         elif len(self._actions) > kept:
-            self.beginRemoveRows(QModelIndex(), kept, len(self._actions) - 1)
+            self.beginRemoveRows(NOWHERE, kept, len(self._actions) - 1)
             self._actions = actions
             self.endRemoveRows()
         self._actions = actions
@@ -67,7 +67,7 @@ class VocabularyModel(QAbstractListModel):
         """The action of a row."""
         return self._actions[row].name if 0 <= row < len(self._actions) else None
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many actions there are."""
         return 0 if parent.isValid() else len(self._actions)
 

@@ -23,7 +23,7 @@ from forcelab.measure.latency import Bound, Latency
 from forcelab.measure.streams import performed
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
 

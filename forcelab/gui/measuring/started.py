@@ -15,7 +15,8 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QPaintEvent
 
 from forcelab.gui import window as program
-from forcelab.gui.app import Start, run
+from forcelab.gui.app import run
+from forcelab.gui.start import Start
 
 __all__: list[str] = []
 

@@ -152,7 +152,6 @@ class _Bench:
         self._window = window
         self._path = path
         self._wanted = wanted
-        self._result: Any = None
         self._on = f"2 x {wanted.samples:,} samples"
         self._memory = 0.0
 
@@ -309,6 +308,6 @@ def _threads() -> int:
 
 def _settings(classifier: str) -> Settings:
     """What is trained, with 96 features."""
-    from forcelab.recognition.settings import preset
+    from forcelab.recognition.presets import preset
 
     return preset("paper").replace(classifier=classifier, max_scale=WIDEST)

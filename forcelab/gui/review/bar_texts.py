@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication
@@ -40,10 +41,13 @@ def standing_text(edits: int | None) -> tuple[str, str]:
 
 
 def run_text(kept: Kept) -> str:
-    """A run in a list: what, how good, and when."""
-    when = kept.time.astimezone().strftime("%d %b %H:%M")
+    """A run in a list: its number, what, how, how good, and when."""
+    here = kept.time.astimezone()
+    today = here.date() == datetime.now(here.tzinfo).date()
+    when = here.strftime("%H:%M" if today else "%d %b %H:%M")
     score = "" if kept.f1 is None else f" · F1 {100 * kept.f1:.0f} %"
-    return f"{kept.title}{score} · {when}"
+    preset = f" · {kept.preset}" if kept.preset else ""
+    return f"{kept.number}: {kept.title}{preset}{score} · {when}"
 
 
 def progress_text(step: Step, *, short: bool = False) -> str:

@@ -8,9 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import (
     QAbstractTableModel,
-    QModelIndex,
     QObject,
-    QPersistentModelIndex,
     QSize,
     Qt,
     Signal,
@@ -18,11 +16,10 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
 
+from forcelab.gui.indexes import Index
 from forcelab.review.places import Place
 
 __all__ = ["PlaceRow", "PlaceTable"]
-
-Index = QModelIndex | QPersistentModelIndex
 
 #: Columns whose texts are numbers.
 _NUMBERS = (1, 2)

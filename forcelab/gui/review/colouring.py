@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import count
 
 from forcelab.gui.document import Document
 from forcelab.project import Project
 from forcelab.review.outcome import Outcome
-from forcelab.vocabulary import Vocabulary
+from forcelab.vocabulary import Vocabulary, joined
 
 __all__ = ["painted_by", "vocabulary_of", "vocabulary_seen"]
 
@@ -26,16 +25,9 @@ def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
         If the project cannot be read.
     """
     tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
-    found = Vocabulary()
-    for task in tasks:
-        for action in project.vocabulary(task):
-            name = f"{action.name}_{task}" if outcome.apart else action.name
-            if name in found:
-                continue
-            taken = {other.look for other in found}
-            free = (t for t in count(action.texture) if (action.colour, t) not in taken)
-            found = Vocabulary((*found, replace(action, name=name, key="", texture=next(free))))
-    return found.with_actions(*outcome.actions)
+    found = joined({task: project.vocabulary(task) for task in tasks}, apart=outcome.apart)
+    keyless = Vocabulary(tuple(replace(action, key="") for action in found))
+    return keyless.with_actions(*outcome.actions)
 
 
 def painted_by(

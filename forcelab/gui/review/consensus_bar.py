@@ -48,7 +48,7 @@ class ConsensusBar(QWidget):
         self.state, self.now = sentence(), sentence(muted=True)
         self.places = PlaceTable(self.tr("Differences, in order of time"))
         self.buttons = ConsensusButtons()
-        self.choice = ConsensusChoice(self.buttons.begin)
+        self.choice = ConsensusChoice(self.buttons.begin, self._coders)
         self._lay_out()
         self._connect()
 
@@ -76,6 +76,11 @@ class ConsensusBar(QWidget):
         document.tracks_changed.connect(self._track_changed)
         document.author_changed.connect(self._viewer_changed)
         document.listing_changed.connect(self._viewer_changed)
+
+    def _coders(self) -> tuple[str, ...]:
+        """The coders of the project; a consensus that was made is one of them."""
+        project = self.document.project
+        return project.coders() if project else ()
 
     # What is shown
 

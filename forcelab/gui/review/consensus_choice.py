@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSignalBlocker, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QSizePolicy, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.naming import settled_name
+from forcelab.names import tidy_name
+from forcelab.review.consensus import CONSENSUS
 
 if TYPE_CHECKING:
     from forcelab.review.coded import Coded
 
 __all__ = ["ConsensusChoice"]
+
+#: Where it is remembered who the consensus is by.
+NAME = "review/consensus"
 
 
 class ConsensusChoice(QWidget):
@@ -23,6 +29,8 @@ class ConsensusChoice(QWidget):
     ----------
     beside : QWidget
         Stands beside the name: what begins the consensus.
+    known : callable
+        Gives the coders of the project: where a name is nearly one of theirs, one is asked.
     parent : QWidget, optional
 
     Signals
@@ -33,8 +41,14 @@ class ConsensusChoice(QWidget):
 
     changed = Signal()
 
-    def __init__(self, beside: QWidget, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        beside: QWidget,
+        known: Callable[[], Iterable[str]],
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
+        self._known = known
         self._coded: tuple[Coded, ...] = ()
         self.first, self.second, self.demonstration = QComboBox(), QComboBox(), QComboBox()
         self.first.setAccessibleName(self.tr("First coder"))
@@ -49,7 +63,8 @@ class ConsensusChoice(QWidget):
         self.first.activated.connect(lambda _: self._offer_demonstrations())
         self.second.activated.connect(lambda _: self._offer_demonstrations())
         self.demonstration.activated.connect(lambda _: self.changed.emit())
-        self.author = QLineEdit(settings.text("review/consensus", "consensus"))
+        self.author = QLineEdit(settings.text(NAME, CONSENSUS))
+        self.author.setPlaceholderText(CONSENSUS)
         self.author.setAccessibleName(self.tr("Whose track the consensus becomes"))
         self.author.editingFinished.connect(self._named)
         grid = QGridLayout(self)
@@ -77,7 +92,7 @@ class ConsensusChoice(QWidget):
     @property
     def name(self) -> str:
         """Who the consensus is by."""
-        return self.author.text().strip() or "consensus"
+        return tidy_name(self.author.text()) or CONSENSUS
 
     def offer(self, coded: Sequence[Coded], at_first: str) -> None:
         """Offer demonstrations; the first time the one that is open, if it is among them."""
@@ -104,6 +119,10 @@ class ConsensusChoice(QWidget):
 
     def _named(self) -> None:
         """Make the consensus under another name, and remember it."""
-        if self.name != settings.text("review/consensus", "consensus"):
-            settings.put("review/consensus", self.name)
+        if self.name == settings.text(NAME, CONSENSUS):
+            return
+        with QSignalBlocker(self.author):  # the question takes the keyboard from the field
+            self.author.setText(settled_name(self, self.name, self._known()))
+        if self.name != settings.text(NAME, CONSENSUS):
+            settings.put(NAME, self.name)
             self.offer(self._coded, "")

@@ -78,6 +78,7 @@ class Learning(Wanted):
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
+        document.listing_changed.connect(self._listing_changed)
         self._project_changed()
 
     def _forget(self) -> None:
@@ -118,17 +119,23 @@ class Learning(Wanted):
         """Turn to another task: its settings, its choice, and its latest outcome."""
         if task == self.task or self._path is None:
             return
+        self.jobs.cancel(LOADING)  # a run of the task before
+        self._turn_to(task)
+        self._show_latest()
+
+    def _turn_to(self, task: str) -> None:
+        """Have the settings and the choice of another task count."""
         self.task = task
         self._settings = self._choice = None
         self.trouble = ""
         self.changed.emit()
-        self._show_latest()
 
     # Training
 
     def train(self) -> bool:
         """Begin a training; gives whether it began. Never are there two at once."""
         if self.training:
+            self._by_itself = False  # from now on somebody has asked for the one under way
             return False
         self._quiet.stop()
         self._by_itself = False
@@ -136,6 +143,7 @@ class Learning(Wanted):
             self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
             return False
         self.step, self.trail, self.trouble = None, [], ""
+        self._unasked.begin()
         self.document.set_training(True)
         name = " + ".join(task or "no task" for task in self.chosen[0])
         self.jobs.run(
@@ -181,6 +189,7 @@ class Learning(Wanted):
     def _trained(self, outcome: Outcome) -> None:
         """Put the new outcome in place of the old one."""
         self.step = None
+        self._unasked.end()
         self.document.set_training(False)
         if self._by_itself:
             self._unasked.trained(outcome)
@@ -213,8 +222,10 @@ class Learning(Wanted):
         self.changed.emit()
 
     def _train_by_itself(self) -> None:
-        """Train after a pause, if there is something new."""
-        if self.automatic and not self.training and (self.edits or self.document.outcome is None):
+        """Train after a pause, if there is something new; the longer it takes, the more seldom."""
+        if self._unasked.resting:
+            self._quiet.start()
+        elif self.automatic and not self.training and (self.edits or self.document.outcome is None):
             self._by_itself = self.train()
 
     # What happens to the document
@@ -248,6 +259,22 @@ class Learning(Wanted):
             return
         self.set_task(demonstration.task)
 
+    def _listing_changed(self) -> None:
+        """Read what is reviewed again where it tells of a demonstration that was removed."""
+        outcome = self.document.outcome
+        if outcome is None or self._path is None:
+            return
+        there = {info.id for info in self.document.infos}
+        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
+            return
+        work = self._work.load(self._path, outcome.number)
+        self.jobs.run(work, self._take, self._nothing_left, key=LOADING)
+
+    def _nothing_left(self, error: Exception) -> None:
+        """Review nothing where nothing that was tested is left."""
+        self.document.set_outcome(None)
+        self._failed_to_load(error)
+
     def _edited(self) -> None:
         """Train by itself when it has been quiet for a while."""
         if self.automatic:
@@ -279,8 +306,10 @@ class Learning(Wanted):
             self.document.set_outcome(None)
 
     def _take(self, outcome: Outcome) -> None:
-        """Review what was read."""
+        """Review what was read; what is trained next is of the same task."""
         self.document.set_outcome(outcome)
+        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
+            self._turn_to(outcome.tasks[0])
         self.changed.emit()
 
     def _failed_to_load(self, error: Exception) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent, QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -23,6 +23,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.icons import icon
+from forcelab.gui.indexes import Index
 from forcelab.gui.review.settings_editors import Editor
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import Field
@@ -155,12 +156,7 @@ class _Offering(QStyledItemDelegate):
         super().__init__(parent)
         self._spellings = sorted(spellings, key=str.lower)
 
-    def createEditor(
-        self,
-        parent: QWidget,
-        option: QStyleOptionViewItem,
-        index: QModelIndex | QPersistentModelIndex,
-    ) -> QWidget:
+    def createEditor(self, parent: QWidget, option: QStyleOptionViewItem, index: Index) -> QWidget:
         """A line to write in."""
         line = QLineEdit(parent)
         line.setFrame(False)

@@ -12,7 +12,7 @@ from forcelab.recognition.intervals import look_up
 
 translate = QCoreApplication.translate
 
-__all__ = ["Metric", "events", "rates"]
+__all__ = ["Metric", "events", "rates", "reliability_text", "reliability_tip"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,9 @@ def rates() -> tuple[Metric, ...]:
             "boundary_ms.median",
             translate("forcelab", "Boundary median"),
             translate(
-                "forcelab", "Half of the edges of matched segments are no further off than this."
+                "forcelab",
+                "Half of the edges of matched segments are no further off than this. At unlabelled "
+                "time every edge counts as right.",
             ),
             "ms",
             -1,
@@ -148,7 +150,30 @@ def rates() -> tuple[Metric, ...]:
             translate("forcelab", "Boundary 90 %"),
             translate(
                 "forcelab",
-                "Nine in ten edges of matched segments are no further off than this.",
+                "Nine in ten edges of matched segments are no further off than this. At unlabelled "
+                "time every edge counts as right.",
+            ),
+            "ms",
+            -1,
+        ),
+        Metric(
+            "boundary_labelled_ms.median",
+            translate("forcelab", "Boundary median labelled"),
+            translate(
+                "forcelab",
+                "Half of the edges of matched segments are no further off than this, with all "
+                "unlabelled time cut out; the first and the last edge are left out.",
+            ),
+            "ms",
+            -1,
+        ),
+        Metric(
+            "boundary_labelled_ms.p90",
+            translate("forcelab", "Boundary 90 % labelled"),
+            translate(
+                "forcelab",
+                "Nine in ten edges of matched segments are no further off than this, with all "
+                "unlabelled time cut out; the first and the last edge are left out.",
             ),
             "ms",
             -1,
@@ -206,4 +231,24 @@ def events() -> tuple[Metric, ...]:
         Metric(f"events.{part}.{what}", name, tip, unit, better)
         for part, (name, tip, better) in words.items()
         for what, unit in (("count", "#"), ("seconds", "s"))
+    )
+
+
+def reliability_text(found: Mapping[str, Any]) -> str:
+    """How far to rely on the probabilities, as an evaluation's JSON tells; "" of nothing."""
+    brier, error = found.get("brier"), found.get("ece")
+    if brier is None or error is None:
+        return ""
+    told = translate("forcelab", "Brier score {0}, expected calibration error {1} points.")
+    return told.format(f"{brier:.3f}", f"{100 * error:.1f}")
+
+
+def reliability_tip() -> str:
+    """What that means."""
+    return translate(
+        "forcelab",
+        "Brier score: squared differences between the probabilities and what is right, summed over "
+        "the actions, mean over the samples; 0 is best, 2 worst.\n"
+        "Expected calibration error: how far the probability of the likeliest action is from the "
+        "share that is right, mean over ten bins of equal width.",
     )

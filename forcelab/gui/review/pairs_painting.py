@@ -13,9 +13,9 @@ from PySide6.QtGui import QColor, QPainter, QPen, QPixmap
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.fading import blended
 from forcelab.gui.figures.marks import mark_box
 from forcelab.gui.figures.pairs import CAPTION, Lane, Pair, captions, paint_pair
+from forcelab.gui.figures.shades import mixed
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.label.track_painting import crowd, outline
 from forcelab.gui.review.pairs_layout import MARGIN, Layout
@@ -107,7 +107,7 @@ def paint_row(
     whole = QRectF(0, 0, layout.width, layout.row_height(row))
     ground = QColor(theme.background)
     if opened:
-        ground = blended(ground, QColor(theme.accent), TINT)
+        ground = mixed(ground, theme.accent, TINT)
     painter.fillRect(whole, ground)
     if opened:
         painter.fillRect(QRectF(0, 0, 4, whole.height()), QColor(theme.accent))

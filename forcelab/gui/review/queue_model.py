@@ -12,12 +12,11 @@ from typing import Any, Literal, get_args
 from PySide6.QtCore import (
     QAbstractListModel,
     QCoreApplication,
-    QModelIndex,
     QObject,
-    QPersistentModelIndex,
     Qt,
 )
 
+from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.project import StoredVerdict
 from forcelab.review.differences import Difference
 from forcelab.review.places import Place
@@ -27,7 +26,6 @@ translate = QCoreApplication.translate
 
 __all__ = ["Item", "QueueModel", "Section", "action_name", "place_of", "verdict_name"]
 
-Index = QModelIndex | QPersistentModelIndex
 Kind = Literal["suspected", "actions", "missed", "boundaries", "invented", "judged"]
 
 #: Sections that are folded at first: many and small, or no mistakes, or done with.
@@ -207,14 +205,14 @@ class QueueModel(QAbstractListModel):
         section = self.sections[number]
         if folded == (section.kind in self.folded):
             return
-        first, nowhere = self._heads[number] + 1, QModelIndex()
+        first = self._heads[number] + 1
         if folded:
-            self.beginRemoveRows(nowhere, first, first + len(section) - 1)
+            self.beginRemoveRows(NOWHERE, first, first + len(section) - 1)
             self.folded.add(section.kind)
             self._count()
             self.endRemoveRows()
         else:
-            self.beginInsertRows(nowhere, first, first + len(section) - 1)
+            self.beginInsertRows(NOWHERE, first, first + len(section) - 1)
             self.folded.discard(section.kind)
             self._count()
             self.endInsertRows()
@@ -255,7 +253,7 @@ class QueueModel(QAbstractListModel):
 
     # What Qt asks
 
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many headings and items there are."""
         return 0 if parent.isValid() else self._heads[-1]
 

@@ -8,10 +8,11 @@ from PySide6.QtCore import QObject, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.indexes import Index
 from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.review.queue_model import (
-    Index,
     Item,
     QueueModel,
     Section,
@@ -95,8 +96,7 @@ def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_item: bool
     selected = bool(state & QStyle.StateFlag.State_Selected)
     share = SELECTED * selected + HOVERED * bool(state & QStyle.StateFlag.State_MouseOver)
     if share:
-        tint = QColor(accent)
-        tint.setAlphaF(share)
+        tint = translucent(accent, share)
         painter.fillRect(box, tint)
     if selected and is_item:
         painter.fillRect(QRectF(box.left(), box.top(), STRIPE, box.height()), accent)

@@ -49,7 +49,8 @@ def recall_values(project: Path, task: str) -> dict[str, Any] | None:
 
 def settings_of(values: dict[str, Any] | None, task: str) -> Settings:
     """Settings out of plain values; preset `FIRST` where there are none or they are broken."""
-    from forcelab.recognition.settings import Settings, preset
+    from forcelab.recognition.presets import preset
+    from forcelab.recognition.settings import Settings
 
     if values is not None:
         try:
@@ -69,21 +70,29 @@ def recall_choice(project: Path, task: str) -> Choice:
     """What was trained on for a task; at first the task by itself."""
     from forcelab.recognition.project_runs import Choice
 
-    return Choice(*recall_parts(project, task))
+    tasks, test, author, apart, folds = recall_parts(project, task)
+    return Choice(tasks, test, author, apart, folds=folds)
 
 
-def recall_parts(project: Path, task: str) -> tuple[tuple[str, ...], str | None, str | None, bool]:
-    """The parts of a :class:`~forcelab.recognition.project_runs.Choice`, without loading that."""
+def recall_parts(
+    project: Path, task: str
+) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+    """The parts of a :class:`~forcelab.recognition.project_runs.Choice`, without loading that.
+
+    Tasks, the one tested on, author, whether actions stay apart, and groups that are left out.
+    """
     values = _read(project, task, "choice") or {}
     try:
         tasks = tuple(str(name) for name in values["tasks"])
         test, author = values["test_task"], values["author"]
         sound = task in tasks and all(isinstance(v, (str, type(None))) for v in (test, author))
         if sound:
-            return tasks, test, author, values["apart"] is True
+            folds = values.get("folds")
+            known = isinstance(folds, int) and (folds == 0 or folds > 1)
+            return tasks, test, author, values["apart"] is True, folds if known else None
     except (KeyError, TypeError):
         pass  # never remembered, or broken: the task by itself will do
-    return (task,), None, None, False
+    return (task,), None, None, False, None
 
 
 def recall_automatic(project: Path) -> bool:
@@ -96,7 +105,8 @@ def remember(project: Path, task: str, given: Settings | Choice | bool) -> None:
     if isinstance(given, bool):
         settings.put(f"{_section(project)}/automatic", given)
         return
-    from forcelab.recognition.settings import PRESETS, Settings
+    from forcelab.recognition.presets import PRESETS
+    from forcelab.recognition.settings import Settings
 
     if isinstance(given, Settings):
         settings.put(_key(project, task, "settings"), json.dumps(given.to_json()))

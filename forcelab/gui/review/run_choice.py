@@ -30,7 +30,8 @@ class RunChoice(NarrowList):
     ) -> None:
         super().__init__(parent)
         self.document, self.learning = document, learning
-        self.set_name(self.tr("Which run is reviewed"))
+        self._name = self.tr("Which run is reviewed")
+        self.set_name(self._name)
         self.setMinimumContentsLength(SHOWN)
         self.activated.connect(self._chosen)
         learning.runs_changed.connect(self.refresh)
@@ -53,6 +54,7 @@ class RunChoice(NarrowList):
         """Show which run is reviewed."""
         outcome = self.document.outcome
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
+        self.setToolTip("\n".join(filter(None, (self._name, self.currentText()))))
 
     def _chosen(self, index: int) -> None:
         """Review another run."""

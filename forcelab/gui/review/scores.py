@@ -18,7 +18,13 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_switches import choice
-from forcelab.gui.review.metric_words import Metric, events, rates
+from forcelab.gui.review.metric_words import (
+    Metric,
+    events,
+    rates,
+    reliability_text,
+    reliability_tip,
+)
 from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
 from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
 from forcelab.gui.review.seen import seen_of
@@ -213,6 +219,7 @@ class ScoresView(QWidget):
             order.DescendingOrder if self.sorting.descending else order.AscendingOrder,
         )
         self.note.setText(self._note(rows[1].tip))
+        self.note.setToolTip(reliability_tip() if self._outcome.reliability else "")
         self._bar.show()
         self._pages.setCurrentIndex(0)
 
@@ -220,9 +227,10 @@ class ScoresView(QWidget):
         """How the intervals were made, and what was done to get here."""
         outcome = self._outcome
         assert outcome is not None
-        return self.tr("Run {0}, seed {1}. 95 % intervals: {2}").format(
+        told = self.tr("Run {0}, seed {1}. 95 % intervals: {2}").format(
             outcome.number, outcome.settings.seed, how
         )
+        return "\n".join((told, reliability_text(outcome.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:
         """Show a sentence in place of the table."""

@@ -59,6 +59,17 @@ CLASSIFIER = (
         applies=_is_plain,
     ),
     Field(
+        "trimmed",
+        "classifier",
+        "flag",
+        QT_TRANSLATE_NOOP("forcelab", "Leave out what is contradicted"),
+        QT_TRANSLATE_NOOP(
+            "forcelab",
+            "Train without the segments that the other demonstrations contradict, which are likely "
+            "coding errors; at most a third of an action's.",
+        ),
+    ),
+    Field(
         "stride",
         "classifier",
         "whole",
@@ -78,7 +89,7 @@ CLASSIFIER = (
         "whole",
         QT_TRANSLATE_NOOP("forcelab", "Seed"),
         QT_TRANSLATE_NOOP("forcelab", "The same seed gives the same recogniser again."),
-        highest=2**31 - 1,
+        highest=2**32 - 1,
         applies=_is_random,
     ),
 )

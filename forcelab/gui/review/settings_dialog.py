@@ -10,16 +10,16 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFrame,
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QScrollArea,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.arranging import rule, scrolled
+from forcelab.gui.numerals import thousands
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.review.settings_form import SettingsForm
@@ -36,7 +36,7 @@ SUMMARY, FORM = 0, 1
 
 def changed(settings: Settings) -> bool:
     """Whether settings differ from those of the preset that they began with."""
-    from forcelab.recognition.settings import PRESETS
+    from forcelab.recognition.presets import PRESETS
 
     return settings != PRESETS.get(settings.preset)
 
@@ -85,7 +85,7 @@ class SettingsDialog(QDialog):
         column.addLayout(self._preset_row())
         column.addWidget(self.about)
         column.addWidget(self._pages, 1)
-        column.addWidget(_line())
+        column.addWidget(rule())
         column.addWidget(self.scales)
         column.addWidget(self.cost)
         column.addWidget(self._buttons())
@@ -102,7 +102,7 @@ class SettingsDialog(QDialog):
 
     def _preset_row(self) -> QHBoxLayout:
         """The presets, and the way back to one."""
-        from forcelab.recognition.settings import PRESETS
+        from forcelab.recognition.presets import PRESETS
 
         self.presets = QComboBox()
         self.presets.setAccessibleName(self.tr("Preset"))
@@ -137,11 +137,11 @@ class SettingsDialog(QDialog):
         column.setContentsMargins(0, 6, 0, 6)
         column.addWidget(self.summary)
         column.addStretch(1)
-        return _scrolled(page)
+        return scrolled(page)
 
     def _form_page(self) -> QWidget:
         """All fields."""
-        self._area = _scrolled(self.form)
+        self._area = scrolled(self.form)
         return self._area
 
     def _buttons(self) -> QDialogButtonBox:
@@ -166,7 +166,7 @@ class SettingsDialog(QDialog):
 
     def _preset_chosen(self, _at: object = None) -> None:
         """Go back to a preset as it is."""
-        from forcelab.recognition.settings import preset
+        from forcelab.recognition.presets import preset
 
         self._show_settings(preset(str(self.presets.currentData())))
 
@@ -231,28 +231,9 @@ class SettingsDialog(QDialog):
         if not cost.samples:
             return self.tr("{0} features; nothing is labelled yet.").format(cost.features)
         return self.tr("{0} features, {1} labelled time steps to train on").format(
-            cost.features, f"{cost.samples:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+            cost.features, thousands(cost.samples)
         )
 
     def _colour(self) -> None:
         """The theme's colours."""
         self.changed_label.setStyleSheet(f"color: {colours().warning}")
-
-
-def _scrolled(page: QWidget) -> QScrollArea:
-    """A page that can be scrolled where the screen is small."""
-    area = QScrollArea()
-    area.setWidgetResizable(True)
-    area.setFrameShape(QFrame.Shape.NoFrame)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setWidget(page)
-    return area
-
-
-def _line() -> QFrame:
-    """A line between what is set and what it comes to."""
-    line = QFrame()
-    line.setFrameShape(QFrame.Shape.HLine)
-    line.setFrameShadow(QFrame.Shadow.Plain)
-    line.setForegroundRole(QPalette.ColorRole.Mid)
-    return line

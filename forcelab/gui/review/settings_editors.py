@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QDoubleSpinBox,
     QGridLayout,
     QHBoxLayout,
-    QSpinBox,
     QWidget,
 )
 
@@ -20,6 +19,7 @@ from forcelab.errors import InputError
 from forcelab.gui.commands import translated
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import Field
+from forcelab.gui.wheel_guard import guard_from_wheel
 
 __all__ = ["Editor", "editor"]
 
@@ -49,16 +49,11 @@ class NumberEditor(Editor):
     def __init__(self, field: Field, parent: QWidget | None = None) -> None:
         super().__init__(field, parent)
         self.switch = QCheckBox(self.tr("on")) if field.default is not None else None
-        self.box: QSpinBox | QDoubleSpinBox
-        if field.kind == "whole":
-            self.box = QSpinBox()
-            self.box.setRange(int(field.lowest), int(field.highest))
-            self.box.setSingleStep(int(field.step))
-        else:
-            self.box = QDoubleSpinBox()
-            self.box.setDecimals(field.decimals)
-            self.box.setRange(field.lowest, field.highest)
-            self.box.setSingleStep(field.step)
+        # One that holds whole numbers only ends at 2^31.
+        self.box = QDoubleSpinBox()
+        self.box.setDecimals(field.decimals)
+        self.box.setRange(field.lowest, field.highest)
+        self.box.setSingleStep(field.step)
         if field.unit:
             self.box.setSuffix(f" {translated(field.unit)}")
         self.box.setAccessibleName(field.shown)
@@ -72,6 +67,8 @@ class NumberEditor(Editor):
         row.addWidget(self.box)
         row.addStretch(1)
         self.box.valueChanged.connect(lambda _: self.changed.emit())
+        self.setFocusProxy(self.switch or self.box)
+        guard_from_wheel(self.box)
         self._exact: float | None = None
         self._switched(self.switch is None or self.switch.isChecked())
 
@@ -80,6 +77,8 @@ class NumberEditor(Editor):
         if self.switch is not None and not self.switch.isChecked():
             return None
         shown = self.box.value()
+        if self.field.kind == "whole":
+            return round(shown)
         # What was given may have more decimals than are shown.
         exact = self._exact
         rounded = None if exact is None else round(exact, self.field.decimals)
@@ -94,6 +93,8 @@ class NumberEditor(Editor):
         if value is None:
             value = self.field.default
         if value is not None:
+            # What was set elsewhere is shown as it is, also where the form would not lead there.
+            self.box.setRange(min(value, self.field.lowest), max(value, self.field.highest))
             self.box.setValue(value)
         self._switched(self.switch is None or self.switch.isChecked())
         self.blockSignals(False)
@@ -117,6 +118,8 @@ class ChoiceEditor(Editor):
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.box)
         row.addStretch(1)
+        self.setFocusProxy(self.box)
+        guard_from_wheel(self.box)
         self.box.currentIndexChanged.connect(lambda _: self.changed.emit())
 
     def value(self) -> str:
@@ -140,6 +143,7 @@ class FlagEditor(Editor):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.box)
+        self.setFocusProxy(self.box)
         self.box.toggled.connect(lambda _: self.changed.emit())
 
     def value(self) -> bool:

@@ -21,7 +21,8 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.review.wanted import shown_task
+from forcelab.gui.review.wanted import GROUPS, groups_for, shown_task
+from forcelab.gui.review.whose import whose_labels
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ class TaskChoice(QWidget):
             test_task=str(self.test_task.currentData()) if across else None,
             author=self.coder.currentData() or None,
             apart=len(tasks) > 1 and not across and self.apart.isChecked(),
+            folds=None if across else self._folds,
         )
 
     # What it is made of
@@ -105,8 +107,12 @@ class TaskChoice(QWidget):
         return box
 
     def _testing_box(self, choice: Choice) -> QGroupBox:
-        """Leave one out, or test on another task."""
+        """Leave one out, or a group, or test on another task."""
         self.leave_out = QRadioButton(self.tr("Leave each demonstration out in turn"))
+        groups = choice.folds or GROUPS
+        self.in_groups = QRadioButton(
+            self.tr("Leave them out in {0} groups, quicker where there are many").format(groups)
+        )
         self.across = QRadioButton(self.tr("Test on another task:"))
         self.test_task = QComboBox()
         self.test_task.setAccessibleName(self.tr("Task to test on"))
@@ -117,15 +123,31 @@ class TaskChoice(QWidget):
         other = next((t for t in self.tasks if t not in choice.tasks), "")
         self.test_task.setCurrentIndex(at if across else max(self.test_task.findData(other), 0))
         self.test_task.currentIndexChanged.connect(self._follow)
-        (self.across if across else self.leave_out).setChecked(True)
+        self._folds = choice.folds
+        folds = self._usual_folds(choice) if choice.folds is None else choice.folds
+        left_out = self.in_groups if folds else self.leave_out
+        (self.across if across else left_out).setChecked(True)
         box = QGroupBox(self.tr("Test"))
-        self._between = _one_of(box, self.leave_out, self.across)
+        self._between = _one_of(box, self.leave_out, self.in_groups, self.across)
+        self.leave_out.toggled.connect(lambda on: self._leave_out(0, on))
+        self.in_groups.toggled.connect(lambda on: self._leave_out(groups, on))
         self.across.toggled.connect(self._follow)
         column = QVBoxLayout(box)
         column.addWidget(self.leave_out)
+        column.addWidget(self.in_groups)
         column.addWidget(self.across)
         column.addWidget(self.test_task, 0, Qt.AlignmentFlag.AlignLeft)
         return box
+
+    def _usual_folds(self, choice: Choice) -> int:
+        """In how many groups is left out as long as nobody chooses."""
+        author = choice.author or whose_labels(self.document, set(choice.tasks))
+        return groups_for(self.document, choice.tasks, author)
+
+    def _leave_out(self, folds: int, on: bool) -> None:
+        """Take note of how demonstrations are to be left out from now on."""
+        if on:
+            self._folds = folds
 
     def _actions_box(self, choice: Choice) -> QGroupBox:
         """Whether an action that two tasks have is one."""
@@ -163,7 +185,7 @@ class TaskChoice(QWidget):
         document, project = self.document, self.document.project
         if project is None:
             return ()
-        people = {person.name for person in project.authors() if person.kind == "coder"}
+        people = project.coders()
         seen = dict.fromkeys(
             author
             for info in document.infos
@@ -216,7 +238,7 @@ class TaskChoice(QWidget):
 
     def _note(self, tasks: tuple[str, ...]) -> str:
         """What is chosen, and what will be left out of it."""
-        if self.leave_out.isChecked() and sum(self._counts(task)[0] for task in tasks) < 2:
+        if not self.across.isChecked() and sum(self._counts(task)[0] for task in tasks) < 2:
             return self.tr(
                 "Only one demonstration is labelled, so nothing can be tested; a recogniser is "
                 "trained all the same, and proposes labels for the others."

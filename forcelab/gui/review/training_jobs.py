@@ -38,6 +38,8 @@ class Kept:
     f1 : float or None
         Pooled segmental F1 at half overlap after the filters, from 0 to 1; None where nothing was
         tested.
+    preset : str
+        The one that its settings began with.
     """
 
     number: int
@@ -45,6 +47,7 @@ class Kept:
     title: str
     tasks: tuple[str, ...]
     f1: float | None
+    preset: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +130,7 @@ def _kept(run: RunSummary) -> Kept:
         title=str(run.digest.get("title", "")),
         tasks=tuple(task for task in tasks if task is not None),
         f1=run.digest.get("f1"),
+        preset=str(run.settings.get("preset", "")),
     )
 
 

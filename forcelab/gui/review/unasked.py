@@ -1,7 +1,9 @@
-"""Runs that nobody asked for: of those that train by itself has made, only the last ones stay."""
+"""Runs that nobody asked for: they come not too often, and only the last of them stay."""
 
 from __future__ import annotations
 
+from math import inf
+from time import monotonic
 from typing import TYPE_CHECKING, NamedTuple
 
 from forcelab.errors import ForcelabError
@@ -27,8 +29,10 @@ class _Run(NamedTuple):
 class Unasked:
     """Lets go of older runs that came by themselves, while the window is open.
 
-    One that somebody has judged, or accepted labels from, stays in the project; so does one that
-    is looked at.
+    After each there is a rest for as long as it took: where a training takes minutes, every edit
+    would otherwise be followed by one more, and the machine would do nothing else. A run that
+    somebody has judged, or accepted labels from, stays in the project; so does one that is looked
+    at.
 
     Parameters
     ----------
@@ -38,11 +42,26 @@ class Unasked:
 
     def __init__(self, document: Document) -> None:
         self._document = document
-        self._made: list[_Run] = []
+        self.forget()
 
     def forget(self) -> None:
         """Begin anew, as with another project."""
-        self._made = []
+        self._made: list[_Run] = []
+        self._began = self._until = -inf
+
+    @property
+    def resting(self) -> bool:
+        """Whether none may come by itself yet."""
+        return monotonic() < self._until
+
+    def begin(self) -> None:
+        """Take note that a training begins."""
+        self._began = monotonic()
+
+    def end(self) -> None:
+        """Take note that it has ended."""
+        now = monotonic()
+        self._until = now + (now - self._began)
 
     def trained(self, outcome: Outcome) -> None:
         """Take note of a run, and let go of those that are too old by now."""

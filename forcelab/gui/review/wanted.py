@@ -13,15 +13,36 @@ from forcelab.gui.review.training_jobs import Given
 from forcelab.gui.review.whose import whose_labels
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from forcelab.recognition.project_runs import Choice
     from forcelab.recognition.settings import Settings
 
-__all__ = ["Wanted", "shown_task"]
+__all__ = ["GROUPS", "MANY", "Wanted", "groups_for", "shown_task"]
+
+#: More demonstrations than `MANY` are left out in so many groups unless somebody chooses otherwise:
+#: eighty fits of what eighty demonstrations hold take half an hour, ten of them four minutes.
+MANY, GROUPS = 20, 10
 
 
 def shown_task(task: str) -> str:
     """What a task is called on the screen; demonstrations may be of none."""
     return task or QCoreApplication.translate("forcelab", "no task")
+
+
+def groups_for(document: Document, tasks: Sequence[str], author: str | None) -> int:
+    """In how many groups demonstrations are left out where nobody chose; 0: each by itself.
+
+    Parameters
+    ----------
+    document : Document
+    tasks : sequence of str
+        What is trained on.
+    author : str or None
+        Whose labels count; None where nobody has labelled anything.
+    """
+    labelled = (author in info.labelled for info in document.infos if info.task in tasks)
+    return GROUPS if sum(labelled) > MANY else 0
 
 
 class Wanted(QObject):
@@ -98,7 +119,7 @@ class Wanted(QObject):
         """The tasks trained on, the one tested on, and whether actions stay apart."""
         if self._choice is not None:
             return self._choice.tasks, self._choice.test_task, self._choice.apart
-        tasks, test, _, apart = remembered.recall_parts(self._path or Path(), self.task)
+        tasks, test, _, apart, _ = remembered.recall_parts(self._path or Path(), self.task)
         return tasks, test, apart
 
     def set_settings(self, settings: Settings) -> None:
@@ -125,17 +146,19 @@ class Wanted(QObject):
         values = remembered.recall_values(self._path, task)
         parts = remembered.recall_parts(self._path, task)
         if choice is not None:
-            parts = choice.tasks, choice.test_task, choice.author, choice.apart
-        tasks, test, author, apart = parts
+            parts = choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
+        tasks, test, author, apart, folds = parts
         if author is None:
             author = whose_labels(self.document, {*tasks, test})
             self._say_whose(author)
+        if folds is None and test is None:
+            folds = groups_for(self.document, tasks, author)
 
         def given() -> tuple[Settings, Choice]:
             from forcelab.recognition.project_runs import Choice
 
             made = remembered.settings_of(values, task) if settings is None else settings
-            return made, Choice(tasks, test, author, apart)
+            return made, Choice(tasks, test, author, apart, folds=folds)
 
         return given
 

@@ -18,7 +18,7 @@ from forcelab.gui.theme import colours, themes
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:
-    from forcelab.review.certainty import Certainty
+    from forcelab.recognition.certainty import Certainty
     from forcelab.review.places import Place
 
 __all__ = ["ProbabilityChart"]

@@ -82,11 +82,6 @@ class Card(QAbstractButton):
             self._frame = image.copy()  # of its own: the array goes
         self.update()
 
-    @property
-    def framed(self) -> bool:
-        """Whether a frame of the video is shown."""
-        return self._frame is not None
-
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the card."""
         painter, theme = QPainter(self), colours()

@@ -25,7 +25,7 @@ from forcelab.gui.review.why_neighbours import Neighbours
 from forcelab.gui.review.why_painting import BandMap
 
 if TYPE_CHECKING:
-    from forcelab.review.certainty import Certainty
+    from forcelab.recognition.certainty import Certainty
     from forcelab.review.places import Place
     from forcelab.review.why import Why
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -164,7 +163,6 @@ class TradeoffBar(QWidget):
     def _colour(self) -> None:
         """The theme's colours."""
         self.trouble.setStyleSheet(f"color: {colours().trouble}")
-        self.standing.setForegroundRole(QPalette.ColorRole.WindowText)
 
 
 def standing_text(state: Measuring) -> tuple[str, str]:

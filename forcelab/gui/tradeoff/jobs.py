@@ -12,7 +12,10 @@ if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
     from forcelab.recognition.settings import Settings
 
-__all__ = ["BACKGROUND", "Work"]
+__all__ = ["BACKGROUND", "MEASURING", "Work"]
+
+#: The key of the job that measures: nobody waits for it in front of the screen.
+MEASURING = "measuring recognition"
 
 
 @dataclass(frozen=True, slots=True)

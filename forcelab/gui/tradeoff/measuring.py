@@ -13,9 +13,8 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.learning import Learning
 from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.review.whose import whose_labels
-from forcelab.gui.tradeoff.jobs import BACKGROUND, Work
+from forcelab.gui.tradeoff.jobs import BACKGROUND, MEASURING, Work
 from forcelab.gui.tradeoff.points import named
-from forcelab.gui.tradeoff.tab import MEASURING
 from forcelab.jobs import Progress
 
 if TYPE_CHECKING:
@@ -82,14 +81,15 @@ class Measuring(QObject):
         self.running = self.reading = False
         self.edits = 0
         self.trouble = ""
-        self._before: Settings | None = None
+        self._asked_by = ""
+        self._before: list[Settings] = []  # what was adopted in place of, the latest last
         self._adopted: Settings | None = None
         self._count = QTimer(self)
         self._count.setSingleShot(True)
         self._count.setInterval(COUNTING)
         self._count.timeout.connect(self._recount)
         document.tracks_changed.connect(self._edited)
-        document.listing_changed.connect(self.changed)
+        document.listing_changed.connect(self._relisted)
         document.author_changed.connect(self._follow)
         document.project_changed.connect(self._follow)
         learning.changed.connect(self._follow)
@@ -129,7 +129,7 @@ class Measuring(QObject):
     @property
     def can_go_back(self) -> bool:
         """Whether settings were adopted in place of others."""
-        return self._before is not None
+        return bool(self._before)
 
     def set_front(self, front: bool) -> None:
         """Whether the workspace is seen."""
@@ -144,6 +144,7 @@ class Measuring(QObject):
         if self.running or project is None or not self.learning.ready:
             return
         self.running, self.progress, self.trouble = True, None, ""
+        self._asked_by = self.document.author
         self._jobs.run(
             self._work.measure(project.path, self.task, self.author, self.learning.settings),
             self._made,
@@ -164,17 +165,22 @@ class Measuring(QObject):
         if self.measured is None or place == self.current:
             return
         row, settings = self.measured.rows[place], self.measured.variants[place].settings
-        self._before, self._adopted = self.learning.settings, settings
+        if row.refusal:
+            told = self.tr("“{0}” could not be measured, and is not trained with: {1}")
+            self.document.say(told.format(named(row), row.refusal), True)
+            return
+        self._before.append(self.learning.settings)
+        self._adopted = settings
         self.learning.set_settings(settings)
         told = self.tr("'{0}' is trained with “{1}” from now on.")
         self.document.say(told.format(shown_task(self.task), named(row)))
         self.changed.emit()
 
     def go_back(self) -> None:
-        """Train with what was adopted last no longer, but with what was in use before."""
-        if self._before is not None:
-            before, self._before = self._before, None
-            self.learning.set_settings(before)
+        """Train with what was adopted last no longer, but with what was in use before it."""
+        if self._before:
+            self._adopted = self._before.pop()
+            self.learning.set_settings(self._adopted)
             told = self.tr("'{0}' is trained as before.").format(shown_task(self.task))
             self.document.say(told)
             self.changed.emit()
@@ -191,12 +197,17 @@ class Measuring(QObject):
         of = (path, self.task, self.document.author)
         if of != self._of:
             self._jobs.cancel(READING)
-            self.measured, self._before, self.trouble, self.reading = None, None, "", False
+            self.measured, self._before, self.trouble, self.reading = None, [], "", False
             self._of = of if self._front else _NOTHING
             if self._front:
                 self._read()
-        if self._before is not None and self.learning.settings != self._adopted:
-            self._before = None  # others were chosen elsewhere
+        if self._before and self.learning.settings != self._adopted:
+            self._before = []  # others were chosen elsewhere
+        if self._front:
+            self.changed.emit()
+
+    def _relisted(self) -> None:
+        """Show how many demonstrations are labelled now, where one looks."""
         if self._front:
             self.changed.emit()
 
@@ -231,11 +242,13 @@ class Measuring(QObject):
     def _made(self, measured: Measured) -> None:
         """Show what was measured, unless the coder has turned to another task meanwhile."""
         self._ended()
-        if measured.task == self.task:
-            self._show(measured)
-        else:
+        if measured.task != self.task:
             told = self.tr("Recognition of '{0}' is measured.").format(shown_task(measured.task))
             self.document.say(told)
+        elif self.document.author == self._asked_by:
+            self._show(measured)
+        else:
+            self._read()  # what another coder may see of it, who may be blind to the labels
 
     def _failed(self, error: Exception) -> None:
         """Say why it did not come about."""

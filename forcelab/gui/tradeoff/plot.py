@@ -21,6 +21,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import draw_bottom, draw_left
 from forcelab.gui.figures.curves import curve_pen
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tradeoff import SHAPES
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.tradeoff.layout import MARK, RING, Layout, laid_out
@@ -155,8 +156,7 @@ class TradeoffPlot(QWidget):
         theme, point, spot = colours(), self.points[i], layout.spots[i]
         ink, corners = self._look(point.kind)
         if point.place == self.looked_at:
-            halo = QColor(ink)
-            halo.setAlphaF(0.3)
+            halo = translucent(ink, 0.3)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(halo)
             painter.drawEllipse(spot, RING + 3, RING + 3)
@@ -188,8 +188,7 @@ class TradeoffPlot(QWidget):
         if x + wide > self.width() - 4:
             x = max(spot.x() - RING - 5 - wide, 4.0)
         high = face.pixelSize() + 4.0
-        ground = QColor(colours().background)
-        ground.setAlphaF(0.9)
+        ground = translucent(colours().background, 0.9)
         painter.fillRect(QRectF(x - 3, spot.y() - high / 2, wide + 6, high), ground)
         self._paint_name(painter, i, QRectF(x, spot.y() - high / 2, wide, high))
 

@@ -13,10 +13,7 @@ from forcelab.gui.review.learning import Learning
 if TYPE_CHECKING:
     from forcelab.gui.tradeoff.workspace import TradeoffWorkspace
 
-__all__ = ["MEASURING", "TradeoffTab"]
-
-#: The key of the job that measures: nobody waits for it in front of the screen.
-MEASURING = "measuring recognition"
+__all__ = ["TradeoffTab"]
 
 
 class TradeoffTab(QWidget):

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.measure.peers.peer import Fitted, Peer, Task, around, softmax
+from forcelab.recognition.presets import preset
 from forcelab.recognition.windows import window_features
 
-__all__ = ["LIGHTGBM", "MINIROCKET"]
+__all__ = ["LIGHTGBM", "MINIROCKET", "windows"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -26,8 +27,6 @@ Whole = NDArray[np.int64]
 COUNT, PERIOD = 128, 0.01
 #: It learns from every so-manieth labelled step: its features of all of them take gigabytes.
 STRIDE = 2
-#: What presets `fast` and `best` look at, standard deviations in seconds; LightGBM gets the same.
-WINDOWS = (0.01, 0.04, 0.16, 0.64)
 
 
 def _cells(channels: Real, rate: float, places: Whole) -> Real:
@@ -56,8 +55,9 @@ def _minirocket(task: Task, seed: int) -> Fitted:
     return recognised
 
 
-def _windows(channels: Real, rate: float, places: Whole) -> Real:
-    return window_features(channels, rate, WINDOWS, places, "both")
+def windows(channels: Real, rate: float, places: Whole) -> Real:
+    """What presets `fast` and `best` look at around each time step, shape (m, f)."""
+    return window_features(channels, rate, preset("fast").windows, places, "both")
 
 
 def _lightgbm(task: Task, seed: int) -> Fitted:
@@ -82,4 +82,4 @@ def _spread(probabilities: Real, codes: Whole, actions: int) -> Real:
 
 
 MINIROCKET = Peer("MiniRocket + ridge", "aeon", _cells, _minirocket)
-LIGHTGBM = Peer("LightGBM on our windows", "lightgbm", _windows, _lightgbm)
+LIGHTGBM = Peer("LightGBM on our windows", "lightgbm", windows, _lightgbm)

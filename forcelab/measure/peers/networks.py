@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.measure.peers.classifiers import WINDOWS
+from forcelab.measure.peers.classifiers import windows
 from forcelab.measure.peers.peer import Fitted, Peer, Task, around
-from forcelab.recognition.windows import window_features
 
 __all__ = ["CNN", "MS_TCN"]
 
@@ -41,10 +40,6 @@ KERNEL, DILATIONS = 7, (1, 2, 4, 8)
 def _cells(channels: Real, rate: float, places: Whole) -> Real:
     period = float(np.median(np.diff(places))) / rate / CELLS if len(places) > 1 else 1 / rate
     return around(channels, rate, places, CELLS, period)
-
-
-def _windows(channels: Real, rate: float, places: Whole) -> Real:
-    return window_features(channels, rate, WINDOWS, places, "both")
 
 
 def _convolutions(width: int, actions: int) -> tuple[Network, list[Any]]:
@@ -165,4 +160,4 @@ def _loss(stages: list[Any], codes: Any, smooth: float) -> Any:
 
 
 CNN = Peer("1-D CNN", "torch", _cells, _learn(_convolutions, 100, 1e-3))
-MS_TCN = Peer("MS-TCN on our windows", "torch", _windows, _learn(_stages, 50, 5e-4, SMOOTHING))
+MS_TCN = Peer("MS-TCN on our windows", "torch", windows, _learn(_stages, 50, 5e-4, SMOOTHING))

@@ -71,7 +71,7 @@ class Cut:
         tolerance: float,
         single: bool,
     ) -> None:
-        self._n, self._wavelet, self._single = n, wavelet, single
+        self._wavelet = wavelet
         kernel, points, self._high = band(tolerance)
         #: Width in time, in samples, of the Gaussian whose transform's integral is w's edge.
         self._width = max(points * GRID, design.rate * COPY * self._high / (2 * math.pi))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from forcelab.signals.engine.ring import whole_spectra
+from forcelab.signals.engine.segments import without_line
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["Frames", "slope_at_zero"]
@@ -88,10 +89,8 @@ class Frames:
         c, length = len(part), self.length
         strides = (part.strides[0], self.hop * part.strides[1], part.strides[1])
         views = np.lib.stride_tricks.as_strided(part, (c, frames, length), strides, writeable=False)
-        slopes = (views[:, :, -1:] - views[:, :, :1]) / (length - 1)
-        level = slopes * np.arange(length)
-        level += views[:, :, :1]
-        half = fft.rfft(np.subtract(views, level, out=level), axis=-1, overwrite_x=True)
+        rest, slopes = without_line(views)
+        half = fft.rfft(rest, axis=-1, overwrite_x=True)
         return whole_spectra(half, length, self._single), slopes[:, :, 0]
 
     def rows(self, spectra: Complex, slopes: Real, weights: Floats, slope: float) -> Complex:

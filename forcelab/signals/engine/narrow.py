@@ -49,7 +49,6 @@ class Narrow:
         single: bool,
     ) -> None:
         self._n = n
-        self._members = members
         self._frames = Frames(n, design.half_width(float(scales[-1])), single)
         omega = 2 * np.pi * fft.fftfreq(self._frames.length)
         self._ways = [

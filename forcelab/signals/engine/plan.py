@@ -16,6 +16,7 @@ from forcelab.errors import InputError
 from forcelab.signals.engine.copies import Copies, Smoothing
 from forcelab.signals.engine.cut import Cut
 from forcelab.signals.engine.design import SINGLE, Design, design
+from forcelab.signals.engine.memory import keep_freed_memory
 from forcelab.signals.engine.narrow import Narrow
 from forcelab.signals.engine.ring import KEPT as RING
 from forcelab.signals.engine.ring import Ring, ring_length
@@ -25,6 +26,8 @@ from forcelab.signals.engine.wide import WIDEST_STEP, Wide
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = ["ROUNDING", "Plan", "plan_for"]
+
+keep_freed_memory()
 
 Real = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]

@@ -3,6 +3,10 @@
 The row of a wide wavelet is band-limited: it is known from few points. Those are found by an
 inverse FFT of the band alone, in double precision; what lies between is interpolated
 (:mod:`forcelab.signals.engine.kernels`), in single precision where the tolerance allows it.
+
+The straight line through the ends of a block is taken away before, as of a frame
+(:mod:`forcelab.signals.engine.frames`): the ring would turn it into a jump, of which the ends of
+the band would cut something off. Its transform is one number.
 """
 
 from __future__ import annotations
@@ -20,7 +24,9 @@ from scipy import fft
 
 from forcelab.signals.engine.copies import Copies
 from forcelab.signals.engine.design import Design, response
+from forcelab.signals.engine.frames import slope_at_zero
 from forcelab.signals.engine.kernels import Interpolation, interpolation, windows
+from forcelab.signals.engine.segments import without_line
 from forcelab.signals.engine.sinks import Sink
 from forcelab.signals.wavelets import Morlet
 
@@ -52,6 +58,8 @@ class _Grid:
         D, in samples.
     points : int
         Of the grid, over the whole ring.
+    lines : ndarray of complex128, shape (s,)
+        Bin 0 of what a line of slope 1 a value gives.
     positive, negative : ndarray, shape (s, 2 * bins)
         By what the spectrum's bins 0, 1, 2, ... and -1, -2, ... are multiplied, each twice: for
         their real and imaginary parts.
@@ -60,6 +68,7 @@ class _Grid:
     scales: slice
     step: int
     points: int
+    lines: Complex
     positive: Real
     negative: Real
 
@@ -128,10 +137,13 @@ class Wide:
         passed *= np.exp(-0.5 * self._variance * omega**2) / self._rate_step
         rows = np.stack([response(wavelet, a, omega) / passed for a in scales.tolist()])
         negative = rows[:, :below][:, ::-1]
+        slopes = np.array([slope_at_zero(wavelet, a) for a in scales.tolist()]) / self._rate_step
+        unit = points / self._design.kernel.transforms(np.zeros(1))
         return _Grid(
             places,
             step,
             points,
+            -1j * slopes * unit,
             np.repeat(rows[:, below:], 2, axis=1),
             np.repeat(negative, 2, axis=1),
         )
@@ -146,21 +158,30 @@ class Wide:
                 copies.held(self._rate_step, start - self._lead, self._length) for start in starts
             ]
             blocks = np.stack(parts) if len(parts) > 1 else parts[0][np.newaxis]
-            spectra = np.asarray(fft.rfft(blocks, axis=-1))
+            rest, slopes = without_line(blocks)
+            spectra = np.asarray(fft.rfft(rest, axis=-1, overwrite_x=True))
             pieces: list[Callable[[], None]] = []
             for grid in self._grids:
                 most = max(1, POINTS // (len(starts) * channels * grid.points))
                 for first in range(0, len(grid.positive), most):
                     some = slice(first, min(first + most, len(grid.positive)))
-                    pieces.append(partial(self._transform, spectra, sink, starts, grid, some))
+                    pieces.append(
+                        partial(self._transform, spectra, slopes, sink, starts, grid, some)
+                    )
             yield pieces
 
     def _transform(
-        self, spectra: Complex, sink: Sink, starts: range, grid: _Grid, some: slice
+        self,
+        spectra: Complex,
+        slopes: Real,
+        sink: Sink,
+        starts: range,
+        grid: _Grid,
+        some: slice,
     ) -> None:
         """Some scales of one grid, of neighbouring blocks."""
         blocks, channels, bins = spectra.shape
-        coarse = _coarse(spectra.reshape(-1, bins), grid, some)
+        coarse = _coarse(spectra.reshape(-1, bins), slopes.reshape(-1, 1), grid, some)
         coarse = coarse.reshape(blocks, channels, *coarse.shape[1:])
         product = interpolation(self._design.kernel, grid.step, self._single)
         # The grid's points that the first row of the product starts from.
@@ -176,13 +197,14 @@ class Wide:
                 _write_complex(points, product, rows, sink.direct[:, scales], start)
 
 
-def _coarse(spectra: Complex, grid: _Grid, some: slice) -> Complex:
+def _coarse(spectra: Complex, slopes: Real, grid: _Grid, some: slice) -> Complex:
     """Rows of some scales on their grid, shape (rows of spectra, scales, points)."""
     positive, negative = grid.positive[some], grid.negative[some]
     product = np.empty((len(spectra), len(positive), grid.points), dtype=np.complex128)
     parts, source = product.view(np.float64), spectra.view(np.float64)
     above, below = positive.shape[1], negative.shape[1]
     np.multiply(source[:, None, :above], positive, out=parts[:, :, :above])
+    product[:, :, 0] = slopes * grid.lines[some]
     parts[:, :, above : 2 * grid.points - below] = 0.0
     if below:
         mirrored = np.conj(spectra[:, 1 : below // 2 + 1]).view(np.float64)[:, None]

@@ -23,7 +23,7 @@ Nothing in the picture names the action.
 
 from __future__ import annotations
 
-from forcelab.simulation.rendering.camera import Camera, Filmed
-from forcelab.simulation.rendering.filming import picture, render, rendering
+from forcelab.simulation.rendering.camera import Camera
+from forcelab.simulation.rendering.filming import render, rendering
 
-__all__ = ["Camera", "Filmed", "picture", "render", "rendering"]
+__all__ = ["Camera", "render", "rendering"]

@@ -54,14 +54,12 @@ class Canvas:
         self.image = image
         self.zoom = zoom
 
-    def polygon(
-        self, points: Points, fill: Colour, edge: Colour | None = None, width: float = 1.0
-    ) -> None:
+    def polygon(self, points: Points, fill: Colour, edge: Colour | None = None) -> None:
         """A filled polygon, shape (n, 2) in pixels, with a line around it where asked for."""
         corners = [_fixed(points)]
         cv2.fillPoly(self.image, corners, fill, cv2.LINE_AA, SHIFT)
         if edge is not None:
-            cv2.polylines(self.image, corners, True, edge, self._width(width), cv2.LINE_AA, SHIFT)
+            cv2.polylines(self.image, corners, True, edge, self._width(1.0), cv2.LINE_AA, SHIFT)
 
     def hull(self, points: Points, fill: Colour, edge: Colour) -> None:
         """The convex hull of points, shape (n, 2) in pixels."""

@@ -16,32 +16,12 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.simulation.motion import Performance
 from forcelab.simulation.rendering.camera import RATE, Array, Camera, Filmed
-from forcelab.simulation.rendering.canvas import Image
 from forcelab.simulation.rendering.stage import SIZE, Stage
 
-__all__ = ["picture", "render", "rendering"]
+__all__ = ["render", "rendering"]
 
 #: Frames between two reports of progress.
 STRETCH = 30
-
-
-def picture(performance: Performance, time: float, size: tuple[int, int] = SIZE) -> Image:
-    """One frame.
-
-    Parameters
-    ----------
-    performance : Performance
-    time : float
-        On the force clock, s; before the start and after the end everything rests.
-    size : tuple of int
-        Width and height, pixels.
-
-    Returns
-    -------
-    ndarray of uint8, shape (height, width, 3)
-        Blue, green, red.
-    """
-    return Stage(performance, size).frame(time)
 
 
 def render(performance: Performance, path: Path, camera: Camera) -> Filmed:

@@ -108,17 +108,14 @@ def last(*kinds: str, near: float = NEAR, lead: float = 0.0) -> Cue:
     return cue
 
 
-def grip_settled(share: float = 0.9, near: float = 0.3) -> Cue:
+def grip_settled(course: Course, planned: float) -> float | None:
     """Begins when the grip, knocks apart, is near to what it is a while after the planned time."""
-
-    def cue(course: Course, planned: float) -> float | None:
-        a, b = np.searchsorted(course.motion.times, (planned, planned + near))
-        settled = float(np.median(course.grip[a:b])) if b > a else 0.0
-        span = max(1, round(KNOCK / float(course.motion.times[1] - course.motion.times[0])))
-        calm = np.convolve(course.grip, np.full(span, 1.0 / span), mode="same")
-        return course.first_true(calm >= share * settled, planned - near, planned + near)
-
-    return cue
+    near = 0.3
+    a, b = np.searchsorted(course.motion.times, (planned, planned + near))
+    settled = float(np.median(course.grip[a:b])) if b > a else 0.0
+    span = max(1, round(KNOCK / float(course.motion.times[1] - course.motion.times[0])))
+    calm = np.convolve(course.grip, np.full(span, 1.0 / span), mode="same")
+    return course.first_true(calm >= 0.9 * settled, planned - near, planned + near)
 
 
 def true_actions(phases: Sequence[Phase], course: Course) -> Segments:

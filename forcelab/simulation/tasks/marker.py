@@ -32,7 +32,7 @@ def play(hand: Choreography) -> None:
             hand.grip(hand.hold * hand.between(0.9, 1.25), hand.t, 0.25)
         hand.pull("wrist angle", pace + 0.7 * yields / lasts, hand.t - 0.04, lasts)
         angle += pace * lasts + 0.7 * yields
-        hand.phase("twist", lasts, grip_settled() if twist == 0 else None)
+        hand.phase("twist", lasts, grip_settled if twist == 0 else None)
         # The wrist gives way until the thread holds the cap again.
         angle -= hand.between(0.5, 1.0) * turns_on
         hand.move("wrist angle", angle, hand.t, 0.25)

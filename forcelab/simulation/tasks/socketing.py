@@ -94,7 +94,7 @@ def _carry_and_fumble(hand: Choreography, action: str) -> None:
     hand.move("tongs z", hand.hand["lift"], hand.t + 0.05 * held, 0.45 * held)
     hand.move("tongs y", socket.place + off, hand.t + 0.25 * held, 0.65 * held)
     hand.move("tongs z", HOVER, hand.t + 0.7 * held, 0.3 * held)
-    hand.phase("hold", held, grip_settled())
+    hand.phase("hold", held, grip_settled)
 
     pushing = hand.hand["push"]
     hand.move("tongs z", -pushing / arm.stiffness, hand.t - 0.05, min(0.25, 0.6 * fumbled))

@@ -93,3 +93,17 @@ def test_a_stamp_that_is_none_is_named(bad):
         clock(["2022-07-11 11:35:56", "2022-07-11 11:35:57", bad])
     assert caught.value.index == 2
     assert caught.value.cell == bad
+
+
+def test_dates_with_the_day_first_and_points_are_those_of_iso_8601():
+    raw = clock(["31.05.2024 23:59:59,5", "01.06.2024 00:00:00,250", "1.6.2024, 00:00:01"])
+    iso = clock(["2024-05-31 23:59:59.5", "2024-06-01 00:00:00.250", "2024-06-01 00:00:01"])
+    assert seconds(raw) == [0, 0.75, 1.5]
+    assert raw.absolute
+    assert raw.base == iso.base
+
+
+def test_a_day_that_is_none_is_refused_where_it_stands():
+    for stamp in ("31.02.2024 12:00:00", "2024-13-01 12:00:00"):
+        with pytest.raises(NotANumberError, match=stamp):
+            clock([stamp, "2024-05-31 12:00:00"])

@@ -320,16 +320,16 @@ class TestTime:
 
     def test_a_ramp_of_force_with_a_name_is_not_taken_for_stamps(self, table):
         rows = "".join(f"{i * 0.5},{i % 3}\n" for i in range(50))
-        assert "no column of stamps" in refusal(table("fx,fy\n" + rows))
+        assert "no column of times" in refusal(table("fx,fy\n" + rows))
 
     def test_a_second_column_of_stamps_is_no_channel(self, table):
         recording = load(table("time,timestamp,fx\n0,1700000000000,1\n.1,1700000000100,2\n"))
         assert channels(recording) == [("fx", "")]
-        assert recording.remarks == ("Column timestamp was left out: stamps too.",)
+        assert recording.remarks == ("Column timestamp was left out: times too.",)
 
     def test_stamps_in_words_that_are_no_iso_8601_are_refused(self, table):
         path = table("time,fx\n31.05.2024 12h,1\n31.05.2024 13h,2\n")
-        assert "ISO 8601" in refusal(path)
+        assert "2024-05-31 12:00:00" in refusal(path)
 
 
 class TestLabels:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from forcelab.capture.virtual import VirtualOptoForce
-from forcelab.gui.app import Start
 from forcelab.gui.capture.phase import Phase
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary

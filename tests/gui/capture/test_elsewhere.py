@@ -15,6 +15,8 @@ PATIENCE = 30.0
 def recording(window, connected, until):
     window.commands["record"].trigger()
     until(lambda: connected.session.recording, PATIENCE)
+    # Of less than two samples nothing can be kept.
+    until(lambda: connected.session._recorder.state().devices[0].samples > 20, PATIENCE)
     return connected
 
 

@@ -13,7 +13,7 @@ from forcelab.live.promise import promised
 from forcelab.live.recognition import LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import dump, save
 from forcelab.recognition.training import train
 
@@ -214,7 +214,7 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
 
 
 def test_a_project_without_a_recogniser_says_how_to_get_one(app, tmp_path, until):
-    from forcelab.gui.app import Start
+    from forcelab.gui.start import Start
     from forcelab.gui.window import Window
 
     Project.create(tmp_path / "bare.forcelab").close()

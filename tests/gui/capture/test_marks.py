@@ -5,6 +5,7 @@ from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from forcelab.capture.gathering import _marked
 from forcelab.capture.marking import LiveMarks
 from forcelab.gui.capture.marks import HeldKeys
 from forcelab.vocabulary import Vocabulary
@@ -27,6 +28,12 @@ class Page(QWidget):
         if self.recording:
             self.marks.press(action, down, at)
         return self.recording
+
+    def forget(self):
+        """As the Capture workspace does it."""
+        action, since = self.marks.growing()
+        self.mark(action, False, since)
+        self.held.forget(action)
 
     def key(self, kind, key, at):
         event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier)
@@ -99,3 +106,64 @@ def test_what_a_tap_began_goes_on_while_the_keyboard_is_elsewhere(page):
     page.held.release_all()
     page.tap(GRAB, 3000)
     assert told(page, 9000) == [("grab", 1000, 3000)]
+
+
+def test_what_a_tap_began_can_be_forgotten_and_the_next_tap_begins_anew(page):
+    page.tap(GRAB, 1000)
+    page.forget()
+    assert page.held.begun is None
+    assert page.marks.track(9.0) == []
+    page.tap(GRAB, 3000)
+    page.tap(GRAB, 4000)
+    assert told(page, 9000) == [("grab", 3000, 4000)]
+
+
+def test_of_a_held_key_that_is_forgotten_the_release_marks_nothing(page):
+    page.key(DOWN, GRAB, 1000)
+    page.forget()
+    page.key(UP, GRAB, 1100)
+    assert page.held.begun is None, "it was no tap either"
+    page.tap(GRAB, 3000)
+    page.tap(GRAB, 4000)
+    assert told(page, 9000) == [("grab", 3000, 4000)]
+
+
+@pytest.mark.parametrize("forgotten", ["above", "below"])
+def test_of_two_held_keys_the_one_that_counts_is_forgotten(page, forgotten):
+    page.key(DOWN, GRAB, 1000)
+    page.key(DOWN, PULL, 2000)
+    if forgotten == "above":
+        page.forget()
+        expected = [("grab", 1000, 5000)]
+        page.key(UP, PULL, 3000)
+    else:
+        page.key(UP, PULL, 3000)
+        page.forget()
+        expected = [("grab", 1000, 2000), ("pull", 2000, 3000)]
+    page.key(UP, GRAB, 5000)
+    assert told(page, 9000) == expected
+
+
+def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
+    """A recording is kept from its journal, where marks stand by their times."""
+    noted = []
+    seen = page.mark
+    page.held._mark = lambda *mark: noted.append(mark) or seen(*mark)
+    page.mark = page.held._mark
+    page.tap(PULL, 500)
+    page.forget()
+    page.key(DOWN, GRAB, 1000)
+    page.key(DOWN, PULL, 2000)
+    page.key(UP, PULL, 3000)
+    page.forget()
+    page.key(UP, GRAB, 5000)
+    page.tap(PULL, 6000)
+    page.tap(PULL, 7000)
+    marks = [dict(zip(("action", "down", "at"), mark, strict=True)) for mark in noted]
+    kept = _marked(marks, 0.0, 9.0, "Ann").segments
+    assert [(s.action, s.start, s.end) for s in kept] == [
+        ("grab", 1.0, 2.0), ("pull", 2.0, 3.0), ("pull", 6.0, 7.0),
+    ]  # fmt: skip
+    assert [(a, s / 1000, e / 1000) for a, s, e in told(page, 9000)] == [
+        (s.action, s.start, s.end) for s in kept
+    ]

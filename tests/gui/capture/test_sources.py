@@ -2,12 +2,14 @@
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QPalette
 from PySide6.QtTest import QTest
 
 from forcelab.assets import asset
 from forcelab.capture.discovery import FoundPort
-from forcelab.gui import settings
+from forcelab.gui import settings, theme
 from forcelab.gui.capture.phase import Phase
+from forcelab.gui.figures.text import contrast
 
 PATIENCE = 30.0
 FILE = asset("calibrations", "3-axis-40N.toml")
@@ -29,7 +31,9 @@ def write(page, name):
         ("tongs", "optoforce:PORT"),
         ("optoforce:/dev/x?speed=3", "speed=3"),
         ("optoforce:/dev/x?calibration=/nowhere.toml", "nowhere.toml"),
-        ("camera:", "camera:0"),
+        ("camera:", "is no camera"),
+        ("camera:abc", "'abc' is no camera"),
+        ("camera:-1", "'-1' is no camera"),
     ],
 )
 def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page, name, said):
@@ -97,3 +101,24 @@ def test_counts_are_warned_of_as_long_as_the_device_is_connected(connected):
     assert "is not calibrated" in connected.standing.alarms.text()
     assert "raw counts" in connected.standing.alarms.text()
     assert connected.standing.alarms.isVisible()
+
+
+@pytest.mark.parametrize("choice", ["light", "dark"])
+def test_the_names_of_connected_devices_can_be_read(app, connected, choice):
+    theme.apply(app, choice)
+    try:
+        rows = connected.sources.rows
+        assert not rows.isEnabled()
+        ink = rows.palette().color(QPalette.ColorRole.Text)
+        assert contrast(ink, rows.palette().color(QPalette.ColorRole.Base)) >= 4.5
+    finally:
+        theme.apply(app, "light")
+
+
+def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):
+    page = connected
+    ticked = page.sources.devices
+    page.sources._list(((FoundPort("/dev/x", "text", "a scale", None, None, True),), ()))
+    rows = page.sources.rows
+    shown = [rows.said(item) for item in rows.items_here() if not item.isHidden()]
+    assert shown == list(ticked)

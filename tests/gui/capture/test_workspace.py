@@ -8,16 +8,18 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
 
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
-from forcelab.gui.app import Start
 from forcelab.gui.capture.columns import Scale, columns_of
 from forcelab.gui.capture.marks import EventTimes
 from forcelab.gui.capture.phase import Phase
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.labels import Segment
 from forcelab.project import Project
+from forcelab.vocabulary import Vocabulary
 
 #: Seconds that something may take on a busy machine.
 PATIENCE = 30.0
@@ -28,6 +30,13 @@ def recorded(window, page, until, samples=150):
     window.commands["record"].trigger()
     until(lambda: page.session.recording, PATIENCE)
     until(lambda: page.session._recorder.state().devices[0].samples > samples, PATIENCE)
+
+
+def shown_on(button, session):
+    """What is written on a button from now on."""
+    said = []
+    session.changed.connect(lambda: said.append(button.text().partition("  (")[0]))
+    return said
 
 
 def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
@@ -53,8 +62,11 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     assert window.document.demonstration.name == "LEGO 01"
     window.show_workspace("capture")
     recorded(window, page, until)
+    said = shown_on(page.record_button, page.session)
     window.commands["discard_recording"].trigger()
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    assert said[0] == "Discarding…"
+    assert "Keeping…" not in said
     assert page.name.placeholderText() == "LEGO 02"
     assert not list((study / CAPTURES).iterdir())
     with Project.open(study) as project:
@@ -135,6 +147,70 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window.commands["record"].trigger()
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
     assert len(window.document.infos) == 1
+
+
+def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
+    window, connected, until, study
+):
+    page, cancel = connected, window.commands["cancel"]
+    assert "Esc forgets it" in page.legend.text()
+    page.countdown.setCurrentIndex(1)
+    window.commands["record"].trigger()
+    cancel.trigger()
+    assert page.session.phase is Phase.READY
+    page.countdown.setCurrentIndex(0)
+    window.document.set_action("grab")  # the brush of another workspace
+    recorded(window, page, until, 60)
+    QTest.keyClick(page.live, Qt.Key.Key_2)
+    assert page.held.begun == "pull"
+    cancel.trigger()
+    assert page.held.begun is None
+    assert page.session.marks.track(1e12) == []
+    assert "'pull' is forgotten" in page.standing.sentences.text()
+    assert page.session.recording
+    assert window.document.action == "grab"
+    cancel.trigger()
+    assert page.session.recording, "Esc ends no recording"
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    with Project.open(study) as project:
+        [info] = project.demonstrations()
+        assert project.tracks(info.id) == ()
+
+
+def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(
+    window, connected, until, monkeypatch
+):
+    page = connected
+    frame = 1.0, np.zeros((48, 64, 3), np.uint8)
+    monkeypatch.setattr(page.session, "frame", lambda: frame)
+    until(page.picture.isVisible)
+    window.resize(960, 540)
+    until(lambda: window.height() == 540)
+    for button in (page.record_button, page.discard_button):
+        assert button.mapTo(window, button.rect().bottomLeft()).y() < 540
+        assert not button.visibleRegion().isEmpty()
+    for field in (page.task, page.name, page.countdown):
+        assert field.height() >= field.sizeHint().height(), "squeezed"
+
+
+@pytest.mark.parametrize(("answer", "task"), [(0, "L e g o"), (1, "L E G O")])
+def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypatch, answer, task):
+    page, asked = window.capture.workspace, []
+    window.document.project.set_vocabulary("L e g o", Vocabulary())
+
+    def press(box):
+        asked.append(box.text())
+        page.task.lineEdit().editingFinished.emit()  # the question takes the keyboard
+        box.buttons()[answer].click()
+
+    monkeypatch.setattr(QMessageBox, "exec", press)
+    page.task.setCurrentText(" L E G O ")
+    page.task.lineEdit().editingFinished.emit()
+    assert asked == ["There is 'L e g o' already."]
+    assert (page.session.task, page.task.currentText()) == (task, task)
+    page.task.lineEdit().editingFinished.emit()
+    assert len(asked) == 1
 
 
 @pytest.mark.parametrize("trouble", ["away", "full"])
@@ -230,8 +306,10 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     page = window.capture.workspace
     try:
         until(page.recover_button.isVisible)
+        said = shown_on(page.record_button, page.session)
         page.recover_button.click()
         until(lambda: page.session.phase is Phase.APART, PATIENCE)
+        assert said[0] == "Recovering…"
         assert not page.recover_button.isVisible()
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
     finally:

@@ -67,7 +67,7 @@ def ink(image, colour, box):
 
 
 def lane_of(panel, name):
-    i = panel.channels.index(name)
+    i = panel.source.names.index(name)
     return next((lane, axis) for lane, axis in panel._axes if i in lane.channels)
 
 
@@ -75,7 +75,7 @@ def test_every_channel_is_drawn_where_its_values_are(panel):
     for name in NAMES:
         image = picture(panel)
         lane, axis = lane_of(panel, name)
-        column = panel.channels.index(name)
+        column = panel.source.names.index(name)
         rows, _ = ink(image, colours().curves[column], (100, lane.top, 690, lane.bottom))
         assert rows.size > 200
         values = panel.document.demonstration.signals[:, column]
@@ -250,7 +250,7 @@ def test_choices_are_remembered_by_the_channels_names(panel, document, jobs):
 
 def test_another_demonstration_keeps_the_choices(panel):
     heard = []
-    panel.choices_changed.connect(lambda: heard.append(panel.shown))
+    panel.source.choices_changed.connect(lambda: heard.append(panel.shown))
     panel.set_shown("fx1", False)
     assert heard == [NAMES[1:]]
     show(panel.document, recording(seed=9), "other")
@@ -301,7 +301,7 @@ def test_a_new_video_clock_reads_nothing_again(panel):
 def test_closing_the_demonstration_leaves_nothing_drawn(panel):
     panel.document.demonstration, panel.document.id = None, ""
     panel.document.demonstration_changed.emit()
-    assert panel.channels == []
+    assert not panel.source.names
     assert panel.source.values_at(1.0) == {}
     assert (np.ptp(picture(panel), axis=(0, 1)) == 0).all()
 

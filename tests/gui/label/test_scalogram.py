@@ -13,14 +13,14 @@ from forcelab.gui import theme
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import scalogram_reading as reading
+from forcelab.gui.label import scalogram_scales as scales
 from forcelab.gui.label.scalogram import ScalogramPanel
-from forcelab.gui.label.scalogram_drawing import amount, cone_scales
-from forcelab.gui.label.scalogram_scales import PAPER
-from forcelab.recognition.settings import preset
+from forcelab.gui.label.scalogram_drawing import amount
+from forcelab.recognition.presets import preset
 from forcelab.signals import scalogram as signals
 from forcelab.signals import scalogram_tiles
-from forcelab.signals.cwt import cone_of_influence, cwt
-from forcelab.signals.wavelets import DOG, Morlet
+from forcelab.signals.cwt import cwt, frequencies
+from forcelab.signals.wavelets import Morlet
 
 NAMES = ("fx1", "fy1", "fz1")
 
@@ -130,12 +130,6 @@ def test_many_changes_of_the_span_make_one_picture(open_panel, document, ran, un
         document.set_span(1.0 + 0.01 * i, 3.0)
     until(lambda: open_panel.settled)
     assert len(ran) == 1
-
-
-def test_the_cone_that_is_hatched_is_that_of_the_transform():
-    times = 1e5 + (np.arange(2000) + 0.5) / 1000
-    found = cone_scales(times, (1e5, 1e5 + 2.0), 1000.0, PAPER.e_folding)
-    np.testing.assert_allclose(found, cone_of_influence(2000, Morlet()), rtol=1e-6)
 
 
 def test_the_old_picture_moves_with_the_time_axis_at_once(open_panel, document, until):
@@ -263,22 +257,20 @@ def test_another_demonstration_keeps_the_channel_where_it_has_one(open_panel, do
     open_panel.grab()
 
 
-def test_the_marked_scales_are_those_of_the_paper_unless_told(panel):
+def test_the_marked_scales_and_the_wavelet_are_those_of_the_paper():
     settings = preset("paper")
-    np.testing.assert_allclose(PAPER.scales, settings.scales)
-    assert pytest.approx(settings.mother.fourier_factor, rel=1e-12) == PAPER.factor
-    assert settings.mother.e_folding == PAPER.e_folding
-    assert settings.parameter == PAPER.p
+    np.testing.assert_allclose(scales.MARKED, settings.scales)
+    assert pytest.approx(settings.mother.fourier_factor, rel=1e-12) == scales.FOURIER_FACTOR
+    assert settings.mother.e_folding == scales.E_FOLDING
+    assert settings.parameter == scales.P
 
 
-@pytest.mark.parametrize("wavelet", [Morlet(6.0), DOG(2)])
-def test_marks_stand_at_the_recognisers_frequencies(open_panel, wavelet, until):
-    open_panel.set_scales([8.0, 64.0], wavelet)
-    until(lambda: open_panel.settled and open_panel.picture is not None)
+def test_marks_stand_at_their_frequencies(open_panel):
     rows = open_panel._rows(open_panel.plot)
-    for scale, own in zip((8.0, 64.0), open_panel._marked.scales, strict=True):
-        assert rows.hertz(own) == pytest.approx(1000 / (wavelet.fourier_factor * scale))
-        assert rows.top < rows.y(own) < rows.bottom
+    hertz = frequencies(scales.MARKED, 1000.0, Morlet())
+    for scale, own in zip(scales.MARKED, hertz, strict=True):
+        assert rows.hertz(scale) == pytest.approx(own)
+        assert rows.top <= rows.y(scale) < rows.bottom
 
 
 def test_trouble_is_one_sentence_on_the_panel(open_panel, document, until):

@@ -1,5 +1,6 @@
 """The training bar: what it says, and that nothing is cut off where there is little room."""
 
+from dataclasses import replace
 from datetime import datetime, timezone
 from itertools import pairwise
 
@@ -7,6 +8,7 @@ import pytest
 from learning_bench import FakeWork, outcome_of, step, study
 
 from forcelab.errors import InputError
+from forcelab.gui.review.bar_texts import run_text
 from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings
 
@@ -156,9 +158,17 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
+    assert bar.runs.itemText(0).startswith("2: foam · 01 Mar")
+    told = run_text(replace(kept(7), preset="fast"))  # two runs of a task are told apart
+    assert told.startswith("7: foam · fast · F1 90 %")
     bar.runs.activated.emit(1)
     until(lambda: document.outcome.number == 1)
     assert bar.runs.currentData() == 1
+    bar.runs.resize(400, 30)
+    assert bar.runs.shown_text == bar.runs.currentText() == run_text(kept(1))
+    bar.runs.resize(120, 30)
+    assert bar.runs.shown_text.endswith("…")  # never just cut off
+    assert bar.runs.currentText() in bar.runs.toolTip()
 
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, learning, work, document, until):

@@ -10,6 +10,7 @@ import pytest
 from painting_bench import MEMORY
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -256,6 +257,31 @@ def test_letters_typed_as_a_name_decide_nothing(app, until):
         b.bar.choice.author.editingFinished.emit()
         assert not b.bar.consensus.begun  # a track of its own
         assert b.track("Ubu") == []
+
+
+@pytest.mark.parametrize(("answer", "name"), [(0, "Cleo"), (1, "cleo")])
+def test_a_consensus_whose_name_is_nearly_a_coder_s_is_asked_about(
+    app, until, monkeypatch, answer, name
+):
+    asked = []
+    with bench(app, until, {"Ann": ANN, "Ben": BEN, "Cleo": CLEO}) as b:
+        b.view.pages.setCurrentIndex(1)
+        app.processEvents()
+        author = b.bar.choice.author
+
+        def press(box):
+            asked.append(box.text())
+            author.editingFinished.emit()  # the question takes the keyboard from the field
+            box.buttons()[answer].click()
+
+        monkeypatch.setattr(QMessageBox, "exec", press)
+        author.setText(" cleo ")
+        author.editingFinished.emit()
+        assert asked == ["There is 'Cleo' already."]
+        assert (b.bar.name, author.text()) == (name, name)
+        author.editingFinished.emit()
+        assert len(asked) == 1
+        assert b.bar.consensus.author == name
 
 
 def test_bins_lie_about_zero_and_hold_every_offset():

@@ -8,8 +8,9 @@ from learning_bench import FakeWork, outcome_of, step, study
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Verdict
+from forcelab.recognition.presets import preset
 from forcelab.recognition.project_runs import Choice
-from forcelab.recognition.settings import Settings, preset
+from forcelab.recognition.settings import Settings
 
 
 @pytest.fixture
@@ -60,6 +61,27 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
     assert settings == preset("best")
     assert choice.tasks == ("foam",)
     assert name == "foam"
+
+
+def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
+    learning, work, until, monkeypatch
+):
+    from forcelab.gui.review import wanted
+
+    def asked():
+        learning.train()
+        until(lambda: not learning.training)
+        return work.asked[-1][2]
+
+    assert asked().folds == 0
+    monkeypatch.setattr(wanted, "MANY", 0)
+    assert asked().folds == 10
+    learning.set_choice(Choice(("foam",), folds=0))
+    assert asked().folds == 0
+    learning.set_choice(Choice(("foam",), folds=4))
+    learning._choice = None  # as after a restart
+    assert learning.choice.folds == 4
+    assert asked().folds == 4
 
 
 def test_never_are_two_trainings_under_way(learning, work, until):
@@ -128,6 +150,33 @@ def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, u
     assert document.outcome is work.result
 
 
+def test_after_a_long_training_none_comes_by_itself_for_as_long(
+    learning, document, work, until, monkeypatch
+):
+    from forcelab.gui.review import unasked
+
+    now = [1000.0]
+    monkeypatch.setattr(unasked, "monotonic", lambda: now[0])
+    learning._quiet.setInterval(1)
+    learning.set_automatic(True)
+    work.gate = False
+    learning.train()
+    now[0] += 240.0  # it takes four minutes
+    work.gate = True
+    until(lambda: not learning.training)
+    document.paint(6.0, 7.0, "grab")
+    until(lambda: learning.edits == 1)
+    fired = []
+    learning._quiet.timeout.connect(lambda: fired.append(None))
+    until(lambda: len(fired) > 3)
+    assert len(work.asked) == 1
+    now[0] += 239.0
+    until(lambda: len(fired) > 6)
+    assert len(work.asked) == 1
+    now[0] += 2.0
+    until(lambda: len(work.asked) == 2)
+
+
 def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_used(
     learning, document, work, until
 ):
@@ -149,6 +198,28 @@ def test_of_runs_that_came_by_themselves_the_last_ones_stay_and_those_that_were_
     assert there[:2] == [asked, judged]
     assert there[2:] == list(range(work.result.number - 2, work.result.number + 1))
     assert [verdict.run for verdict in project.verdicts()] == [judged]
+
+
+def test_a_run_that_somebody_asked_for_while_it_was_made_by_itself_stays(
+    learning, document, work, until
+):
+    project = document.project
+    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    learning._quiet.setInterval(1)
+    learning.set_automatic(True)
+    for number in range(5):
+        work.gate = number != 0
+        work.result = outcome_of(project, project.add_run("evaluate", **made, result={}))
+        document.paint(6.0, 7.0 + number / 10, "grab")
+        if number == 0:
+            wanted = work.result.number
+            until(lambda: learning.training)
+            assert not learning.train()  # Train is pressed
+            work.gate = True
+        until(lambda: document.outcome is work.result and not learning.training)
+    there = [run.id for run in project.run_summaries()]
+    assert there[0] == wanted
+    assert len(there) == 4  # the last three that came by themselves besides
 
 
 def test_without_an_edit_nothing_is_trained_by_itself(learning, document, work, until, app):
@@ -195,6 +266,63 @@ def test_a_reopened_project_shows_its_last_result(document, work, until):
     assert learning.runs == ()
     assert learning.edits is None
     jobs.close()
+
+
+def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
+    learning, document, work, until, app
+):
+    work.outcomes = {
+        4: outcome_of(document.project, 4, "stylus"),
+        5: outcome_of(document.project, 5, "stylus", test_task="foam", title="stylus to foam"),
+    }
+    assert learning.task == "foam"
+    learning.show_run(5)
+    until(lambda: document.outcome is work.outcomes[5])
+    assert learning.task == "foam"  # which it tests
+    learning.show_run(4)
+    until(lambda: document.outcome is work.outcomes[4])
+    assert learning.task == "stylus"
+    assert learning.train()
+    assert work.asked[-1][2].tasks == ("stylus",)
+    learning.cancel()
+    learning.show_run(4)
+    learning.set_task("foam")  # which has no run: what is still read for the other task is late
+    until(lambda: not learning.jobs.busy)
+    for _ in range(50):
+        app.processEvents()
+    assert (learning.task, document.outcome) == ("foam", None)
+
+
+def test_a_removed_demonstration_leaves_the_review_at_once(learning, document, work, until):
+    project = document.project
+    document.set_outcome(outcome_of(project, 4))
+    first, *others = [one.id for one in document.outcome.tested]
+    project.remove(first, {a: project.head(first, a) for a in project.info(first).authors})
+    work.outcomes = {4: outcome_of(project, 4)}
+    document.reread()
+    until(lambda: document.outcome is work.outcomes[4])
+    assert [one.id for one in document.outcome.tested] == others
+    assert work.loaded == [4]
+    document.refresh_listing()
+    assert not learning.jobs.busy  # nothing more is gone
+
+
+def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
+    learning, document, work, until, monkeypatch
+):
+    def gone(_path, number):
+        yield None
+        raise InputError(f"All demonstrations that run {number} tested were removed.")
+
+    monkeypatch.setattr(work, "load", gone)
+    project = document.project
+    document.set_outcome(outcome_of(project, 4))
+    for one in (*document.outcome.tested, *document.outcome.proposals):
+        heads = {a: project.head(one.id, a) for a in project.info(one.id).authors}
+        project.remove(one.id, heads)
+    document.reread()
+    until(lambda: document.outcome is None)
+    assert "removed" in learning.trouble
 
 
 def test_each_task_has_its_own_settings_and_choice(learning, document, work, until):

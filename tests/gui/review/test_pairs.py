@@ -25,8 +25,8 @@ from forcelab.gui.review.pairs_hits import told
 from forcelab.labels import Segment
 from forcelab.merging import MergeMap
 from forcelab.project import Project
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary

@@ -11,8 +11,8 @@ import pytest
 from painting_bench import shown
 
 from forcelab.labels import Segment
+from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
-from forcelab.review.certainty import Certainty
 from forcelab.review.outcome import Outcome, Reviewed
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))

@@ -1,5 +1,7 @@
 """The scores view: every number of ``forcelab evaluate``, with intervals, sorted and copied."""
 
+from dataclasses import replace
+
 import pytest
 from outcomes import drawn_outcome, outcome_of, reviewed
 from painted import shown
@@ -50,6 +52,15 @@ def test_numbers_are_those_of_the_run_pooled_first_raw_beside_filtered(view, doc
                 found = column(view, 2 * number + offset)
                 assert [found[0], *found[2:]] == expected
     assert names(view)[:2] == ["pooled", "95 % interval"]
+
+
+def test_how_far_probabilities_can_be_relied_on_stands_below(view, document, until):
+    assert "Brier" not in view.note.text() + view.note.toolTip()  # the run kept none
+    known = {"brier": 0.2614, "ece": 0.0235, "bins": []}
+    document.set_outcome(replace(document.outcome, reliability=known))
+    until(lambda: view.intervals)
+    assert "Brier score 0.261, expected calibration error 2.4 points." in view.note.text()
+    assert "0 is best" in view.note.toolTip()
 
 
 def test_numbers_have_units_and_as_many_decimals_in_every_row(view):

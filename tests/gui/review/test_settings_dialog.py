@@ -2,13 +2,15 @@
 
 import pytest
 from learning_bench import study
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
 from forcelab.merging import MergeMap
+from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.project_runs import Choice
-from forcelab.recognition.settings import PRESETS, Settings, preset
+from forcelab.recognition.settings import Settings
 
 
 @pytest.fixture
@@ -201,3 +203,38 @@ def test_the_demonstrations_say_what_there_is(app):
         assert facts.labelled == pytest.approx(4 * 5.0)
         assert facts.spellings == {"grab", "hold"}
         assert facts_of(document, Choice(("nothing",))).channels == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("seed", 2**32 - 1), ("rate", 2e5), ("median", 200_001), ("drop", 200.0), ("step", 20.0)],
+)
+def test_what_a_script_has_set_is_shown_and_kept_however_large(facts, name, value):
+    from forcelab.gui.review.settings_dialog import SettingsDialog
+
+    given = preset("paper").replace(**{name: value})
+    dialog = SettingsDialog(given, facts)
+    assert dialog.chosen == given
+    assert type(getattr(dialog.chosen, name)) is type(value)
+    dialog.deleteLater()
+
+
+def test_the_wheel_scrolls_the_form_and_changes_no_field_on_its_way(dialog):
+    dialog.change.click()
+    before = dialog.chosen
+    for name in ("max_scale", "wavelet"):
+        field = dialog.form.editors[name].box
+        field.clearFocus()
+        wheel = QWheelEvent(
+            QPointF(5, 5), QPointF(field.mapToGlobal(QPoint(5, 5))), QPoint(), QPoint(0, -120),
+            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(field, wheel)
+        assert not wheel.isAccepted(), "the form gets it"
+    assert dialog.chosen == before
+
+
+def test_the_first_field_has_the_keyboard_when_the_form_is_opened(dialog):
+    dialog.change.click()
+    assert dialog.focusWidget() is dialog.form.editors["features"].box

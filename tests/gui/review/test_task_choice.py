@@ -31,6 +31,8 @@ def form(document):
         Choice(("foam", "stylus")),
         Choice(("foam",), "stylus"),
         Choice(("stylus",), author="Ann"),
+        Choice(("stylus",), folds=0),
+        Choice(("stylus",), folds=5),
     ],
 )
 def test_what_is_shown_is_what_was_given(document, choice):
@@ -50,6 +52,25 @@ def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
     assert form.choice() == Choice(("foam", "stylus"), apart=True)
     form.boxes["stylus"].setChecked(False)
     assert form.choice() == Choice(("foam",))  # a task by itself has nothing to be kept apart from
+
+
+def test_how_many_are_left_out_is_shown_and_chosen(document, form, monkeypatch):
+    from forcelab.gui.review import wanted
+    from forcelab.gui.review.task_choice import TaskChoice
+
+    assert form.leave_out.isChecked()  # two are not many
+    form.in_groups.setChecked(True)
+    assert form.choice() == Choice(("foam",), folds=10)
+    form.leave_out.setChecked(True)
+    assert form.choice() == Choice(("foam",), folds=0)
+    monkeypatch.setattr(wanted, "MANY", 1)
+    many = TaskChoice(document, Choice(("foam",)))
+    assert many.in_groups.isChecked()
+    assert many.choice() == Choice(("foam",))  # nobody has chosen yet
+    many.deleteLater()
+    five = TaskChoice(document, Choice(("foam",), folds=5))
+    assert "5 groups" in five.in_groups.text()
+    five.deleteLater()
 
 
 def test_a_task_cannot_be_trained_on_and_tested(form):

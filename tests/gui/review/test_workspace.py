@@ -22,8 +22,8 @@ from forcelab.cli import main
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.gui import settings
-from forcelab.gui.app import Start
 from forcelab.gui.label.workspace import LAYOUT
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
@@ -258,7 +258,7 @@ import json, sys, threading, time
 from pathlib import Path
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
-from forcelab.gui.app import Start
+from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 window = Window("Ada", remembering=False)
 window.show()

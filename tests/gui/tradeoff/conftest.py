@@ -7,7 +7,7 @@ from learning_bench import FakeWork, study
 
 from forcelab.measure.rows import Row
 from forcelab.project import LabelsUsed
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 PAPER = preset("paper")
 #: Kind, setting, 1 - F1@50, CPU s to recognise and to train, ms, and how it is set.

@@ -10,7 +10,7 @@ from forcelab.labels import Segment, Track
 from forcelab.measure.recognition_runs import keeping
 from forcelab.measure.recognition_settings import Variant
 from forcelab.project import Project
-from forcelab.recognition.settings import preset
+from forcelab.recognition.presets import preset
 
 from .conftest import PAPER, measured_of
 
@@ -193,3 +193,48 @@ def test_the_latest_measurement_that_a_coder_may_see_is_found(study):
     # What a model makes of hidden labels says something about them.
     assert latest(study, "Bo") is None
     assert latest(study, "Ada") is not None
+
+
+def test_every_adopted_setting_can_be_taken_back_to_what_was_in_use_at_first(
+    measuring, document, until
+):
+    measuring.set_front(True)
+    until(lambda: measuring.measured is not None)
+    first = measuring.learning.settings
+    others = [place for place in range(4) if place != measuring.current]
+    for place in others:
+        measuring.adopt(place)
+    for place in reversed(others[:-1]):
+        measuring.go_back()
+        assert measuring.current == place
+    measuring.go_back()
+    assert measuring.learning.settings == first
+    assert not measuring.can_go_back
+
+
+def test_nothing_is_shown_anew_while_it_is_hidden_though_labels_change(measuring, document, until):
+    measuring.set_front(True)
+    until(lambda: measuring.measured is not None)
+    told = []
+    measuring.changed.connect(lambda: told.append(True))
+    measuring.set_front(False)
+    document.refresh_listing()
+    assert told == []
+    measuring.set_front(True)
+    assert told
+
+
+def test_what_comes_for_another_coder_than_asked_is_read_as_that_one_may_see_it(
+    measuring, document, work, until
+):
+    measuring.set_front(True)
+    until(lambda: measuring.measured is not None)
+    work.result, work.gate = measured_of(document.project, number=2), False
+    work.steps = [None]
+    measuring.measure()
+    work.kept["foam"] = None  # nothing that Bo may see
+    document.set_author("Bo")
+    work.gate = True
+    until(lambda: not measuring.running and not measuring.reading)
+    assert measuring.measured is None
+    assert work.read[-1] == ("foam", "Bo")

@@ -96,6 +96,10 @@ def test_a_refused_setting_stays_in_the_table_with_its_reason(workspace, measuri
     assert table_of(workspace)[4][:3] == ["", "stride: none", "–"]
     workspace.table.selectRow(4)
     assert workspace.told.text() == "stride: none: Too few samples; label more."
+    before = measuring.learning.settings
+    QTest.keyClick(workspace.table, Qt.Key.Key_Return)
+    assert measuring.learning.settings == before
+    assert "Too few samples" in document.told[-1][0]
 
 
 def test_progress_and_cancel_are_there_while_it_measures(workspace, measuring, work, until):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import platform
+import subprocess
+import sys
 import tracemalloc
 from functools import cache
 
@@ -143,6 +146,36 @@ def test_what_a_slow_strong_force_adds_is_bounded(n, p):
         error = np.abs(found - expected).max(axis=2)
         held = allowed(tolerance) * sizes + tolerance * besides + ROUNDING * np.sqrt(scales)
         assert np.all(error < held), tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_a_ramp_over_many_blocks_adds_a_two_hundredth_of_what_other_forces_may(tolerance):
+    n, scales = 150_000, np.array([9.3, 35.4, 120.0, 500.0, 1000.0])
+    x = np.linspace(-0.5, 0.5, n)[np.newaxis]
+    expected = transform_channels(x, scales, Morlet())
+    found = plan_for(n, scales, tolerance=tolerance, double=True).coefficients(x)
+    error = np.abs(found - expected).max(axis=2)
+    assert np.all(error < (tolerance / 50 / 200 + ROUNDING) * np.sqrt(scales))
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other C libraries decide for good")
+def test_memory_is_not_had_from_the_system_again_for_each_transform():
+    faults = "resource.getrusage(resource.RUSAGE_SELF).ru_minflt"
+    lines = (
+        "import numpy as np, resource",
+        "from forcelab.signals.engine.plan import plan_for",
+        "x = np.random.default_rng(0).standard_normal((6, 1 << 15))",
+        "plan = plan_for(1 << 15, 2.0 ** np.arange(1, 16))",
+        "out = np.zeros((2, 6, 15, 1 << 15), np.float32)",
+        "for _ in range(5):",
+        f"    before = {faults}",
+        "    plan.log_polar(x, out=tuple(out))",
+        f"print({faults} - before)",
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=True
+    )
+    assert int(run.stdout) < 300
 
 
 def test_the_tolerances_are_not_held_by_chance_with_much_to_spare():

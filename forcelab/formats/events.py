@@ -1,0 +1,127 @@
+"""All segments of many demonstrations as one table: for statistics, or as BORIS writes them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from forcelab.errors import InputError
+from forcelab.formats.times import plain_times
+from forcelab.labels import Segment, Track
+
+__all__ = ["Coded", "to_boris", "to_table"]
+
+#: The columns of the table, in this order.
+TABLE = (
+    *("demonstration", "task", "seconds", "author", "kind", "segment", "action"),
+    *("start", "end", "duration"),
+)
+#: Those of BORIS's aggregated events.
+BORIS = (
+    *("Observation id", "Observation date", "Description", "Media file", "Total length", "FPS"),
+    *("Subject", "Behavior", "Behavioral category", "Modifiers", "Behavior type"),
+    *("Start (s)", "Stop (s)", "Duration (s)", "Comment start", "Comment stop"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Coded:
+    """A track of one demonstration.
+
+    Parameters
+    ----------
+    demonstration, task : str
+        Their names.
+    seconds : float
+        Length of the demonstration.
+    kind : "coder" or "model"
+        Who the track's author is.
+    track : Track
+        What was labelled.
+    video : str
+        Name of the demonstration's video file; empty where there is none.
+    """
+
+    demonstration: str
+    task: str
+    seconds: float
+    kind: str
+    track: Track
+    video: str = ""
+
+
+def to_table(coded: Iterable[Coded]) -> str:
+    """One line a segment, as CSV (RFC 4180).
+
+    Returns
+    -------
+    str
+        With a header. ``seconds`` is the length of the demonstration, ``segment`` counts from 1
+        in each track, times are in seconds of the force clock.
+
+    Raises
+    ------
+    InputError
+        If a name holds a NUL, which a text table cannot hold.
+    """
+    rows = [
+        (
+            *(one.demonstration, one.task, _text(one.seconds), one.track.author, one.kind),
+            *(str(number), segment.action, repr(start), repr(end), _text(end - start)),
+        )
+        for one in coded
+        for number, (segment, (start, end)) in enumerate(_timed(one.track), start=1)
+    ]
+    return _written(TABLE, rows, ",")
+
+
+def to_boris(coded: Iterable[Coded]) -> str:
+    """The aggregated events that BORIS exports, separated by tabs.
+
+    Returns
+    -------
+    str
+        Each track is an observation and each segment a state event; times are in seconds of the
+        force clock. What forcelab does not know is empty.
+
+    Raises
+    ------
+    InputError
+        As :func:`to_table`.
+    """
+    rows = [
+        (
+            *(f"{one.demonstration} - {one.track.author}", "", one.task, one.video),
+            *(_text(one.seconds), "", "No focal subject", segment.action, "", "", "STATE"),
+            *(repr(start), repr(end), _text(end - start), "", ""),
+        )
+        for one in coded
+        for segment, (start, end) in _timed(one.track)
+    ]
+    return _written(BORIS, rows, "\t")
+
+
+def _timed(track: Track) -> Iterable[tuple[Segment, tuple[float, float]]]:
+    """Segments with their times as a person would write them."""
+    return zip(track.segments, plain_times(track.segments), strict=True)
+
+
+def _text(seconds: float) -> str:
+    """A length of time without the dust of arithmetic."""
+    return repr(round(float(seconds), 9))
+
+
+def _written(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], separator: str) -> str:
+    """A table as text."""
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=separator)
+    writer.writerow(header)
+    for row in rows:
+        if any("\0" in cell for cell in row):
+            raise InputError(
+                f"A name in {row!a} holds a NUL, which a text table cannot hold; rename it."
+            )
+        writer.writerow(row)
+    return text.getvalue()

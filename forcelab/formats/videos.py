@@ -1,0 +1,100 @@
+"""Videos that belong to recordings: those that are called as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from forcelab.demonstration import VideoReference
+from forcelab.formats.recording import Recording
+from forcelab.project import Project
+
+__all__ = ["beside", "paired", "with_videos"]
+
+_SUFFIXES = frozenset(
+    [".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".wmv", ".mts", ".m2ts"]
+)
+
+
+def paired(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
+    """Part recordings and videos that are named together.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        In any order.
+
+    Returns
+    -------
+    recordings : list of Path
+        All that is not the video of another one, in order.
+    videos : dict of Path to Path
+        The video of each recording whose name, without its ending, a video has too.
+    """
+    films = {_key(path): path for path in paths if _is_video(path)}
+    recordings = [path for path in paths if not _is_video(path)]
+    videos = {path: films[_key(path)] for path in recordings if _key(path) in films}
+    used = set(videos.values())
+    return [path for path in paths if path not in used], videos
+
+
+def beside(path: Path) -> Path | None:
+    """The video in a recording's folder that is called as it is, if there is exactly one."""
+    try:
+        there = [one for one in path.parent.iterdir() if _is_video(one) and _key(one) == _key(path)]
+    except OSError:
+        return None  # what is wrong is told when the recording is read
+    return there[0] if len(there) == 1 else None
+
+
+def with_videos(
+    read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
+) -> dict[Path, list[Recording]]:
+    """Recordings with their videos, which start with them until they are synchronised.
+
+    A demonstration that has a video in the project keeps that and its clock.
+
+    Raises
+    ------
+    InputError
+        If a video cannot be read.
+    """
+    from forcelab.video.index import open_video
+
+    result = {path: list(recordings) for path, recordings in read_files.items()}
+    known = _with_video(project) if videos else frozenset()
+    for path, video in videos.items():
+        if len(result[path]) != 1 or result[path][0].demonstration.video is not None:
+            continue
+        recording = result[path][0]
+        if recording.demonstration.id in known:
+            continue
+        open_video(video).release()  # refuses what is no video
+        remark = f"{video.name} was attached; synchronise it unless it starts when the forces do."
+        result[path] = [
+            replace(
+                recording,
+                demonstration=replace(recording.demonstration, video=VideoReference(video)),
+                remarks=(*recording.remarks, remark),
+            )
+        ]
+    return result
+
+
+def _with_video(project: Path) -> frozenset[str]:
+    """Ids of the demonstrations in a project, if it exists, that have a video."""
+    if Project.vacant(project):
+        return frozenset()
+    with Project.open(project) as opened:
+        return frozenset(info.id for info in opened.demonstrations() if info.has_video)
+
+
+def _is_video(path: Path) -> bool:
+    """Whether a file is called like a video."""
+    return path.suffix.lower() in _SUFFIXES
+
+
+def _key(path: Path) -> str:
+    """What a recording and its video have in common."""
+    return path.stem.casefold()

@@ -1,0 +1,193 @@
+"""What the columns of a table are read as: shown before the import, and to be changed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHeaderView,
+    QLabel,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from forcelab.errors import InputError
+from forcelab.formats import identify
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.preview import ColumnUse, Use, preview
+from forcelab.gui.theme import colours
+
+__all__ = ["ImportColumns"]
+
+#: What any column can be made, besides what it is taken for.
+_CHOICES: tuple[Use, ...] = ("times", "counter", "labels", "left out")
+
+
+class ImportColumns(QWidget):
+    """The columns of one table among the files, first of the first; hidden where there is none.
+
+    Parameters
+    ----------
+    parent : QWidget, optional
+
+    Attributes
+    ----------
+    table : QTableWidget
+        A row a column: its name, its first cells, and a choice of what it is.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._path: Path | None = None
+        self._wishes: dict[str, Use] = {}
+        self._untouched: tuple[ColumnUse, ...] = ()
+        self.uses: tuple[ColumnUse, ...] = ()
+        self.heading = QLabel()
+        self.heading.setWordWrap(True)
+        self.table = QTableWidget(0, 3)
+        self.table.setAccessibleName(self.tr("Columns of the table"))
+        self.table.setHorizontalHeaderLabels(
+            [self.tr("Column"), self.tr("First cells"), self.tr("Read as")]
+        )
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        header.setHighlightSections(False)
+        self.table.verticalHeader().hide()
+        self.table.setShowGrid(False)
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.heading)
+        column.addWidget(self.table, 1)
+        self.setVisible(False)
+
+    def show_first(self, files: Sequence[Path]) -> None:
+        """Show the columns of the first file that is a table."""
+        if self._path in files:
+            return
+        self._path = next((file for file in files if _is_table(file)), None)
+        self._wishes.clear()
+        self._fill()
+
+    def show_file(self, path: Path) -> None:
+        """Show the columns of another file, if it is a table; what was chosen is for all."""
+        if path != self._path and _is_table(path):
+            self._path = path
+            self._fill()
+
+    def options(self, options: ReadOptions) -> ReadOptions:
+        """Add what was chosen; what is found by itself stays to be found in each file."""
+        chosen = {use: name for name, use in self._wishes.items()}
+        left_out = tuple(name for name, use in self._wishes.items() if use == "left out")
+        return replace(
+            options,
+            time=chosen.get("times"),
+            counter=chosen.get("counter"),
+            label=chosen.get("labels"),
+            leave_out=left_out,
+        )
+
+    def wish(self, name: str, use: Use) -> None:
+        """Have a column read as something else than it is taken for."""
+        taken = {one.name: one.use for one in self._untouched}
+        if use in ("times", "counter", "labels"):  # there is one of each
+            self._wishes = {n: u for n, u in self._wishes.items() if u != use}
+        if use in ("times", "counter"):  # one stands in for the other
+            other: Use = "counter" if use == "times" else "times"
+            self._wishes = {n: u for n, u in self._wishes.items() if u != other}
+        self._wishes.pop(name, None)
+        if taken.get(name) != use:
+            self._wishes[name] = use
+        self._fill()
+
+    def _fill(self) -> None:
+        """Show the columns as they are read now."""
+        self._untouched, trouble = self._previewed(ReadOptions())
+        self.uses = self._untouched
+        if self._wishes and self._untouched:
+            uses, trouble = self._previewed(self.options(ReadOptions()))
+            self.uses = uses or self._untouched
+        self.setVisible(bool(self.uses))
+        self.table.setRowCount(len(self.uses))
+        for row, one in enumerate(self.uses):
+            name = f"{one.name} [{one.unit}]" if one.unit else one.name
+            for place, text in enumerate((name, "   ".join(one.cells))):
+                item = QTableWidgetItem(text)
+                item.setToolTip(text)
+                self.table.setItem(row, place, item)
+            self.table.setCellWidget(row, 2, self._choice(one))
+        self.heading.setText(trouble or self._said())
+        wrong = trouble or not any(one.use == "times" for one in self.uses)
+        self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
+
+    def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
+        """The columns as the importer reads them, or none and why."""
+        if self._path is None:
+            return (), ""
+        try:
+            return preview(self._path, options), ""
+        except (InputError, OSError) as error:
+            return (), str(error)
+
+    def _said(self) -> str:
+        """One sentence on which file this is and how its times are known."""
+        name = self._path.name if self._path else ""
+        kinds = [one.use for one in self.uses]
+        if "times" in kinds:
+            return self.tr("Columns of {0}, and what each is read as:").format(name)
+        if "counter" in kinds:
+            return self.tr("{0} has no times but counts its samples; give their rate:").format(name)
+        return self.tr("{0} has no column of times; choose one, or give the sample rate:").format(
+            name
+        )
+
+    def _choice(self, one: ColumnUse) -> QComboBox:
+        """What a column is read as, and what else it could be."""
+        box = _Choice()
+        box.setAccessibleName(self.tr("{0} is read as").format(one.name))
+        taken = next((t.use for t in self._untouched if t.name == one.name), one.use)
+        for use in dict.fromkeys((taken, one.use, *_CHOICES)):
+            box.addItem(_word(use), use)
+        box.setCurrentIndex(box.findData(one.use))
+        box.activated.connect(lambda index: self.wish(one.name, box.itemData(index)))
+        return box
+
+
+class _Choice(QComboBox):
+    """A choice that the wheel passes by, as it scrolls the table."""
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave it to the table."""
+        event.ignore()
+
+
+def _word(use: Use) -> str:
+    """A use in the coder's language."""
+    words = {
+        "signal": QCoreApplication.translate("forcelab", "signal"),
+        "times": QCoreApplication.translate("forcelab", "times"),
+        "counter": QCoreApplication.translate("forcelab", "sample counter"),
+        "labels": QCoreApplication.translate("forcelab", "labels"),
+        "left out": QCoreApplication.translate("forcelab", "left out"),
+    }
+    return words[use]
+
+
+def _is_table(path: Path) -> bool:
+    """Whether a file is a text table."""
+    try:
+        return identify(path).name == "table"
+    except (InputError, OSError):
+        return False  # what is wrong is told when the file is read

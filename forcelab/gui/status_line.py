@@ -1,0 +1,49 @@
+"""The line below the window: what was just done, or went wrong."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QStatusBar, QWidget
+
+from forcelab.gui import theme
+from forcelab.gui.document import Document
+
+__all__ = ["StatusLine"]
+
+#: Milliseconds for which a sentence stays; for which one about trouble does.
+SHOWN, TROUBLE_SHOWN = 6_000, 15_000
+
+
+class StatusLine(QStatusBar):
+    """Says a sentence for a while, in the colour of what it is about.
+
+    Parameters
+    ----------
+    document : Document
+        Its sentences are said.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._document, self._trouble = document, False
+        document.said.connect(self.say)
+        document.demonstration_changed.connect(self._forget_edit)
+        theme.themes().changed.connect(self._colour)
+
+    def say(self, sentence: str, trouble: bool = False) -> None:
+        """Say a sentence; one about trouble stays longer."""
+        self._trouble = trouble
+        self._colour()
+        self.showMessage(sentence, TROUBLE_SHOWN if trouble else SHOWN)
+
+    def _colour(self) -> None:
+        """Write in the theme's colour."""
+        colour = theme.colours().trouble if self._trouble else theme.colours().text
+        style = f"QStatusBar {{ color: {colour}; }}"
+        if self.styleSheet() != style:  # putting one on takes longer than a stroke
+            self.setStyleSheet(style)
+
+    def _forget_edit(self) -> None:
+        """Say of another demonstration no more what was done to the one before."""
+        if self.currentMessage() == self._document.edit_said:
+            self.clearMessage()

@@ -1,0 +1,108 @@
+"""A device's counter is no signal; where nothing else tells the time, it tells what was lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table import read
+from forcelab.formats.table.counters import is_counter_name, ticks
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Writes a table of a counter, perhaps stamps, and a force that is the row's true number."""
+
+    def write(counts, header="Paket;Daumen_x", times=None):
+        rows = [header if times is None else f"Zeit;{header}"]
+        for row, count in enumerate(counts):
+            stamp = [] if times is None else [f"{times[row]:.3f}".replace(".", ",")]
+            rows.append(";".join([*stamp, str(count), f"{np.sin(row):.3f}".replace(".", ",")]))
+        path = tmp_path / "trial.csv"
+        path.write_text("\n".join(rows) + "\n")
+        return path
+
+    return write
+
+
+def loaded(path, **options):
+    (recording,) = read(path, ReadOptions(**options))
+    return recording
+
+
+#: Of 300 samples 80 are lost, and a 16-bit counter begins again.
+NUMBERS = np.array([n for n in range(300) if not 100 <= n < 180])
+COUNTS = (65_400 + NUMBERS) % 65_536
+
+
+def test_beside_stamps_a_counter_is_left_out_and_said(table):
+    recording = loaded(table(COUNTS, times=NUMBERS / 200))
+    assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
+    assert "Column Paket was left out: counting samples." in recording.remarks
+
+
+def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(table):
+    recording = loaded(table(COUNTS), rate=200.0)
+    np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 200, atol=1e-12)
+    assert "80 of 300 were lost" in " ".join(recording.remarks)
+
+
+def test_one_of_any_name_is_known_by_how_it_goes_on(table):
+    recording = loaded(table(COUNTS, "Wert_A;Wert_B"), rate=200.0)
+    assert [c.name for c in recording.demonstration.channels] == ["Wert_B"]
+    assert recording.demonstration.duration == pytest.approx(1.5)
+
+
+def test_a_counter_that_is_asked_for_stands_before_stamps(table):
+    path = table(COUNTS, times=np.arange(NUMBERS.size) / 200)
+    recording = loaded(path, rate=100.0, counter="paket")
+    np.testing.assert_allclose(recording.demonstration.times, NUMBERS / 100, atol=1e-12)
+    with pytest.raises(InputError, match="'Daumen_x' does not go on by one step"):
+        loaded(path, rate=100.0, counter="Daumen_x")
+    with pytest.raises(InputError, match="'Paket' counts the samples; say how many there are"):
+        loaded(path, counter="Paket")
+
+
+def test_columns_that_are_not_wanted_become_no_channels(table):
+    path = table(NUMBERS % 7, "Taster;Daumen_x", times=NUMBERS / 200)
+    for wish, left in (("taster", "Daumen_x"), ("3", "Taster")):
+        recording = loaded(path, leave_out=(wish,))
+        assert [c.name for c in recording.demonstration.channels] == [left]
+        assert any("was left out: not wanted" in remark for remark in recording.remarks)
+    with pytest.raises(InputError, match="no column 'Daumenx' of values; name one of"):
+        loaded(path, leave_out=("Daumenx",))
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        (np.arange(200) % 7, True),  # seven states in turn
+        (np.sin(np.arange(200.0)), True),  # no whole numbers
+        (np.repeat([0, 1], 100), True),  # a switch
+        (np.random.default_rng(0).integers(0, 9000, 200), True),  # raw values of a sensor
+        (np.arange(50), False),  # too few to tell
+        (np.full(200, np.nan), True),
+    ],
+)
+def test_what_is_no_counter_stays_a_signal(values, named):
+    assert ticks(np.asarray(values, np.float64), named) is None
+
+
+def test_steps_of_several_are_one_and_missing_counts_stay_missing():
+    values = np.array([0, 10, 20, np.nan, 40, 50, 80, 90, 100, 110, 120, 130.0])
+    np.testing.assert_array_equal(
+        ticks(values, True), [0, 1, 2, np.nan, 4, 5, 8, 9, 10, 11, 12, 13]
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "counts"),
+    [
+        *((name, True) for name in ("Paket", "packet_no", "SampleCounter", "Zähler", "nr")),
+        *((name, False) for name in ("fx1", "Daumen_x", "norm", "pressure")),
+    ],
+)
+def test_names_of_counters(name, counts):
+    assert is_counter_name(name) is counts

@@ -1,0 +1,106 @@
+"""What other programs are given: one table of all, ELAN's files, BORIS's events."""
+
+from __future__ import annotations
+
+import csv
+from xml.etree import ElementTree as ET
+
+import pytest
+from filmed import filmed_demonstration
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.formats.elan import to_elan
+from forcelab.formats.exporting import exporting
+from forcelab.jobs import finish
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+
+DUSTY = 0.1 + 0.2
+ANN = (Segment(0.1, DUSTY, "grab"), Segment(DUSTY, 0.45, "hold, firmly"))
+ZOE = (Segment(0.0, 0.2, "grab"),)
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A demonstration whose video starts 0.4 s before its forces, labelled by two."""
+    path = tmp_path / "study.forcelab"
+    with Project.create(path) as project:
+        added = project.add(filmed_demonstration(tmp_path, ClockMap(-0.4)))
+        for author, segments in (("Ann", ANN), ("Zoe", ZOE)):
+            project.edit(added.id, author, (), segments, "painted")
+    return path
+
+
+def export(project, kind, **options):
+    (written,) = finish(exporting(project, project.parent / "out", kind, **options))
+    return written
+
+
+def test_one_table_holds_every_segment_with_whose_and_of_what_it_is(project):
+    with export(project, "table").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["author"], row["kind"], row["segment"]) for row in rows] == [
+        ("Ann", "coder", "1"),
+        ("Ann", "coder", "2"),
+        ("Zoe", "coder", "1"),
+    ]
+    assert [row["action"] for row in rows] == ["grab", "hold, firmly", "grab"]
+    assert [rows[1][name] for name in ("start", "end", "duration")] == ["0.3", "0.45", "0.15"]
+    with Project.open(project) as opened:
+        info = opened.demonstrations()[0]
+    assert {row["demonstration"] for row in rows} == {info.name}
+    assert float(rows[0]["seconds"]) == pytest.approx(info.duration)
+
+
+def test_events_are_headed_as_boris_heads_them(project):
+    text = export(project, "boris").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter="\t"))
+    assert rows[1]["Behavior"] == "hold, firmly"
+    assert (rows[1]["Start (s)"], rows[1]["Stop (s)"]) == ("0.3", "0.45")
+    assert rows[1]["Behavior type"] == "STATE"
+    assert rows[0]["Observation id"] != rows[2]["Observation id"]  # who codes is part of it
+
+
+def test_elan_finds_the_video_and_the_times_in_it(project):
+    written = export(project, "elan")
+    root = ET.parse(written).getroot()
+    media = root.find("HEADER/MEDIA_DESCRIPTOR")
+    assert (written.parent / media.get("RELATIVE_MEDIA_URL")).is_file()
+    assert media.get("TIME_ORIGIN") == "400"
+    slots = {s.get("TIME_SLOT_ID"): int(s.get("TIME_VALUE")) for s in root.iter("TIME_SLOT")}
+    tiers = {}
+    for tier in root.iter("TIER"):
+        tiers[tier.get("TIER_ID")] = [
+            (slots[a.get("TIME_SLOT_REF1")], slots[a.get("TIME_SLOT_REF2")], a[0].text)
+            for a in tier.iter("ALIGNABLE_ANNOTATION")
+        ]
+    assert tiers == {
+        "Ann": [(100, 300, "grab"), (300, 450, "hold, firmly")],
+        "Zoe": [(0, 200, "grab")],
+    }
+
+
+@pytest.mark.parametrize(
+    ("segment", "told"),
+    [
+        (Segment(0.1, 0.1002, "tap"), "shorter than a millisecond"),
+        (Segment(0.1, 0.2, "tap\x01"), "character that ELAN files cannot"),
+    ],
+)
+def test_what_elan_cannot_hold_is_refused(tmp_path, segment, told):
+    with pytest.raises(InputError, match=told):
+        to_elan([Track("Ann", (segment,))], None, tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["csv", "table", "elan", "boris", "audacity"])
+def test_only_the_tracks_of_those_asked_for(project, kind):
+    text = export(project, kind, authors=["Zoe"]).read_text("utf-8")
+    assert "grab" in text
+    assert "hold" not in text
+
+
+def test_an_author_who_is_not_there_is_refused_with_those_who_are(project):
+    with pytest.raises(InputError, match="'Ben' labelled here; there are Ann, Zoe"):
+        export(project, "table", authors=["Ben"])
+    assert not (project.parent / "out").exists()

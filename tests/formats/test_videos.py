@@ -1,0 +1,70 @@
+"""A video that is called as a recording goes with it, and keeps the clock it was given."""
+
+from __future__ import annotations
+
+import shutil
+
+import films
+import numpy as np
+import pytest
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.formats.importing import import_files
+from forcelab.formats.recording import ReadOptions
+from forcelab.project import Project
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """Two recordings; the second one has a video, as upper and lower case differ."""
+    for name in ("VP07_1", "VP07_2"):
+        shift = len(name) + int(name[-1])
+        rows = "".join(f"{i * 0.01:.2f},{np.sin(i + shift):.4f}\n" for i in range(50))
+        (tmp_path / f"{name}.csv").write_text("Zeit,Kraft\n" + rows)
+    films.write_with_opencv(tmp_path / "VP07_2.avi", "MJPG", 3)
+    (tmp_path / "VP07_2.avi").rename(tmp_path / "vp07_2.AVI")
+    return tmp_path
+
+
+def videos(path):
+    with Project.open(path) as project:
+        return {info.name: info.has_video for info in project.demonstrations()}
+
+
+def test_a_video_named_together_with_its_recording_is_attached(lab):
+    files = [lab / "vp07_2.AVI", lab / "VP07_1.csv", lab / "VP07_2.csv"]
+    report = import_files(lab / "p.forcelab", files)
+    assert videos(lab / "p.forcelab") == {"VP07_1": False, "VP07_2": True}
+    assert "vp07_2.AVI was attached" in " ".join(report.remarks[lab / "VP07_2.csv"])
+
+
+def test_videos_beside_the_recordings_are_attached_when_asked_for_only(lab):
+    files = sorted(lab.glob("*.csv"))
+    import_files(lab / "p.forcelab", files)
+    assert not any(videos(lab / "p.forcelab").values())
+    import_files(lab / "p.forcelab", files, ReadOptions(videos=True))
+    assert videos(lab / "p.forcelab") == {"VP07_1": False, "VP07_2": True}
+
+
+def test_importing_again_keeps_the_clock_that_the_video_was_given(lab):
+    path, files, options = lab / "p.forcelab", sorted(lab.glob("*.csv")), ReadOptions(videos=True)
+    import_files(path, files, options)
+    with Project.open(path) as project:
+        project.set_video_clock(project.load("VP07_2").id, ClockMap(-3.4))
+    assert import_files(path, files, options).count("unchanged") == 2
+    with Project.open(path) as project:
+        assert project.load("VP07_2").video.clock.offset == -3.4
+
+
+def test_a_video_that_cannot_be_read_imports_nothing(lab):
+    (lab / "VP07_1.mp4").write_bytes(b"no film")
+    with pytest.raises(InputError, match=r"VP07_1\.mp4"):
+        import_files(lab / "p.forcelab", sorted(lab.glob("*.csv")), ReadOptions(videos=True))
+    assert not (lab / "p.forcelab").exists()
+
+
+def test_a_video_without_its_recording_is_refused_with_what_to_do(lab):
+    shutil.copy(lab / "vp07_2.AVI", lab / "other.avi")
+    with pytest.raises(InputError, match="import the recording first"):
+        import_files(lab / "p.forcelab", [lab / "VP07_1.csv", lab / "other.avi"])

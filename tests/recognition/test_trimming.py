@@ -1,0 +1,177 @@
+"""Training without what the other demonstrations contradict: wrong labels go, right ones stay."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic import synthetic_set
+
+from forcelab.jobs import finish
+from forcelab.labels import Segment
+from forcelab.recognition import training as training_module
+from forcelab.recognition import trimming as trimming_module
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.presets import preset
+from forcelab.recognition.training import fit_examples, train
+from forcelab.recognition.trimming import Contradicted, remark_on, trimming
+
+FAST = preset("fast")
+#: still, grab, hold, release, still: the hold of the demonstration with this number is renamed.
+WRONG, HOLD = 1, 2
+
+
+def renamed(item, k, action):
+    segments = list(item.segments)
+    segments[k] = replace(segments[k], action=action)
+    return Labelled(item.demonstration, tuple(segments))
+
+
+@pytest.fixture(scope="module")
+def right():
+    return [Labelled(*pair) for pair in synthetic_set(6, rate=100.0)]
+
+
+@pytest.fixture(scope="module")
+def wrong(right):
+    return [*right[:WRONG], renamed(right[WRONG], HOLD, "release"), *right[WRONG + 1 :]]
+
+
+def seen(items):
+    return [prepare(item, FAST) for item in items]
+
+
+@pytest.fixture(scope="module")
+def mistaken(wrong):
+    """The wrong segment, as it is to be found."""
+    return Contradicted(wrong[WRONG].demonstration.name, wrong[WRONG].segments[HOLD], "hold")
+
+
+@pytest.mark.parametrize("name", ["fast", "best"])
+def test_a_wrong_label_is_left_out_and_no_other(wrong, mistaken, name):
+    settings = preset(name)
+    examples = [prepare(item, settings) for item in wrong]
+    kept, left_out = finish(trimming(examples, settings))
+    assert left_out == (mistaken,)
+    for i, (before, after) in enumerate(zip(examples, kept, strict=True)):
+        gone = [s for s in before.segments if s not in after.segments]
+        assert gone == ([mistaken.segment] if i == WRONG else [])
+        assert after.features is before.features
+
+
+def test_right_labels_all_stay(right):
+    examples = seen(right)
+    kept, left_out = finish(trimming(examples, FAST))
+    assert left_out == ()
+    assert [e.segments for e in kept] == [e.segments for e in examples]
+
+
+def test_whoever_does_not_ask_trains_on_everything(wrong):
+    examples = seen(wrong)
+    kept, left_out = finish(trimming(examples, FAST.replace(trimmed=False)))
+    assert left_out == ()
+    assert all(after is before for after, before in zip(kept, examples, strict=True))
+
+
+@pytest.fixture
+def everything_suspect(monkeypatch):
+    """Each segment is as good as certain to be another action."""
+    monkeypatch.setattr(
+        trimming_module,
+        "suspicions",
+        lambda said, line: [(int(n), int(s.argmax()), 1.0) for n, s in zip(line.known, said)],  # noqa: B905
+    )
+
+
+@pytest.mark.usefixtures("everything_suspect")
+def test_two_demonstrations_cannot_outvote_each_other(right):
+    assert finish(trimming(seen(right[:2]), FAST))[1] == ()
+    assert finish(trimming(seen(right[:3]), FAST))[1] != ()
+
+
+@pytest.mark.usefixtures("everything_suspect")
+def test_no_more_than_a_third_of_an_action_goes(right):
+    _, left_out = finish(trimming(seen(right), FAST))
+    # Of twelve times still and six times each of the others.
+    assert Counter(c.segment.action for c in left_out) == {
+        "still": 4,
+        "grab": 2,
+        "hold": 2,
+        "release": 2,
+    }
+
+
+@pytest.mark.usefixtures("everything_suspect")
+def test_of_a_rare_action_two_stay_whatever_speaks_against_them(right):
+    items = [renamed(item, HOLD, "squeeze") if i < 2 else item for i, item in enumerate(right)]
+    made = finish(fit_examples(seen(items), FAST))
+    assert "squeeze" not in [c.segment.action for c in made.left_out]
+    assert "squeeze" in made.actions
+    # Of four holds one may go, as one of three is not yet more than a third.
+    assert sum(c.segment.action == "hold" for c in made.left_out) == 1
+
+
+@pytest.mark.usefixtures("everything_suspect")
+def test_a_segment_that_no_time_step_sees_is_not_judged(right):
+    examples = seen(right)
+    # Shorter than a step, before the first one.
+    first, *others = examples[0].segments
+    blink = Segment(0.0, 0.004, "still")
+    blinked = replace(examples[0], segments=(blink, replace(first, start=0.004), *others))
+    kept, left_out = finish(trimming([blinked, *examples[1:]], FAST))
+    assert left_out
+    assert blink in kept[0].segments
+
+
+def test_what_stands_in_for_a_gap_speaks_against_nothing(wrong, mistaken):
+    examples = seen(wrong)
+    example, segment = examples[WRONG], mistaken.segment
+    gap = (example.times > segment.start) & (example.times < segment.end)
+    examples[WRONG] = replace(example, valid=example.valid & ~gap)
+    assert finish(trimming(examples, FAST))[1] == ()
+
+
+def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
+    wrong, mistaken, monkeypatch
+):
+    given = []
+    fitting = training_module.fitting_live
+
+    def watched(labelled, *others):
+        given.extend(labelled)
+        return fitting(labelled, *others)
+
+    monkeypatch.setattr(training_module, "fitting_live", watched)
+    made = train(wrong, FAST)
+    assert made.left_out == (mistaken,)
+    assert [item.demonstration.id for item in given] == [i.demonstration.id for i in wrong]
+    assert mistaken.segment not in given[WRONG].segments
+    assert len(given[WRONG].segments) == len(wrong[WRONG].segments) - 1
+    clean = [
+        Labelled(i.demonstration, tuple(s for s in i.segments if s != mistaken.segment))
+        for i in wrong
+    ]
+    same = train(clean, FAST.replace(trimmed=False))
+    assert made.choreography.to_json() == same.choreography.to_json()
+    unseen = synthetic_set(7, rate=100.0)[6][0]
+    np.testing.assert_array_equal(
+        made.predict(unseen).probabilities, same.predict(unseen).probabilities
+    )
+
+
+def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
+    (said,) = [r for r in finish(leave_one_out(wrong, FAST)).remarks if "contradict" in r]
+    assert f"release of {mistaken.demonstration}" in said
+    assert f"at {mistaken.segment.start:.2f} s (rather hold)" in said
+    assert not any("contradict" in r for r in finish(leave_one_out(right, FAST)).remarks)
+
+
+def test_a_remark_names_a_few_and_each_once():
+    found = [Contradicted(f"foam-{i}", Segment(1.0, 2.0, "grab"), "hold") for i in range(5)]
+    (said,) = remark_on([*found, replace(found[0], other="still")])
+    assert said.count(" at ") == 3
+    assert said.endswith("and 2 more.")
+    assert remark_on([]) == ()
