@@ -1,7 +1,10 @@
 """forcelab: label and recognise force actions.
 
-The names below are what scripts need; everything else is found in the module that is named for it.
-They are loaded when they are first used.
+``dir(forcelab)`` names what scripts need, ``help(forcelab.NAME)`` explains each; everything else is
+found in the module that is named for it. They are loaded when they are first used.
+
+Most scripts open a :class:`Project`, or :func:`read` a file. What takes long is a generator of its
+progress; :func:`finish` runs it to the end and gives its result.
 """
 
 from __future__ import annotations
@@ -23,17 +26,20 @@ if TYPE_CHECKING:
     from forcelab.jobs import finish as finish
     from forcelab.labels import Segment as Segment
     from forcelab.labels import Track as Track
+    from forcelab.labels import from_codes as segments_from_codes
     from forcelab.merging import MergeMap as MergeMap
     from forcelab.project import Project as Project
     from forcelab.project.labelling import Labelling as Labelling
+    from forcelab.recognition.choice import Choice as Choice
     from forcelab.recognition.corpus import corpus as corpus
     from forcelab.recognition.evaluation import across as across
     from forcelab.recognition.evaluation import leave_one_out as leave_one_out
+    from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import Labelled as Labelled
+    from forcelab.recognition.examples import prepare as prepare_examples
     from forcelab.recognition.features import features as features
     from forcelab.recognition.metrics import Scores as Scores
     from forcelab.recognition.presets import preset as preset
-    from forcelab.recognition.project_runs import Choice as Choice
     from forcelab.recognition.project_runs import evaluate_tasks as evaluate_tasks
     from forcelab.recognition.project_runs import train_tasks as train_tasks
     from forcelab.recognition.recogniser import Recogniser as Recogniser
@@ -64,10 +70,11 @@ if TYPE_CHECKING:
 #: Where each public name lives: the module, and what it is called there.
 _HOMES = {
     "Channel": ("demonstration", "Channel"),
-    "Choice": ("recognition.project_runs", "Choice"),
+    "Choice": ("recognition.choice", "Choice"),
     "DOG": ("signals.wavelets", "DOG"),
     "Demonstration": ("demonstration", "Demonstration"),
     "Evaluation": ("recognition.results", "Evaluation"),
+    "Examples": ("recognition.examples", "Examples"),
     "ForcelabError": ("errors", "ForcelabError"),
     "Haar": ("signals.wavelets", "Haar"),
     "InputError": ("errors", "InputError"),
@@ -102,11 +109,13 @@ _HOMES = {
     "load_run": ("review.outcome", "load"),
     "making_sample": ("sample", "making"),
     "performing": ("simulation.tasks", "performing"),
+    "prepare_examples": ("recognition.examples", "prepare"),
     "preset": ("recognition.presets", "preset"),
     "queue": ("review.queue", "queue"),
     "read": ("formats", "read"),
     "save_recogniser": ("recognition.storage", "save"),
     "score_tracks": ("recognition.timed", "score_tracks"),
+    "segments_from_codes": ("labels", "from_codes"),
     "simulating": ("simulation.adding", "simulating"),
     "train": ("recognition.training", "train"),
     "train_tasks": ("recognition.project_runs", "train_tasks"),

@@ -55,8 +55,9 @@ def making(path: Path, jobs: int = 1) -> Generator[Progress, None, bool]:
         _check(path)
         return False
     # What making one needs is loaded only now.
+    from forcelab.recognition.choice import Choice
     from forcelab.recognition.presets import preset
-    from forcelab.recognition.project_runs import Choice, train_tasks
+    from forcelab.recognition.project_runs import train_tasks
     from forcelab.simulation.production import Order, producing
 
     orders = [

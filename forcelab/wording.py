@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from difflib import get_close_matches
 
-__all__ = ["counted", "there_are", "unknown_word"]
+__all__ = ["amount", "counted", "there_are", "unknown_word"]
+
+
+def amount(count: int) -> str:
+    """Bytes in kB or MB: of what is small, MB would tell nothing.
+
+    Parameters
+    ----------
+    count : int
+    """
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
 
 
 def counted(number: int, noun: str) -> str:

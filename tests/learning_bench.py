@@ -109,6 +109,12 @@ class FakeWork:
         yield None
         return self.kept
 
+    def remove(self, path, number):
+        yield None
+        with Project.open(path) as project:
+            project.remove_run(number)
+        self.kept = tuple(kept for kept in self.kept if kept.number != number)
+
     def edits(self, project, outcome):
         """Every edit of the labels that were used, one by one."""
         return sum(

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -75,6 +76,30 @@ def test_the_names_for_scripts_are_not_used_inside():
                 assert [alias.name for alias in node.names] == ["__version__"], path
             elif isinstance(node, ast.Import):
                 assert "forcelab" not in [alias.name for alias in node.names], path
+
+
+def test_no_two_files_import_each_other_not_even_by_way_of_others():
+    # The layers say nothing of files in one room: a view would know the one that knows it.
+    named = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): nodes
+        for path, nodes in imports_of_all_files().items()
+    }
+    whole = named.pop("forcelab")
+    assert whole  # the names for scripts: loaded when they are used
+    wanted = {
+        name: {
+            f"{node.module}.{alias.name}" if f"{node.module}.{alias.name}" in named else node.module
+            for node in nodes
+            if isinstance(node, ast.ImportFrom)
+            for alias in node.names
+        }
+        & named.keys()
+        for name, nodes in named.items()
+    }
+    try:
+        TopologicalSorter(wanted).prepare()
+    except CycleError as error:
+        pytest.fail("in a circle: " + " <- ".join(error.args[1]))
 
 
 HIDDEN = """

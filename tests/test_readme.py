@@ -45,6 +45,13 @@ def test_every_command_prints_what_the_readme_shows(tmp_path):
         re.match(r"(action|boundary|missed) [.0-9]+ s: \w+, seen as \w+$", place)
         for place in places
     )
+    assert "None" not in done.stdout
+    script = re.findall(r"```python\n(.*?)```", TEXT, re.S)[3]
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    shown = re.fullmatch(r"foam-06: \(1097, 64\), (0\.\d\d)\n", done.stdout)
+    assert float(shown[1]) > 0.85
 
 
 def test_the_script_in_the_readme_runs(tmp_path):

@@ -8,8 +8,8 @@ from synthetic import synthetic_set
 
 from forcelab.labels import Track
 from forcelab.project import Project
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import preset
-from forcelab.recognition.project_runs import Choice
 
 __all__ = ["CHOICE", "FAST", "make"]
 

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.capture.ports import LOOK
 from forcelab.errors import InputError
 
 __all__ = ["Camera", "Capture", "check_camera", "open_camera", "open_cameras"]
@@ -50,7 +51,7 @@ class Camera:
         if not self.reopen():
             raise InputError(
                 f"The camera {which} cannot be opened; plug it in, close what else uses it, and "
-                f"see 'forcelab capture --list' for what there is."
+                f"{LOOK}."
             )
 
     def reopen(self) -> bool:

@@ -6,7 +6,10 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Camera", "SerialPort", "cameras", "serial_ports"]
+__all__ = ["LOOK", "Camera", "SerialPort", "cameras", "serial_ports"]
+
+#: The cure where a device is not there; a window has a button for it.
+LOOK = "see 'forcelab capture --list' for what there is"
 
 VIDEO_CLASS = Path("/sys/class/video4linux")
 

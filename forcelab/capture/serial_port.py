@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING
 
 from forcelab.capture.blocks import UnpluggedError
+from forcelab.capture.ports import LOOK
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
@@ -172,10 +173,7 @@ def _sentence(path: str, error: Exception) -> str:
     """Why a port cannot be opened, and the cure."""
     number = error.errno if isinstance(error, OSError) else error.args[0]
     if number == errno.ENOENT:
-        return (
-            f"There is no port {path}; plug the device in, and see 'forcelab capture --list' for "
-            f"what there is."
-        )
+        return f"There is no port {path}; plug the device in, and {LOOK}."
     if number in {errno.EACCES, errno.EPERM}:
         return (
             f"You may not open {path}; become a member of the group that owns it "

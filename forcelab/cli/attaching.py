@@ -6,9 +6,8 @@ import argparse
 
 from forcelab.cli.output import json_text, printable
 from forcelab.clock import ClockMap
-from forcelab.errors import InputError
 from forcelab.project import Project
-from forcelab.video.index import open_video
+from forcelab.video.index import check_video
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -16,9 +15,7 @@ def run(arguments: argparse.Namespace) -> None:
     clock = ClockMap(arguments.offset)
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)
-        if not arguments.video.is_file():
-            raise InputError(f"There is no file '{arguments.video}'; look at its name.")
-        open_video(arguments.video).release()  # refuses what is no video
+        check_video(arguments.video)
         project.attach_video(demonstration.id, arguments.video, clock)
     if arguments.json:
         content = {

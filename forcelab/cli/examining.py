@@ -114,6 +114,10 @@ def _qt() -> Iterator[Finding]:
         return
     yield Finding("Qt platform", f"{qt.platform} (Qt {qt.version})")
     yield Finding("fonts", f"{qt.fonts} families", well=qt.fonts > 0, cure=qt.cure)
+    from forcelab.gui.faults import log_file  # with Qt, which knows the platform's folders
+
+    log = log_file()
+    yield Finding("log file", f"{log}" if log.exists() else f"{log} (nothing was logged yet)")
 
 
 def _codecs() -> Iterator[Finding]:

@@ -33,10 +33,10 @@ def _ids(arguments: argparse.Namespace) -> set[str]:
     """The demonstrations of the tasks and names that are asked for."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations()
-        tasks = {info.task for info in infos}
+        tasks = project.tasks()
         for task in arguments.task or ():
             if task not in tasks:
-                there = ", ".join(f"'{task}'" for task in sorted(tasks))
+                there = ", ".join(f"'{known}'" for known in tasks) or "none at all"
                 raise InputError(
                     f"No demonstration of '{arguments.project}' is of task '{task}'; there are "
                     f"{there}."

@@ -22,6 +22,7 @@ def run(arguments: argparse.Namespace) -> None:
         label=arguments.label,
         counter=arguments.counter,
         leave_out=tuple(arguments.leave_out),
+        signals=tuple(arguments.signal),
         videos=arguments.videos,
         strict=arguments.strict,
         format=arguments.format,
@@ -33,8 +34,9 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _told(report: ImportReport) -> str:
-    """The report for people."""
-    lines = [f"{one.added.status:<9}  {printable(one.added.name)}" for one in report.demonstrations]
+    """The report for people; of what was there already, the number says enough."""
+    told = [one.added for one in report.demonstrations if one.added.status != "unchanged"]
+    lines = [f"{added.status:<9}  {printable(added.name)}" for added in told]
     for path, remarks in report.remarks.items():
         lines += [printable(f"{path.name}: {remark}") for remark in remarks]
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]

@@ -109,7 +109,7 @@ def json_flag(parser: argparse.ArgumentParser) -> None:
 
 
 def column_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which columns of a table hold times and counts, and which are not wanted."""
+    """Add what says which columns of a table hold times and counts, and which are signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
     parser.add_argument(
         "--counter",
@@ -123,6 +123,14 @@ def column_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="name or number of a column that is no signal; may be repeated",
+    )
+    parser.add_argument(
+        "--signal",
+        metavar="COL",
+        action="append",
+        default=[],
+        help="name or number of a column that is one, though it was left out or taken for times or "
+        "a counter; may be repeated",
     )
 
 

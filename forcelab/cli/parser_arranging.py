@@ -39,11 +39,18 @@ def add_remove(commands: Commands[argparse.ArgumentParser]) -> None:
         commands,
         "remove",
         "removing",
-        "remove a demonstration that was imported by mistake",
-        "It goes for good, with its video, everybody's labels and their history, assignments and\n"
-        "verdicts; runs and recognisers stay. Without --yes it only says what would go.",
+        "remove demonstrations, runs and recognisers",
+        "A demonstration goes for good, with its video, everybody's labels and their history,\n"
+        "assignments and verdicts; runs and recognisers stay. A run goes with what it predicted\n"
+        "and its recogniser, unless another run has that too; labels stay, those accepted from it\n"
+        "as well, and verdicts, but not of which run they were. 'forcelab runs' tells what each\n"
+        "takes up. Without --yes it only says what would go.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument("demonstrations", metavar="DEMO", nargs="*", help="names or ids")
+    parser.add_argument("--run", metavar="N", type=int, nargs="+", help="numbers of runs")
+    parser.add_argument(
+        "--recogniser", metavar="ID", nargs="+", help="ids of recognisers, or how they begin"
+    )
     parser.add_argument("--yes", action="store_true", help="remove it, with all that was told")
     json_flag(parser)

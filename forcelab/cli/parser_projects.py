@@ -153,6 +153,7 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--to-label",
         metavar="NAME",
+        type=name_of,
         help="only what this coder has not begun, or has assigned and not done",
     )
     json_flag(parser)
@@ -207,7 +208,8 @@ def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
         "list what was evaluated and trained, or compare two of it",
         "Every evaluation is kept as a run with its settings, seed and labels, whether made by\n"
         "'forcelab evaluate' or in the window. Two are compared over what both tested: the\n"
-        "difference is what the second has more.",
+        "difference is what the second has more. What each takes up on the disk is told, too, and\n"
+        "which recognisers belong to none; 'forcelab remove' removes them.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(

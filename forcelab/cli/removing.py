@@ -3,42 +3,165 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, percent, printable
 from forcelab.errors import InputError
-from forcelab.project import DemonstrationInfo, Project
-from forcelab.wording import counted
+from forcelab.project import DemonstrationInfo, Project, StoredRecogniser
+from forcelab.wording import amount, counted
+
+#: How many things a sentence names one by one.
+NAMED = 8
+#: Digits of an id that tell a recogniser.
+SHORTEST = 6
+
+
+@dataclass
+class _Asked:
+    """What is to be removed, each once, and what goes with it, one text each."""
+
+    infos: list[DemonstrationInfo] = field(default_factory=list)
+    heads: dict[str, dict[str, int]] = field(default_factory=dict)
+    runs: list[int] = field(default_factory=list)
+    recognisers: list[StoredRecogniser] = field(default_factory=list)
+    named: list[str] = field(default_factory=list)
+    goes: list[str] = field(default_factory=list)
+    bytes: int = 0
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Say what would go with a demonstration, or remove it."""
+    """Say what would go with demonstrations, runs and recognisers, or remove them."""
+    if not (arguments.demonstrations or arguments.run or arguments.recogniser):
+        raise WrongWordError("Name what is to be removed: demonstrations, --run or --recogniser.")
     with Project.open(arguments.project) as project:
-        id_ = project.load(arguments.demonstration).id
-        heads = {name: project.head(id_, name) for name in project.info(id_).authors}
-        info = project.info(id_)
-        goes = _goes(project, info)
+        asked = _Asked()
+        _ask_demonstrations(project, arguments.demonstrations, asked)
+        _ask_runs(project, arguments.run or (), asked)
+        _ask_recognisers(project, arguments.recogniser or (), asked)
+        goes = ", ".join(asked.goes)
         if not arguments.yes:
+            one = len(asked.named) == 1
             raise InputError(
-                f"'{info.name}' was not removed: with it would go {', '.join(goes)}, for good; "
-                f"give --yes to remove it."
+                f"{_listed(asked.named)} {'was' if one else 'were'} not removed: with "
+                f"{'it' if one else 'them'} would go {goes}, for good; give --yes "
+                f"to remove {'it' if one else 'them'}."
             )
-        project.remove(id_, heads)
+        project.refuse_read_only()
+        project.remove_all(asked.heads)
+        for number in asked.runs:
+            project.remove_run(number)
+        for recogniser in asked.recognisers:
+            project.remove_recogniser(recogniser.id)
     if arguments.json:
-        print(json_text({"removed": {"id": id_, "name": info.name, "task": info.task}}))
+        print(json_text(_plain(asked)))
         return
-    print(printable(f"Removed '{info.name}': {', '.join(goes)}."))
+    print(printable(f"Removed {_listed(asked.named)}: {goes}."))
 
 
-def _goes(project: Project, info: DemonstrationInfo) -> list[str]:
-    """What goes with a demonstration."""
-    goes = [f"the recording ({info.duration:.2f} s)"]
-    if info.has_video:
-        goes.append("its video")
-    goes += [
-        f"the labels of {name} ({percent(min(seconds / info.duration, 1.0))} %)"
-        for name, seconds in info.labelled.items()
+def _ask_demonstrations(project: Project, keys: Sequence[str], asked: _Asked) -> None:
+    """What goes with demonstrations."""
+    for id_ in dict.fromkeys(project.load(key).id for key in keys):
+        authors = project.info(id_).authors
+        asked.heads[id_] = {name: project.head(id_, name) for name in authors}
+        info = project.info(id_)
+        asked.infos.append(info)
+        asked.named.append(f"'{info.name}'")
+    seconds = sum(info.duration for info in asked.infos)
+    if not asked.infos:
+        return
+    one = len(asked.infos) == 1
+    asked.goes.append(f"the recording{'' if one else 's'} ({seconds:.2f} s)")
+    videos = sum(info.has_video for info in asked.infos)
+    if videos:
+        asked.goes.append("its video" if one else counted(videos, "video"))
+    labelled: dict[str, float] = {}
+    for info in asked.infos:
+        for name, spent in info.labelled.items():
+            labelled[name] = labelled.get(name, 0.0) + spent
+    asked.goes += [
+        f"the labels of {name} ({percent(min(spent / seconds, 1.0))} %)"
+        for name, spent in labelled.items()
     ]
-    assigned = [one for one in project.assignments() if one.demonstration == info.id]
+    assigned = [one for one in project.assignments() if one.demonstration in asked.heads]
     if assigned:
-        goes.append(counted(len(assigned), "assignment"))
-    return goes
+        asked.goes.append(counted(len(assigned), "assignment"))
+
+
+def _ask_runs(project: Project, numbers: Sequence[int], asked: _Asked) -> None:
+    """What goes with runs, and what stays without the run that it came from."""
+    if not numbers:
+        return
+    every = {use.run: use for use in project.run_uses()}
+    uses = []
+    for number in dict.fromkeys(numbers):
+        if number not in every:
+            project.run(number)  # says that there is none
+        uses.append(every[number])
+        asked.runs.append(number)
+        asked.named.append(f"run {number}")
+    own = sum(bool(use.recogniser) for use in uses)
+    told = f"{'its' if len(uses) == 1 else 'their'} predictions and scores"
+    if own:
+        told += " and its recogniser" if len(uses) == 1 else f" and {counted(own, 'recogniser')}"
+    size = sum(use.bytes for use in uses)
+    told += f" ({amount(size)})"
+    if verdicts := sum(use.verdicts for use in uses):
+        told += f", while {counted(verdicts, 'verdict')} on what was predicted stay"
+    if accepted := sum(use.accepted for use in uses):
+        told += f", while labels that {counted(accepted, 'edit')} accepted stay"
+    asked.goes.append(told)
+    asked.bytes += size
+
+
+def _ask_recognisers(project: Project, keys: Sequence[str], asked: _Asked) -> None:
+    """What goes with recognisers, told by their ids or the first six or more digits of them."""
+    if not keys:
+        return
+    sizes, uses = project.recogniser_bytes(), project.run_uses()
+    gone = {use.recogniser for use in uses if use.run in asked.runs}  # with their runs
+    found = {one.id: one for one in _recognisers(project, keys) if one.id not in gone}
+    asked.recognisers += found.values()
+    asked.named += [f"recogniser '{one.name}'" for one in found.values()]
+    size = sum(sizes[id_] for id_ in found)
+    if found:
+        told = "its file" if len(found) == 1 else "their files"
+        told += f" ({amount(size)})"
+        if any(use.recogniser in found for use in uses):
+            told += ", while runs keep what they found"
+        asked.goes.append(told)
+        asked.bytes += size
+
+
+def _recognisers(project: Project, keys: Sequence[str]) -> list[StoredRecogniser]:
+    """The recognisers that are meant; two runs may share one."""
+    every = project.recognisers()
+    meant = []
+    for key in keys:
+        found = [r for r in every if r.id == key or (len(key) >= SHORTEST and r.id.startswith(key))]
+        if len(found) != 1:
+            how_many = "more than one" if found else "no"
+            raise InputError(
+                f"There is {how_many} recogniser '{key}' in '{project.path}'; 'forcelab runs' and "
+                f"'forcelab list --json' tell those that there are."
+            )
+        meant += found
+    return meant
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """Texts one after the other; of many the first ones."""
+    if len(texts) > NAMED + 1:
+        texts = [*texts[:NAMED], f"{len(texts) - NAMED} more"]
+    return ", ".join(texts)
+
+
+def _plain(asked: _Asked) -> dict[str, object]:
+    """What was removed, as plain values."""
+    return {
+        "removed": [{"id": info.id, "name": info.name, "task": info.task} for info in asked.infos],
+        "runs": asked.runs,
+        "recognisers": [{"id": one.id, "name": one.name} for one in asked.recognisers],
+        "bytes": asked.bytes,
+    }

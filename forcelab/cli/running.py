@@ -6,7 +6,7 @@ import argparse
 from typing import Any
 
 from forcelab.cli.output import json_text, percent, printable, table
-from forcelab.project import Project, RunSummary
+from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, look_up
 from forcelab.recognition.resampling import METRICS
 from forcelab.review.comparing import STAGES, Comparison, compare
@@ -24,19 +24,35 @@ def run(arguments: argparse.Namespace) -> None:
             comparison = compare(one, other)
             print(json_text(_plain(comparison)) if arguments.json else _told(comparison))
             return
-        runs = project.run_summaries()
+        with project.snapshot():
+            runs, uses = project.run_summaries(), project.run_uses()
+            recognisers, sizes = project.recognisers(), project.recogniser_bytes()
     if arguments.json:
-        print(json_text([_summary(run) for run in runs]))
+        print(json_text([_summary(*both) for both in zip(runs, uses, strict=True)]))
         return
     if not runs:
         print("No runs; 'forcelab evaluate' and the window's Train make them.")
-        return
-    header = ["run", "time (UTC)", "kind", "what", "classifier", "tested", "accuracy", "F1@50"]
-    print(table([header, *(_row(run) for run in runs)], right=[0, 5, 6, 7]))
-    print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
+    else:
+        header = ["run", "time (UTC)", "kind", "what", "classifier", "tested", "accuracy", "F1@50"]
+        rows = [_row(*both) for both in zip(runs, uses, strict=True)]
+        print(table([[*header, "MB"], *rows], right=[0, 5, 6, 7, 8]))
+        print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
+    owned = {use.recogniser for use in uses}
+    alone = [
+        [one.id[:8], f"{one.time:%Y-%m-%d %H:%M}", one.name, _megabytes(sizes.get(one.id, 0))]
+        for one in recognisers
+        if one.id not in owned
+    ]
+    if alone:
+        print(f"\n{table([['recogniser', 'time (UTC)', 'name', 'MB'], *alone], right=[3])}")
 
 
-def _row(run: RunSummary) -> list[str]:
+def _megabytes(count: int) -> str:
+    """Bytes in megabytes."""
+    return f"{count / 1e6:.1f}"
+
+
+def _row(run: RunSummary, use: RunUse) -> list[str]:
     """A run's line."""
     digest = run.digest
     tasks, test_task = tasks_of(run.settings)
@@ -50,10 +66,11 @@ def _row(run: RunSummary) -> list[str]:
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),
         percent(digest.get("f1")),
+        _megabytes(use.bytes),
     ]
 
 
-def _summary(run: RunSummary) -> dict[str, Any]:
+def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:
     """A run as plain values, without what it found."""
     return {
         "run": run.id,
@@ -63,6 +80,10 @@ def _summary(run: RunSummary) -> dict[str, Any]:
         "seed": run.seed,
         "labels": [[used.demonstration, used.author, used.edit] for used in run.labels],
         "versions": run.versions,
+        "bytes": use.bytes,
+        "recogniser": use.recogniser or None,
+        "verdicts": use.verdicts,
+        "accepted": use.accepted,
         **run.digest,
     }
 

@@ -12,7 +12,7 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
 if TYPE_CHECKING:
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
 
 __all__ = ["choice_from", "settings_from"]
 
@@ -95,7 +95,7 @@ def _windows(text: str) -> tuple[float, ...]:
 def choice_from(arguments: argparse.Namespace) -> Choice:
     """Which demonstrations the command line means."""
     # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
 
     test_task = getattr(arguments, "test_task", None)
     return Choice(

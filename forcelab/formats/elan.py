@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import mimetypes
 import os
 import re
@@ -72,7 +73,7 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
             TIER_ID=_plain(track.author),
         )
         for segment in track.segments:
-            ends = [round(1000 * float(time)) for time in (segment.start, segment.end)]
+            ends = [_milliseconds(float(time)) for time in (segment.start, segment.end)]
             if ends[0] >= ends[1]:
                 raise InputError(
                     f"'{segment.action}' of {track.author} at {segment.start:.4f} s is shorter "
@@ -105,6 +106,11 @@ def to_elan(tracks: Iterable[Track], video: VideoReference | None, folder: Path)
     return written
 
 
+def _milliseconds(seconds: float) -> int:
+    """The nearest whole number; halves go up, as to the even one 1.5 and 2.5 would be the same."""
+    return math.floor(round(1000 * seconds, 3) + 0.5)
+
+
 def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
     """Say where the video lies, and at which of its times the force clock reads zero."""
     path = video.path.resolve()
@@ -117,7 +123,7 @@ def _link(header: ET.Element, video: VideoReference, folder: Path) -> None:
         link["RELATIVE_MEDIA_URL"] = _plain(relative if relative[0] == "." else f"./{relative}")
     except ValueError:
         pass  # on another drive
-    origin = round(1000 * float(video.clock.to_device(0.0)))
+    origin = _milliseconds(float(video.clock.to_device(0.0)))
     if origin:
         link["TIME_ORIGIN"] = str(origin)
     ET.SubElement(header, "MEDIA_DESCRIPTOR", link)

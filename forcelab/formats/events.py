@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime
 
 from forcelab.errors import InputError
 from forcelab.formats.times import plain_times
@@ -41,7 +42,11 @@ class Coded:
     track : Track
         What was labelled.
     video : str
-        Name of the demonstration's video file; empty where there is none.
+        The demonstration's video file; empty where there is none.
+    fps : float
+        Its frames a second, as it says itself; 0 where that is not known.
+    begun : datetime, optional
+        When the coder began.
     """
 
     demonstration: str
@@ -50,6 +55,8 @@ class Coded:
     kind: str
     track: Track
     video: str = ""
+    fps: float = 0.0
+    begun: datetime | None = None
 
 
 def to_table(coded: Iterable[Coded]) -> str:
@@ -84,7 +91,8 @@ def to_boris(coded: Iterable[Coded]) -> str:
     -------
     str
         Each track is an observation and each segment a state event; times are in seconds of the
-        force clock. What forcelab does not know is empty.
+        force clock. The observation's date is that of the track's first edit, the media file is
+        the project's copy. What forcelab does not know is empty.
 
     Raises
     ------
@@ -93,8 +101,9 @@ def to_boris(coded: Iterable[Coded]) -> str:
     """
     rows = [
         (
-            *(f"{one.demonstration} - {one.track.author}", "", one.task, one.video),
-            *(_text(one.seconds), "", "No focal subject", segment.action, "", "", "STATE"),
+            *(f"{one.demonstration} - {one.track.author}", _date(one.begun), one.task, one.video),
+            *(_text(one.seconds), f"{one.fps:.6g}" if one.fps > 0 else "", "No focal subject"),
+            *(segment.action, "", "", "STATE"),
             *(repr(start), repr(end), _text(end - start), "", ""),
         )
         for one in coded
@@ -106,6 +115,11 @@ def to_boris(coded: Iterable[Coded]) -> str:
 def _timed(track: Track) -> Iterable[tuple[Segment, tuple[float, float]]]:
     """Segments with their times as a person would write them."""
     return zip(track.segments, plain_times(track.segments), strict=True)
+
+
+def _date(when: datetime | None) -> str:
+    """A date and time as BORIS writes them, by the clock on the wall."""
+    return "" if when is None else when.astimezone().strftime("%Y-%m-%d %H:%M:%S")
 
 
 def _text(seconds: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Generator
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -15,6 +16,7 @@ from forcelab.formats.tracks import write_audacity, write_csv
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
+from forcelab.video.index import told_rate
 
 __all__ = ["FORMATS", "Format", "exporting"]
 
@@ -69,6 +71,8 @@ def exporting(
             return (yield from _archive(project, out, viewer, replacing))
         chosen = _chosen(project, ids, viewer, authors)
         if not chosen:
+            if ids is not None or authors is not None:
+                raise InputError("What was chosen has no labels; export more, or label it first.")
             raise InputError(f"'{project.path}' has no labels to export; label something first.")
         if kind in ("table", "boris"):
             return (yield from _together(project, out, kind, chosen, replacing))
@@ -110,7 +114,8 @@ def _chosen(
     known = [author.name for author in project.authors()]
     for name in authors or ():
         if name not in known:
-            raise InputError(f"Nobody called '{name}' labelled here; there are {', '.join(known)}.")
+            there = ", ".join(known) or "none at all"
+            raise InputError(f"Nobody called '{name}' labelled here; there are {there}.")
     chosen = []
     for info in project.demonstrations():
         if not info.authors or (ids is not None and info.id not in ids):
@@ -143,22 +148,30 @@ def _together(
     coded = []
     for done, (info, tracks) in enumerate(chosen):
         yield Progress(done, len(chosen), info.name)
-        video = project.load(info.id).video if kind == "boris" and info.has_video else None
-        coded += [
-            Coded(
-                info.name,
-                info.task,
-                info.duration,
-                kinds.get(track.author, "coder"),
-                track,
-                video.path.name if video else "",
-            )
+        of_one = [
+            Coded(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
             for track in tracks
         ]
+        coded += _observed(project, info, of_one) if kind == "boris" else of_one
     text = to_table(coded) if kind == "table" else to_boris(coded)
     with filling(out, [project.path]):
         write_atomically(written, text.encode("utf-8"))
     return (written,)
+
+
+def _observed(project: Project, info: DemonstrationInfo, coded: list[Coded]) -> list[Coded]:
+    """The same with what else is known of how it was observed: the video, and when."""
+    video = project.load(info.id).video if info.has_video else None
+    rate = 0.0 if video is None else told_rate(video.path)
+    return [
+        replace(
+            one,
+            video="" if video is None else str(video.path),
+            fps=rate,
+            begun=next((e.time for e in project.history(info.id, one.track.author)), None),
+        )
+        for one in coded
+    ]
 
 
 def _apart(
@@ -175,16 +188,26 @@ def _apart(
     names = file_names([title for _, _, title in wanted])
     written = tuple(out / f"{name}{suffix}" for name in names)
     _check(written, replacing)
+    # All before the first one is written: what ELAN cannot hold leaves no half of an export.
+    made = [_elan(project, info, part, out) for info, part, _ in wanted] if kind == "elan" else []
     with filling(out, [project.path]):
-        for done, (file, (info, tracks, _)) in enumerate(zip(written, wanted, strict=True)):
+        for done, (file, (_, tracks, _)) in enumerate(zip(written, wanted, strict=True)):
             yield Progress(done, len(wanted), file.name)
             if kind == "elan":
-                write_atomically(file, to_elan(tracks, project.load(info.id).video, out))
+                write_atomically(file, made[done])
             elif kind == "csv":
                 write_csv(file, tracks)
             else:
                 write_audacity(file, tracks[0])
     return written
+
+
+def _elan(project: Project, info: DemonstrationInfo, tracks: tuple[Track, ...], out: Path) -> bytes:
+    """A demonstration for ELAN, or which one it is that cannot be."""
+    try:
+        return to_elan(tracks, project.load(info.id).video, out)
+    except InputError as error:
+        raise InputError(f"'{info.name}': {error}") from error
 
 
 def _check(files: Collection[Path], replacing: bool) -> None:

@@ -67,7 +67,27 @@ def import_files(
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
 ) -> ImportReport:
-    """Import files at one go; see :func:`importing`."""
+    """Read files of any format, then write what they hold into a project, all or nothing.
+
+    Parameters
+    ----------
+    project_path : path-like
+        The project's folder; made if there is none.
+    files : iterable of path-like
+        The files; a video beside its recording is attached if the options say so.
+    options : ReadOptions, optional
+        How the files are to be understood where they do not say so themselves.
+
+    Returns
+    -------
+    ImportReport
+        What was added, with the remarks on each file.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read or the project cannot be written; the project is as it was then.
+    """
     return finish(importing(project_path, files, options))
 
 
@@ -258,13 +278,16 @@ def _unsaid(demonstration: Demonstration, options: ReadOptions) -> list[Keepable
 
 
 def _remarks(
-    read_files: Mapping[Path, list[Recording]], demonstrations: Iterable[Imported]
+    read_files: Mapping[Path, list[Recording]], demonstrations: Sequence[Imported]
 ) -> dict[Path, tuple[str, ...]]:
     """The remarks of the formats, then those of the project, by file."""
     remarks = {
         file: [remark for recording in recordings for remark in recording.remarks]
         for file, recordings in read_files.items()
     }
+    changed = {one.file for one in demonstrations if one.added.status != "unchanged"}
+    for file in changed:
+        remarks[file] += dict.fromkeys(r.left for r in read_files[file] if r.left)
     for one in demonstrations:
         remarks[one.file] += one.added.remarks
     return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}

@@ -36,6 +36,8 @@ class ReadOptions:
         second, in place of stamps; one that is plain to see is found by itself.
     leave_out : tuple of str
         Names or 1-based numbers of columns that become no channels.
+    signals : tuple of str
+        Names or 1-based numbers of columns that are channels, whatever they look like.
     videos : bool
         Whether a video that lies beside a recording and is called as it is attached to it.
     strict : bool
@@ -56,6 +58,7 @@ class ReadOptions:
     label: str | None = None
     counter: str | None = None
     leave_out: tuple[str, ...] = ()
+    signals: tuple[str, ...] = ()
     videos: bool = False
     strict: bool = False
     format: str | None = None
@@ -81,6 +84,8 @@ class Recording:
         What a simulation knows of it.
     statistics : mapping of str to int
         What a format counted while it read, such as ``"missing_samples"``.
+    left : str
+        A sentence on what of the file is never brought; told where the file brings anything new.
     """
 
     demonstration: Demonstration
@@ -89,3 +94,4 @@ class Recording:
     source: str = ""
     truth: Mapping[str, Any] | None = None
     statistics: Mapping[str, int] = field(default_factory=dict)
+    left: str = ""

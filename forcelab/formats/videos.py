@@ -30,11 +30,23 @@ def paired(paths: Sequence[Path]) -> tuple[list[Path], dict[Path, Path]]:
     recordings : list of Path
         All that is not the video of another one, in order.
     videos : dict of Path to Path
-        The video of each recording whose name, without its ending, a video has too.
+        The video of each recording whose name, without its ending, one video has too: in the same
+        folder, or in another one where a single recording is called so.
     """
-    films = {_key(path): path for path in paths if _is_video(path)}
-    recordings = [path for path in paths if not _is_video(path)]
-    videos = {path: films[_key(path)] for path in recordings if _key(path) in films}
+    films: dict[str, list[Path]] = {}
+    folders: dict[str, set[Path]] = {}
+    for path in paths:
+        if _is_video(path):
+            films.setdefault(_key(path), []).append(path)
+        else:
+            folders.setdefault(_key(path), set()).add(path.parent)
+    videos = {}
+    for path in (one for one in paths if not _is_video(one)):
+        called = films.get(_key(path), [])
+        near = [film for film in called if film.parent == path.parent]
+        found = near or (called if len(folders[_key(path)]) == 1 else [])
+        if len(found) == 1:
+            videos[path] = found[0]
     used = set(videos.values())
     return [path for path in paths if path not in used], videos
 

@@ -313,7 +313,7 @@ class Document(Reviewing):
             painted += tuple(segment.action for segment in predicted)
         listed, like = self.project.vocabulary(demonstration.task), Vocabulary()
         if self.outcome is not None and any(action not in listed for action in painted):
-            from forcelab.gui.review.colouring import vocabulary_of
+            from forcelab.review.looks import vocabulary_of
 
             like = vocabulary_of(self.project, self.outcome)
         return _Seen(others, listed, painted, like)

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
     QDialogButtonBox,
-    QFileDialog,
     QFormLayout,
     QLabel,
     QProgressBar,
@@ -19,6 +18,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.formats.exporting import FORMATS, exporting
+from forcelab.gui.choosing import ask_folder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress
@@ -125,9 +125,9 @@ class ExportDialog(QDialog):
 
     def _choose(self) -> None:
         """Let the user choose a folder."""
-        chosen = QFileDialog.getExistingDirectory(self, self.tr("Folder to write into"))
-        if chosen:
-            self.export(Path(chosen))
+        chosen = ask_folder(self, self.tr("Folder to write into"), "export")
+        if chosen is not None:
+            self.export(chosen)
 
     def _show(self, progress: Progress) -> None:
         """Show how far it is."""

@@ -106,10 +106,10 @@ class FaultDialog(QDialog):
     def _buttons(self, mendable: bool) -> QHBoxLayout:
         """Unfold, copy, close; only the last where the sentence says it all."""
         buttons = QHBoxLayout()
-        self._show = QPushButton(self.tr("Show details"))
+        self._show = QPushButton(self.tr("Show details"), self)
         self._show.setCheckable(True)
         self._show.toggled.connect(self._show_details)
-        self._copy = QPushButton(self.tr("Copy details"))
+        self._copy = QPushButton(self.tr("Copy details"), self)
         self._copy.clicked.connect(self._copy_details)
         close = QPushButton(self.tr("Close"))
         close.setDefault(True)

@@ -28,7 +28,7 @@ from forcelab.gui.theme import colours
 __all__ = ["ImportColumns"]
 
 #: What any column can be made, besides what it is taken for.
-_CHOICES: tuple[Use, ...] = ("times", "counter", "labels", "left out")
+_CHOICES: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 
 
 class ImportColumns(QWidget):
@@ -49,6 +49,7 @@ class ImportColumns(QWidget):
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
         self._untouched: tuple[ColumnUse, ...] = ()
+        self._rate, self._trouble = 0.0, ""
         self.uses: tuple[ColumnUse, ...] = ()
         self.heading = QLabel()
         self.heading.setWordWrap(True)
@@ -90,13 +91,17 @@ class ImportColumns(QWidget):
     def options(self, options: ReadOptions) -> ReadOptions:
         """Add what was chosen; what is found by itself stays to be found in each file."""
         chosen = {use: name for name, use in self._wishes.items()}
-        left_out = tuple(name for name, use in self._wishes.items() if use == "left out")
+        several: dict[Use, tuple[str, ...]] = {
+            use: tuple(name for name, wish in self._wishes.items() if wish == use)
+            for use in ("signal", "left out")
+        }
         return replace(
             options,
             time=chosen.get("times"),
             counter=chosen.get("counter"),
             label=chosen.get("labels"),
-            leave_out=left_out,
+            leave_out=several["left out"],
+            signals=several["signal"],
         )
 
     def wish(self, name: str, use: Use) -> None:
@@ -111,6 +116,12 @@ class ImportColumns(QWidget):
         if taken.get(name) != use:
             self._wishes[name] = use
         self._fill()
+
+    def set_rate(self, rate: float) -> None:
+        """Take in the samples a second that are given for files without times; 0 for none."""
+        if rate != self._rate:
+            self._rate = rate
+            self._say()
 
     def _fill(self) -> None:
         """Show the columns as they are read now."""
@@ -128,9 +139,19 @@ class ImportColumns(QWidget):
                 item.setToolTip(text)
                 self.table.setItem(row, place, item)
             self.table.setCellWidget(row, 2, self._choice(one))
-        self.heading.setText(trouble or self._said())
-        wrong = trouble or not any(one.use == "times" for one in self.uses)
+        self._trouble = trouble
+        self._say()
+
+    def _say(self) -> None:
+        """Say what is shown, and what is still lacking."""
+        self.heading.setText(self._trouble or self._said())
+        wrong = self._trouble or not self._timed
         self.heading.setStyleSheet(f"color: {colours().warning}" if wrong else "")
+
+    @property
+    def _timed(self) -> bool:
+        """Whether the times of the samples are known."""
+        return self._rate > 0 or any(one.use == "times" for one in self.uses)
 
     def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
         """The columns as the importer reads them, or none and why."""
@@ -145,7 +166,7 @@ class ImportColumns(QWidget):
         """One sentence on which file this is and how its times are known."""
         name = self._path.name if self._path else ""
         kinds = [one.use for one in self.uses]
-        if "times" in kinds:
+        if self._timed:
             return self.tr("Columns of {0}, and what each is read as:").format(name)
         if "counter" in kinds:
             return self.tr("{0} has no times but counts its samples; give their rate:").format(name)

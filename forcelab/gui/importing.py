@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QDoubleSpinBox,
-    QFileDialog,
     QFormLayout,
     QHBoxLayout,
     QLabel,
@@ -27,6 +26,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
+from forcelab.gui.choosing import ask_files
 from forcelab.gui.document import Document
 from forcelab.gui.import_columns import ImportColumns
 from forcelab.gui.jobs import Jobs
@@ -114,6 +114,7 @@ class ImportDialog(QDialog):
         self._rate.setSuffix(self.tr(" Hz"))
         self._rate.setSpecialValueText(self.tr("as their times say"))
         self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
+        self._rate.valueChanged.connect(self.columns.set_rate)
         self.videos = QCheckBox(self.tr("Attach videos beside them that have the same name"))
         self.videos.setChecked(True)
         self._taskless = self._warning()
@@ -189,8 +190,8 @@ class ImportDialog(QDialog):
 
     def _choose(self) -> None:
         """Let the user choose files."""
-        chosen, _ = QFileDialog.getOpenFileNames(self, self.tr("Recordings"))
-        self.add_files([Path(name) for name in chosen])
+        chosen = ask_files(self, self.tr("Recordings"), "recordings")
+        self.add_files(chosen)
         if chosen:
             self._go.setFocus()
 

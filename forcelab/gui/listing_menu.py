@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QFileDialog, QInputDialog, QLineEdit, QMenu, QWidget
+from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.choosing import ask_file
 from forcelab.gui.document import Document
 from forcelab.gui.listing_rows import Group, Row
 from forcelab.gui.naming import settled_name
@@ -87,15 +88,19 @@ class ListingMenu(QObject):
 
         return self._do(carry_out, self._document.id in ids)
 
-    def remove(self, id_: str, heads: Mapping[str, int]) -> bool:
-        """Remove a demonstration for good, with the labels that have these heads."""
-        here = id_ == self._document.id
-        return self._do(lambda project: project.remove(id_, heads), here)
+    def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
+        """Remove demonstrations for good, by their ids, with the labels that have these heads."""
+        return self._do(lambda project: project.remove_all(heads), self._document.id in heads)
 
     def attach_video(self, id_: str, path: Path) -> bool:
         """Copy a video into the project; its clock is set by synchronising."""
-        here = id_ == self._document.id
-        return self._do(lambda project: project.attach_video(id_, path), here)
+        from forcelab.video.index import check_video
+
+        def attach(project: Project) -> None:
+            check_video(path)  # what is none is not copied, and takes no video's place
+            project.attach_video(id_, path)
+
+        return self._do(attach, id_ == self._document.id)
 
     # Inside
 
@@ -125,7 +130,7 @@ class ListingMenu(QObject):
             back = self.tr("Back to task '{0}'").format(before or self.tr("No task"))
             menu.addAction(back, lambda: self.set_task([info.id], before))
         menu.addSeparator()
-        menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove(row))
+        menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove([row]))
 
     def _fill_many(self, menu: QMenu, rows: Sequence[Row]) -> None:
         """The menu of several demonstrations: what is of use to all of them at once."""
@@ -150,6 +155,9 @@ class ListingMenu(QObject):
         menu.addSeparator()
         text = self.tr("Task of these {0}…").format(len(ids))
         menu.addAction(text, lambda: self._ask_task(rows))
+        menu.addSeparator()
+        text = self.tr("Remove these {0} from the project…").format(len(ids))
+        menu.addAction(text, lambda: self._ask_remove(rows))
 
     def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
         """A call that takes these assignments back."""
@@ -222,29 +230,35 @@ class ListingMenu(QObject):
             name = settled_name(self._window, task, project.tasks())
             self.set_task([row.info.id for row in rows], name)
 
-    def _ask_remove(self, row: Row) -> None:
-        """Ask whether a demonstration is to go, and say what goes with it."""
+    def _ask_remove(self, rows: Sequence[Row]) -> None:
+        """Ask whether demonstrations are to go, and say what goes with them."""
         from forcelab.gui.removing import RemoveDialog
 
         project = self._document.project
         if project is None:
             return
         # Read before anything is asked: labels painted meanwhile are not among what was told.
-        heads = {name: project.head(row.info.id, name) for name in row.info.authors}
-        dialog = RemoveDialog(row, self._document.author, self._window)
-        if dialog.exec() and self.remove(row.info.id, heads):
-            self._document.say(self.tr("'{0}' was removed.").format(row.info.name))
+        heads = {
+            row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
+            for row in rows
+        }
+        dialog = RemoveDialog(rows, self._document.author, self._window)
+        if dialog.exec() and self.remove(heads):
+            told = self.tr("'{0}' was removed.").format(rows[0].info.name)
+            if len(rows) > 1:
+                told = self.tr("{0} demonstrations were removed.").format(len(rows))
+            self._document.say(told)
         dialog.deleteLater()
 
     def ask_video(self, info: DemonstrationInfo) -> None:
         """Ask for a video of a demonstration."""
-        path, _ = QFileDialog.getOpenFileName(
+        path = ask_file(
             self._window,
             self.tr("Video of {0}").format(info.name),
-            "",
+            "video",
             self.tr("Videos ({0});;All files (*)").format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
-        if path and self.attach_video(info.id, Path(path)):
+        if path is not None and self.attach_video(info.id, path):
             told = self.tr(
                 "'{0}' has its video; Labelling > Synchronise the video puts it in time."
             )

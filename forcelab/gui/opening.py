@@ -38,6 +38,7 @@ class Opening(QObject):
     """
 
     sampling = Signal(object)
+    refused = Signal(str)
 
     def __init__(
         self,
@@ -69,6 +70,7 @@ class Opening(QObject):
             self._document.open_project(path)
         except ForcelabError as error:
             self._document.say(str(error), True)
+            self.refused.emit(str(error))
             return False
         self._take_coder(path)
         if self._remembering:
@@ -152,12 +154,15 @@ class Opening(QObject):
         chosen, _ = QFileDialog.getSaveFileName(self._window, self.tr("New project"), suggested)
         if not chosen:
             return
+        path = Path(chosen)
+        if not path.suffix:  # so that it is known among other folders, and as a command line's word
+            path = path.with_name(f"{path.name}.forcelab")
         try:
-            Project.create(Path(chosen)).close()
+            Project.create(path).close()
         except ForcelabError as error:
             self._document.say(str(error), True)
             return
-        self.open(Path(chosen))
+        self.open(path)
 
     def ask_import(self, files: tuple[Path, ...] = ()) -> None:
         """Let the user choose recordings, and import them in the background."""

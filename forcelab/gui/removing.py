@@ -1,7 +1,10 @@
-"""Asking whether a demonstration is to be removed: what goes with it, and what stays."""
+"""Asking whether something is to be removed for good: what goes with it, and what stays."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -13,70 +16,172 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.listing_rows import Row, percent
 from forcelab.labels import is_model
+from forcelab.project import RunUse
+from forcelab.wording import amount
 
-__all__ = ["RemoveDialog"]
+__all__ = ["RemoveDialog", "removal_of_run"]
+
+translate = QCoreApplication.translate
+#: How many things are named one by one.
+NAMED = 3
 
 
-class RemoveDialog(QDialog):
-    """Names what goes; where others may have labelled, that has to be agreed to apart.
+class Removal(QDialog):
+    """Says what goes; where more has to be agreed to, that is ticked first.
 
     Parameters
     ----------
-    row : Row
-        The demonstration as the coder may see it.
-    author : str
-        The coder.
+    title, text : str
+    others : str
+        What has to be agreed to apart; ``""`` where nothing has.
     parent : QWidget, optional
     """
 
-    def __init__(self, row: Row, author: str, parent: QWidget | None = None) -> None:
+    def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Remove from the project"))
-        text = QLabel(self._told(row, author))
-        text.setWordWrap(True)
-        text.setMinimumWidth(360)
-        self.others = QCheckBox(self._others(row))
-        self.others.setVisible(bool(self.others.text()))
+        self.setWindowTitle(title)
+        self.text = QLabel(text)
+        self.text.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
+        self.text.setWordWrap(True)
+        self.text.setMinimumWidth(360)
+        self.others = QCheckBox(others, self)  # alone it would be a window for a moment
+        self.others.setVisible(bool(others))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.remove = buttons.addButton(
-            self.tr("Remove"), QDialogButtonBox.ButtonRole.DestructiveRole
+            translate("forcelab", "Remove"), QDialogButtonBox.ButtonRole.DestructiveRole
         )
         self.remove.setAutoDefault(False)
-        self.remove.setEnabled(self.others.isHidden())
+        self.remove.setEnabled(not others)
         self.remove.clicked.connect(self.accept)
         self.others.toggled.connect(self.remove.setEnabled)
         buttons.rejected.connect(self.reject)
         buttons.button(QDialogButtonBox.StandardButton.Cancel).setDefault(True)
         column = QVBoxLayout(self)
         column.setSpacing(10)
-        for widget in (text, self.others, buttons):
+        for widget in (self.text, self.others, buttons):
             column.addWidget(widget)
 
-    def _told(self, row: Row, author: str) -> str:
-        """What goes and what stays."""
-        goes = [self.tr("the recording ({0:.2f} s)").format(row.info.duration)]
-        if row.info.has_video:
-            goes.append(self.tr("its video"))
-        if row.share:
-            goes.append(self.tr("your labels ({0} %)").format(percent(row.share)))
-        elif author in row.info.labelled:
-            goes.append(self.tr("the history of your labels"))
-        goes += [
-            self.tr("the labels of {0} ({1} %)").format(name, percent(share))
-            for name, share in row.others
-        ]
-        if row.assignment is not None or row.assigned_to:
-            goes.append(self.tr("assignments"))
-        return self.tr(
-            "Remove '{0}' for good? With it go: {1}.\n\nThis cannot be undone. The file that it "
-            "was imported from stays, and so do runs and recognisers."
-        ).format(row.info.name, ", ".join(goes))
 
-    def _others(self, row: Row) -> str:
-        """What is to be agreed to about others' labels; the same to whoever codes blind."""
-        if row.blind:
-            return self.tr("Remove it whatever others have labelled on it")
-        names = [name for name, _ in row.others if not is_model(name)]
-        if not names:
-            return ""
-        return self.tr("Remove the labels of {0} too").format(", ".join(names))
+class RemoveDialog(Removal):
+    """Asks whether demonstrations are to go, with whoever's labels are on them.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The demonstrations as the coder may see them, at least one.
+    author : str
+        The coder.
+    parent : QWidget, optional
+    """
+
+    def __init__(self, rows: Sequence[Row], author: str, parent: QWidget | None = None) -> None:
+        title = translate("forcelab", "Remove from the project")
+        super().__init__(title, _told(rows, author), _others(rows), parent)
+
+
+def _told(rows: Sequence[Row], author: str) -> str:
+    """What goes and what stays."""
+    if len(rows) == 1:
+        return translate(
+            "forcelab",
+            "Remove '{0}' for good? With it go: {1}.\n\nThis cannot be undone. The file that it "
+            "was imported from stays, and so do runs and recognisers.",
+        ).format(rows[0].info.name, ", ".join(_goes(rows[0], author)))
+    names = [f"'{row.info.name}'" for row in rows[:NAMED]]
+    if len(rows) > NAMED:
+        names.append(translate("forcelab", "and {0} more").format(len(rows) - NAMED))
+    return translate(
+        "forcelab",
+        "Remove these {0} demonstrations for good: {1}? With them go: {2}.\n\nThis cannot be "
+        "undone. The files that they were imported from stay, and so do runs and recognisers.",
+    ).format(len(rows), ", ".join(names), ", ".join(_all_go(rows, author)))
+
+
+def _goes(row: Row, author: str) -> list[str]:
+    """What goes with a demonstration."""
+    goes = [translate("forcelab", "the recording ({0:.2f} s)").format(row.info.duration)]
+    if row.info.has_video:
+        goes.append(translate("forcelab", "its video"))
+    if row.share:
+        goes.append(translate("forcelab", "your labels ({0} %)").format(percent(row.share)))
+    elif author in row.info.labelled:
+        goes.append(translate("forcelab", "the history of your labels"))
+    goes += [
+        translate("forcelab", "the labels of {0} ({1} %)").format(name, percent(share))
+        for name, share in row.others
+    ]
+    if row.assignment is not None or row.assigned_to:
+        goes.append(translate("forcelab", "assignments"))
+    return goes
+
+
+def _all_go(rows: Sequence[Row], author: str) -> list[str]:
+    """What goes with several demonstrations, on how many of them it is."""
+    seconds = sum(row.info.duration for row in rows)
+    goes = [translate("forcelab", "the recordings ({0:.0f} s)").format(seconds)]
+    videos = sum(row.info.has_video for row in rows)
+    if videos:
+        goes.append(translate("forcelab", "videos ({0})").format(videos))
+    own = sum(bool(row.share) or author in row.info.labelled for row in rows)
+    if own:
+        goes.append(translate("forcelab", "your labels (on {0})").format(own))
+    every = [name for row in rows for name, _ in row.others]
+    goes += [
+        translate("forcelab", "the labels of {0} (on {1})").format(name, every.count(name))
+        for name in dict.fromkeys(every)
+    ]
+    if any(row.assignment is not None or row.assigned_to for row in rows):
+        goes.append(translate("forcelab", "assignments"))
+    return goes
+
+
+def _others(rows: Sequence[Row]) -> str:
+    """What is to be agreed to about others' labels; the same to whoever codes blind."""
+    if any(row.blind for row in rows):
+        if len(rows) == 1:
+            return translate("forcelab", "Remove it whatever others have labelled on it")
+        return translate("forcelab", "Remove them whatever others have labelled on them")
+    every = dict.fromkeys(name for row in rows for name, _ in row.others)
+    names = [name for name in every if not is_model(name)]
+    if not names:
+        return ""
+    return translate("forcelab", "Remove the labels of {0} too").format(", ".join(names))
+
+
+def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
+    """Asks whether a run is to go.
+
+    Parameters
+    ----------
+    name : str
+        As the list has it.
+    use : RunUse
+    parent : QWidget, optional
+    """
+    goes = translate("forcelab", "With it go its predictions and scores ({0}).")
+    if use.recogniser:
+        goes = translate(
+            "forcelab", "With it go its predictions, its scores and its recogniser ({0})."
+        )
+    told = [
+        translate("forcelab", "Remove the run '{0}' for good?").format(name)
+        + " "
+        + goes.format(amount(use.bytes))
+    ]
+    if use.accepted:
+        told.append(
+            translate(
+                "forcelab",
+                "Predictions of it were accepted as labels ({0} edits); these labels stay, and "
+                "still tell what proposed them.",
+            ).format(use.accepted)
+        )
+    if use.verdicts:
+        told.append(
+            translate(
+                "forcelab",
+                "Verdicts were given on it ({0}); they stay, but no longer tell on which run.",
+            ).format(use.verdicts)
+        )
+    told.append(translate("forcelab", "This cannot be undone. No label changes."))
+    return Removal(translate("forcelab", "Remove a run"), "\n\n".join(told), "", parent)

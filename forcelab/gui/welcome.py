@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.sampling import SampleProgress
+from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 
 __all__ = ["Welcome"]
@@ -43,6 +44,13 @@ class Welcome(QWidget):
             self.tr("A project is a folder of demonstrations with everybody's labels.")
         )
         self._say.setWordWrap(True)
+        self._trouble = QLabel()
+        self._trouble.setWordWrap(True)
+        self._trouble.setTextFormat(Qt.TextFormat.PlainText)
+        self._trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._trouble.setVisible(False)
+        themes().changed.connect(self._colour)
+        self._colour()
         self._buttons = [
             self._button(
                 self.tr("Try the sample project"),
@@ -65,7 +73,7 @@ class Welcome(QWidget):
         self._sample.cancelled.connect(self.cancelled)
         column = QVBoxLayout()
         column.addStretch(1)
-        for widget in (title, self._say, self._sample, *self._buttons):
+        for widget in (title, self._say, self._trouble, self._sample, *self._buttons):
             column.addWidget(widget)
         column.addLayout(self._recent)
         column.addStretch(2)
@@ -86,6 +94,15 @@ class Welcome(QWidget):
         for path in projects[:SHOWN]:
             here = partial(self.chosen.emit, path)
             self._recent.addWidget(self._button(path.name, str(path.parent), here))
+
+    def show_trouble(self, sentence: str) -> None:
+        """Say why a project could not be opened, for as long as none is; ``""`` for nothing."""
+        self._trouble.setText(sentence)
+        self._trouble.setVisible(bool(sentence))
+
+    def _colour(self) -> None:
+        """The theme's colours."""
+        self._trouble.setStyleSheet(f"color: {colours().trouble}")
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show how far the sample project is; None when it is over."""

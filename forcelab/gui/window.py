@@ -10,6 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
+    QAbstractItemView,
     QApplication,
     QDockWidget,
     QMainWindow,
@@ -228,8 +229,7 @@ class Window(QMainWindow):
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(opening.remember_demonstration)
         document.demonstration_changed.connect(self._title)
-        # So that the next key paints, and is not typed into a search field.
-        document.demonstration_changed.connect(self.label.tracks.setFocus)
+        document.demonstration_changed.connect(self._focus_tracks)
         document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
         document.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
@@ -242,6 +242,7 @@ class Window(QMainWindow):
         self._welcome.creating.connect(opening.ask_new)
         self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
         self._welcome.chosen.connect(opening.open)
+        opening.refused.connect(self._welcome.show_trouble)
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
@@ -285,6 +286,18 @@ class Window(QMainWindow):
         self.review.come_to_front(WORKSPACES[index].name == "review")
         self.capture.come_to_front(WORKSPACES[index].name == "capture")
         self.tradeoff.come_to_front(WORKSPACES[index].name == "tradeoff")
+        # Panels that were put back have handed the keyboard on, to whatever came next.
+        if WORKSPACES[index].name == "label":
+            self.label.tracks.setFocus()
+
+    def _focus_tracks(self) -> None:
+        """Let the next key paint, and not be typed into a search field.
+
+        Who goes through a list of the review, which leaves such keys to the window, goes on in it.
+        """
+        now = QApplication.focusWidget()
+        if not (isinstance(now, QAbstractItemView) and self.review.isAncestorOf(now)):
+            self.label.tracks.setFocus()
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -292,6 +305,7 @@ class Window(QMainWindow):
         self._stack.setCurrentIndex(1 if there else 0)
         self._dock.setVisible(there)
         self._welcome.set_recent(settings.recent_projects())
+        self._welcome.show_trouble("")
         self._title()
 
     def _show_sample(self, progress: Progress | None) -> None:

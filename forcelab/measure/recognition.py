@@ -17,7 +17,6 @@ from forcelab.measure.recognition_spent import (
     Seen,
     Spent,
     enough,
-    left_out,
     recognise,
     reference,
     remembered,
@@ -26,6 +25,7 @@ from forcelab.measure.recognition_spent import (
 )
 from forcelab.measure.rows import Row, with_front
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.folds import groups
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import fit_examples
 
@@ -76,7 +76,7 @@ def measuring(
         If fewer than two demonstrations are labelled.
     """
     used = enough(labelled)
-    parts = left_out(len(used), folds)
+    parts = groups([item.demonstration for item in used], folds)
     watch = _Watch(variants, len(parts))
     spent: dict[int, Spent] = {id(variant): Spent() for variant in variants}
     for alike in seen_alike(variants):

@@ -24,7 +24,6 @@ from forcelab.measure.recognition_spent import (
     Seen,
     Spent,
     enough,
-    left_out,
     recognise,
     reference,
     remembered,
@@ -34,6 +33,7 @@ from forcelab.measure.recognition_spent import (
 from forcelab.measure.rows import Row
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
+from forcelab.recognition.folds import groups
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
@@ -88,7 +88,7 @@ def measuring_peers(
     """
     asked = PEERS if peers is None else tuple(peers)
     used = enough(labelled)
-    parts = left_out(len(used), folds)
+    parts = groups([item.demonstration for item in used], folds)
     against = reference(len(used), len(parts))
     rows: list[Row] = []
     for number, peer in enumerate(asked):

@@ -23,7 +23,6 @@ __all__ = [
     "Seen",
     "Spent",
     "enough",
-    "left_out",
     "recognise",
     "reference",
     "remembered",
@@ -79,12 +78,6 @@ def enough(labelled: Sequence[Labelled]) -> list[Labelled]:
             f"Measuring recognition needs two labelled demonstrations; {there_are(len(used))}."
         )
     return used
-
-
-def left_out(count: int, folds: int | None) -> list[list[int]]:
-    """The places of the demonstrations that are left out together, spread over all of them."""
-    groups = count if folds is None else min(max(folds, 2), count)
-    return [list(range(start, count, groups)) for start in range(groups)]
 
 
 def reference(demonstrations: int, groups: int) -> str:

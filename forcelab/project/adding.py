@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
 from forcelab.labels import Track, is_model
@@ -141,8 +143,7 @@ class _Adding:
                 "samples": len(d.times),
                 "period": d.period,
                 "duration": d.duration,
-                # File names may hold bytes that are no text.
-                "source": self.given.source.encode("utf-8", "backslashreplace").decode(),
+                "source": self._source(),
             }
             marks = ", ".join("?" * len(values))
             self.database.execute(
@@ -176,8 +177,8 @@ class _Adding:
             return
         if current and not self.tracks.as_imported(id_, author):
             self.remarks.append(
-                f"The labels of '{author}' were edited in the project; those in the file were "
-                f"left out."
+                f"The labels of '{author}' on '{self.name}' were edited in the project; those in "
+                f"the file were left out."
             )
             return
         source = self.given.labels_from or self.given.source
@@ -200,10 +201,53 @@ class _Adding:
         if old is not None and old["task"] == task and re.fullmatch(numbered, old["name"]):
             return str(old["name"])
         name = next(n for i in range(2, len(taken) + 3) if (n := f"{wanted} ({i})") not in taken)
-        self.remarks.append(
-            f"Another recording of task '{task}' is called '{wanted}'; this one is now '{name}'."
-        )
+        if (again := self._read_otherwise(wanted, task)) is not None:
+            self.remarks.append(again.format(name))
+        else:
+            self.remarks.append(
+                f"Another recording of task '{task}' is called '{wanted}'; this one is now "
+                f"'{name}'."
+            )
         return name
+
+    def _read_otherwise(self, wanted: str, task: str) -> str | None:
+        """What is said of a file that is here already with other columns; None where it is not."""
+        here = self.database.one(
+            "SELECT * FROM demonstration WHERE name = ? AND task = ? AND source = ? "
+            "AND samples = ?",
+            wanted,
+            task,
+            self._source(),
+            len(self.given.demonstration.times),
+        )
+        if here is None or not self._shares_a_signal(here):
+            return None
+        labelled = any(track.segments for track in self.tracks.tracks(here["id"]))
+        its = "with its labels" if labelled else "not labelled yet"
+        name = wanted.replace("{", "{{").replace("}", "}}")
+        return (
+            f"The same file was in the project as '{name}', {its}, with other columns or times; "
+            f"read anew it is '{{}}'. Remove the one that is not wanted, by its menu in the list "
+            f"of demonstrations or 'forcelab remove'."
+        )
+
+    def _shares_a_signal(self, row: sqlite3.Row) -> bool:
+        """Whether a channel of the same name has the same values in a stored demonstration."""
+        given = self.given.demonstration
+        try:
+            _, signals = read_signals(self.database.folder / DEMONSTRATIONS / row["id"], row)
+        except InputError:
+            return False
+        there = [name for name, _ in json.loads(row["channels"])]
+        return any(
+            np.array_equal(given.signals[:, i], signals[:, there.index(c.name)], equal_nan=True)
+            for i, c in enumerate(given.channels)
+            if c.name in there
+        )
+
+    def _source(self) -> str:
+        """What it was read from. File names may hold bytes that are no text."""
+        return self.given.source.encode("utf-8", "backslashreplace").decode()
 
 
 def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tuple[Added, ...]:

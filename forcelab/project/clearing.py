@@ -63,13 +63,16 @@ class RunUse:
     accepted: int
 
 
-def uses(database: Database) -> tuple[RunUse, ...]:
-    """Of every run, the first one first."""
+def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
+    """Of every run, the first one first; or of the run of a number alone."""
     # The older way reads all of a result to tell how long it is.
     new = sqlite3.sqlite_version_info >= (3, 43)
     length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
     rows = database.all(
-        f"SELECT id, {length} AS bytes, substr(result, {-_END}) AS last FROM run ORDER BY id"
+        f"SELECT id, {length} AS bytes, substr(result, {-_END}) AS last FROM run "
+        "WHERE ? IS NULL OR id = ? ORDER BY id",
+        number,
+        number,
     )
     verdicts = {
         row["run"]: row["number"]
@@ -161,7 +164,10 @@ def remove_recogniser(database: Database, id_: str) -> None:
     """Delete a recogniser; see :meth:`forcelab.project.Project.remove_recogniser`."""
     with database.writing():
         if not database.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-            raise InputError(f"There is no recogniser '{id_}' in '{database.folder}'.")
+            raise InputError(
+                f"There is no recogniser '{id_}' in '{database.folder}'; 'forcelab list --json' "
+                "tells those that there are."
+            )
         database.execute("DELETE FROM recogniser WHERE id = ?", id_)
     _delete_file(database, id_)
 

@@ -179,9 +179,15 @@ class ProjectComputed(ProjectCoding):
         """
         return clearing.forget_run(self._db, number, proposer)
 
-    def run_uses(self) -> tuple[RunUse, ...]:
-        """What every run takes up on the disk and what hangs on it, the first one first."""
-        return clearing.uses(self._db)
+    def run_uses(self, number: int | None = None) -> tuple[RunUse, ...]:
+        """What runs take up on the disk and what hangs on them, the first one first.
+
+        Parameters
+        ----------
+        number : int, optional
+            Only of this run; by default of every one.
+        """
+        return clearing.uses(self._db, number)
 
     def recogniser_bytes(self) -> dict[str, int]:
         """How large the file of each recogniser is, by its id; 0 where it is missing."""

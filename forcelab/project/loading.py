@@ -91,6 +91,11 @@ def row_of(database: Database, id_: str) -> sqlite3.Row:
     """The demonstration as stored, if there is one with this id."""
     row = database.one("SELECT * FROM demonstration WHERE id = ?", id_)
     if row is None:
+        if database.one("SELECT id FROM demonstration WHERE name = ?", id_) is not None:
+            raise InputError(
+                f"'{id_}' is the name of a demonstration in '{database.folder}', not its id; "
+                f"load('{id_}').id gives that."
+            )
         raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
     return row
 

@@ -107,7 +107,9 @@ class Runs:
     def recogniser_path(self, id_: str) -> Path:
         """The file of a recogniser."""
         if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
-            raise InputError(f"There is no recogniser '{id_}' in '{self._db.folder}'.")
+            raise InputError(
+                f"There is no recogniser '{id_}' in '{self._db.folder}' any more; train it again."
+            )
         path = self._db.folder / RECOGNISERS / f"{id_}.skops"
         if not path.is_file():
             raise InputError(f"The file '{path}' is missing; train the recogniser again.")

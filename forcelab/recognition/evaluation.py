@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from functools import reduce
@@ -15,6 +14,13 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment, to_codes
 from forcelab.recognition.adaptation import matching
+from forcelab.recognition.evaluation_remarks import (
+    fitting_remarks,
+    group_remarks,
+    lonely_remark,
+    twin_remarks,
+    with_labels,
+)
 from forcelab.recognition.examples import (
     Examples,
     Labelled,
@@ -22,7 +28,7 @@ from forcelab.recognition.examples import (
     common_rate,
     prepare,
 )
-from forcelab.recognition.folds import groups, in_processes, one_by_one, parted, recognised
+from forcelab.recognition.folds import groups, in_processes, one_by_one, parted, recognised, twins
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
@@ -31,7 +37,16 @@ from forcelab.recognition.training import fit_examples, preparing
 from forcelab.recognition.trimming import remark_on
 from forcelab.wording import there_are
 
-__all__ = ["Evaluation", "Tested", "across", "kept_apart", "leave_one_out", "tested_by", "together"]
+__all__ = [
+    "Evaluation",
+    "Tested",
+    "across",
+    "kept_apart",
+    "leave_one_out",
+    "ready_to_part",
+    "tested_by",
+    "together",
+]
 
 
 Job = Generator[Progress, None, Evaluation]
@@ -97,30 +112,19 @@ def leave_one_out(
     Raises
     ------
     InputError
-        If fewer than two demonstrations are labelled, or they do not fit together.
+        If fewer than two recordings are labelled, they do not fit together, or there is a single
+        group.
     """
-    used, remarks = _with_labels(labelled)
-    if len(used) < 2:
-        raise InputError(
-            f"Leaving one demonstration out needs two labelled ones; {there_are(len(used))}."
-        )
-    ids = [item.demonstration.id for item in used]
-    for item in used:
-        if ids.count(item.demonstration.id) > 1:
-            raise InputError(
-                f"'{item.demonstration.name}' is there twice, so that its twin would be trained on "
-                f"while it is left out; name each demonstration once."
-            )
+    used, parts, remarks = ready_to_part(labelled, folds)
     started = perf_counter()
     examples = yield from preparing(used, settings)
     seconds = {"features": perf_counter() - started, "fit": 0.0, "predict": 0.0, "filter": 0.0}
     actions = actions_of(examples)
-    parts = groups(len(examples), folds)
     jobs = min(jobs, len(parts))
     if jobs <= 1:
-        found = yield from one_by_one(parted(examples, folds), settings, certainty)
+        found = yield from one_by_one(parted(examples, parts), settings, certainty)
     else:
-        found = yield from in_processes(parted(examples, folds), settings, jobs, certainty)
+        found = yield from in_processes(parted(examples, parts), settings, jobs, certainty)
     # Groups are interleaved; what was found goes back to the order of the demonstrations.
     order = np.argsort(np.concatenate(parts))
     flat = [result for group in found for result in group]
@@ -140,18 +144,61 @@ def leave_one_out(
         tested=tuple(tested),
         rate=examples[0].rate,
         channels=examples[0].channels,
-        trained_on=tuple(ids),
+        trained_on=tuple(item.demonstration.id for item in used),
         seconds=seconds,
         reliability=together([result.reliability for result in results]),
         remarks=(
             *remarks,
-            *_grouped(parts),
-            *_twins(used),
-            *_lonely(examples, parts),
+            *lonely_remark(examples, parts),
             *remark_on([one for result in results for one in result.left_out]),
-            *_fitting(used, examples, settings),
+            *fitting_remarks(used, examples, settings),
         ),
     )
+
+
+def ready_to_part(
+    labelled: Sequence[Labelled], folds: int | None = None
+) -> tuple[list[Labelled], list[list[int]], tuple[str, ...]]:
+    """What can be left out one after the other, and in which groups.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+    folds : int, optional
+        As of :func:`leave_one_out`.
+
+    Returns
+    -------
+    used : list of Labelled
+        Those with a segment.
+    parts : list of list of int
+        Places in `used`, at least two groups.
+    remarks : tuple of str
+
+    Raises
+    ------
+    InputError
+        If fewer than two recordings are labelled, one is there twice, or there is a single group.
+    """
+    used, remarks = with_labels(labelled)
+    if len(used) < 2:
+        raise InputError(
+            f"Leaving one demonstration out needs two labelled ones; {there_are(len(used))}."
+        )
+    ids = [item.demonstration.id for item in used]
+    for item in used:
+        if ids.count(item.demonstration.id) > 1:
+            raise InputError(
+                f"'{item.demonstration.name}' is there twice, so that its twin would be trained on "
+                f"while it is left out; name each demonstration once."
+            )
+    parts = groups([item.demonstration for item in used], folds)
+    if len(parts) < 2:
+        raise InputError(
+            f"All {len(used)} labelled demonstrations hold the same recording, so that nothing "
+            f"else is left to train on; label another recording."
+        )
+    return used, parts, (*remarks, *group_remarks(parts), *twin_remarks(used))
 
 
 def across(
@@ -193,8 +240,8 @@ def across(
     InputError
         If either side has no labels, the two share a demonstration or have different channels.
     """
-    learnt, train_remarks = _with_labels(train)
-    asked, test_remarks = _with_labels(test)
+    learnt, train_remarks = with_labels(train)
+    asked, test_remarks = with_labels(test)
     if not learnt or not asked:
         side = "train on" if not learnt else "test on"
         raise InputError(f"There is no labelled demonstration to {side}; label one first.")
@@ -247,8 +294,22 @@ def across(
         seconds=seconds,
         reliability=together(reliable),
         remarks=remarks
+        + _seen_before(learnt, asked)
         + remark_on(recogniser.left_out)
-        + _fitting([*learnt, *asked], examples, settings),
+        + fitting_remarks([*learnt, *asked], examples, settings),
+    )
+
+
+def _seen_before(learnt: Sequence[Labelled], asked: Sequence[Labelled]) -> tuple[str, ...]:
+    """A remark on recordings that are trained on under one name and tested under another."""
+    every = [item.demonstration for item in (*learnt, *asked)]
+    known = len(learnt)
+    return tuple(
+        f"'{every[place].name}' holds the same recording as '{every[same[0]].name}', so that it "
+        f"was tested by a recogniser that had seen it; remove one of them."
+        for same in twins(every)
+        for place in same
+        if same[0] < known <= place
     )
 
 
@@ -256,82 +317,6 @@ def together(parts: Sequence[Reliability | None]) -> Reliability | None:
     """Reliability of all demonstrations; None where there were no probabilities."""
     known = [part for part in parts if part is not None]
     return reduce(add, known) if known else None
-
-
-def _with_labels(labelled: Sequence[Labelled]) -> tuple[list[Labelled], tuple[str, ...]]:
-    """The demonstrations that have a segment, and a remark on those that have none."""
-    used = [item for item in labelled if item.segments]
-    without = len(labelled) - len(used)
-    if not without:
-        return used, ()
-    what = (
-        "demonstration without labels was" if without == 1 else "demonstrations without labels were"
-    )
-    return used, (f"{without} {what} left out.",)
-
-
-def _twins(labelled: Sequence[Labelled]) -> tuple[str, ...]:
-    """A remark on recordings that are there twice, by whatever names and stamps.
-
-    Their ids differ as soon as a stamp does; what was recorded is then still the same.
-    """
-    homes: dict[bytes, list[str]] = {}
-    for item in labelled:
-        signals = np.ascontiguousarray(item.demonstration.signals, dtype=np.float64)
-        key = hashlib.sha256(signals.tobytes()).digest()
-        homes.setdefault(key, []).append(item.demonstration.name)
-    return tuple(
-        f"{' and '.join(names)} hold the same recording, so that each was tested by a recogniser "
-        f"that had seen it; remove all but one."
-        for names in homes.values()
-        if len(names) > 1
-    )
-
-
-def _grouped(parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
-    """A remark on demonstrations that were left out together."""
-    most = max(map(len, parts))
-    return (f"Left out in {len(parts)} groups of up to {most}.",) if most > 1 else ()
-
-
-def _lonely(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> tuple[str, ...]:
-    """A remark on actions of a single demonstration or group, which no other can teach."""
-    homes: dict[str, dict[int, str]] = {}  # by action, the first demonstration of each group
-    for number, group in enumerate(parts):
-        for i in group:
-            for action in actions_of([examples[i]]):
-                homes.setdefault(action, {}).setdefault(number, examples[i].name)
-    lonely = {action: next(iter(of.values())) for action, of in homes.items() if len(of) < 2}
-    if not lonely:
-        return ()
-    what = "group" if max(map(len, parts)) > 1 else "demonstration"
-    told = ", ".join(f"{action} (only in {name})" for action, name in lonely.items())
-    return (f"Cannot be recognised when its only {what} is left out: {told}.",)
-
-
-def _fitting(
-    labelled: Sequence[Labelled], examples: Sequence[Examples], settings: Settings
-) -> tuple[str, ...]:
-    """Remarks on how settings and demonstrations fit together."""
-    remarks = []
-    rates = sorted(item.demonstration.rate for item in labelled)
-    if rates[-1] > 1.01 * rates[0]:
-        remarks.append(
-            f"Recorded at {rates[0]:.6g} to {rates[-1]:.6g} Hz, recognised at "
-            f"{examples[0].rate:.6g} Hz."
-        )
-    short = [
-        example.name
-        for example in examples
-        if len(example.times) * settings.hop(example.rate) < settings.max_scale
-    ]
-    if short and settings.features == "wavelets":
-        remarks.append(
-            f"The largest scale, {settings.max_scale:g} samples, is longer than {short[0]}"
-            + (f" and {len(short) - 1} more" if len(short) > 1 else "")
-            + ": there it sees held end values more than forces."
-        )
-    return tuple(remarks)
 
 
 def tested_by(

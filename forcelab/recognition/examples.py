@@ -107,6 +107,11 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     rate : float, optional
         Samples a second of the grid; the settings' rate, or the demonstration's own, by default.
 
+    Returns
+    -------
+    examples : Examples
+        Every time step; the settings' stride is for training to take.
+
     Raises
     ------
     InputError

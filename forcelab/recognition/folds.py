@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from time import perf_counter
 
+import numpy as np
+
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.processes import shared
@@ -21,11 +26,13 @@ from forcelab.recognition.trimming import Contradicted
 __all__ = [
     "Fold",
     "FoldResult",
+    "check_folds",
     "groups",
     "in_processes",
     "one_by_one",
     "parted",
     "recognised",
+    "twins",
 ]
 
 
@@ -67,31 +74,71 @@ class FoldResult:
     left_out: tuple[Contradicted, ...] = ()
 
 
-def groups(count: int, folds: int | None) -> list[list[int]]:
-    """Which of so many demonstrations are left out together, one group after the other.
+def check_folds(folds: int | None) -> None:
+    """Refuse a number of groups that nothing can be left out in.
 
-    Neighbours in the order are in different groups, and so is what belongs to one task.
+    Raises
+    ------
+    InputError
+        If it is negative or 1.
+    """
+    if folds is not None and (folds < 0 or folds == 1):
+        raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
+
+
+def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
+    """Which demonstrations hold the same recording, by whatever names and stamps.
+
+    Their ids differ as soon as a stamp does; what was recorded is then still the same.
 
     Parameters
     ----------
-    count : int
-    folds : int or None
-        How many groups; each demonstration is one by itself with 0 or None, or where there are no
-        more than that.
+    demonstrations : sequence of Demonstration
+
+    Returns
+    -------
+    list of list of int
+        The places of each recording's demonstrations, usually one, in order.
     """
-    parts = min(folds or count, count)
-    return [list(range(first, count, parts)) for first in range(parts)]
+    places: dict[bytes, list[int]] = {}
+    for i, demonstration in enumerate(demonstrations):
+        signals = np.ascontiguousarray(demonstration.signals, dtype=np.float64)
+        places.setdefault(hashlib.sha256(signals.tobytes()).digest(), []).append(i)
+    return list(places.values())
 
 
-def parted(examples: Sequence[Examples], folds: int | None) -> list[Fold]:
+def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
+    """The places of the demonstrations that are left out together, one group after the other.
+
+    Neighbours in the order are in different groups, so that each group has some of every task;
+    but those that hold the same recording are left out together.
+
+    Parameters
+    ----------
+    demonstrations : sequence of Demonstration
+    folds : int or None
+        How many groups; each recording is one by itself with 0 or None, or where there are no more
+        than that.
+
+    Raises
+    ------
+    InputError
+        If the number is negative or 1.
+    """
+    check_folds(folds)
+    recordings = twins(demonstrations)
+    parts = min(folds or len(recordings), len(recordings))
+    return [sorted(chain(*recordings[first::parts])) for first in range(parts)]
+
+
+def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
     """One fold for each of the :func:`groups`."""
-    parts = [set(group) for group in groups(len(examples), folds)]
     return [
         Fold(
             [example for i, example in enumerate(examples) if i not in out],
             [example for i, example in enumerate(examples) if i in out],
         )
-        for out in parts
+        for out in map(set, parts)
     ]
 
 

@@ -15,7 +15,7 @@ from forcelab.recognition.overlay import Overlay
 from forcelab.recognition.segmental import Matches
 from forcelab.stretches import Stretches
 
-__all__ = ["NEAR", "boundaries_found", "boundary_errors", "closed_up"]
+__all__ = ["NEAR", "boundaries_found", "closed_up", "inner_boundary_errors"]
 
 #: Seconds within which a predicted boundary counts as a human one found.
 NEAR = 0.1
@@ -61,7 +61,7 @@ def boundaries_found(closed: Overlay) -> tuple[int, int]:
     return int((near <= NEAR * (1 + 1e-9)).sum()), len(human)
 
 
-def boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
+def inner_boundary_errors(closed: Overlay, matches: Matches) -> NDArray[np.float64]:
     """How far matched segments' edges lie apart, where one action gives way to another.
 
     Unlike those of :func:`forcelab.recognition.segmental.boundary_errors`, of which every edge at

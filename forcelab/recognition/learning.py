@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from forcelab.recognition.averaged import Averaged, Member, sharpened
 from forcelab.recognition.forest import Forest, Linear
 
-__all__ = ["AVERAGED", "Care", "fitting_averaged"]
+__all__ = ["AVERAGED", "Care", "fitting_averaged", "thinned"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -95,8 +95,8 @@ def fitting_averaged(
     and the probabilities stay as they are.
     """
     groups = np.zeros(len(y), dtype=np.int64) if care.groups is None else care.groups
-    if len(y) > MOST:
-        some = _thinned(y)
+    some = thinned(y)
+    if len(some) < len(y):
         X, y, groups = X[some], y[some], groups[some]
     choices = list(care.columns) or [np.arange(X.shape[1])]
     folds = _folds(groups)
@@ -126,10 +126,15 @@ def fitting_averaged(
     return Averaged(made.classes_, made.columns, made.mean, made.scale, made.members, exponent)
 
 
-def _thinned(y: Whole) -> Whole:
-    """Which samples are learnt from where there are too many: every few, and one of each code."""
-    every = np.arange(0, len(y), -(-len(y) // MOST))
-    return np.union1d(every, np.unique(y, return_index=True)[1])
+def thinned(y: Whole) -> Whole:
+    """Which samples are learnt from: where there are too many, every few, and one of each code.
+
+    Whoever asks beforehand need not gather the others; of what is left none is left out again.
+    """
+    first = np.unique(y, return_index=True)[1]
+    if len(y) <= MOST + len(first):
+        return np.arange(len(y))
+    return np.union1d(np.arange(0, len(y), -(-len(y) // MOST)), first)
 
 
 def _folds(groups: Whole) -> list[NDArray[np.bool_]]:

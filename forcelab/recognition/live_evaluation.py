@@ -9,7 +9,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.recognition.decided import Decided
-from forcelab.recognition.evaluation import Job, tested_by, together
+from forcelab.recognition.evaluation import Job, ready_to_part, tested_by, together
 from forcelab.recognition.examples import Examples, Labelled, common_rate
 from forcelab.recognition.latency import with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser
@@ -53,11 +53,7 @@ def leave_one_out_live(
     """
     if not 0 <= latency < np.inf:
         raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
-    used = [item for item in labelled if item.segments]
-    if len(used) < 2:
-        raise InputError(
-            "Leaving one demonstration out needs two labelled ones; label one more first."
-        )
+    used, parts, remarks = ready_to_part(labelled)
     rate = common_rate([item.demonstration for item in used], settings)
     fixed = settings.replace(rate=rate)
     merged = [item.merged(settings.merge) for item in used]
@@ -67,7 +63,9 @@ def leave_one_out_live(
     left_out: list[Contradicted] = []
     for i, item in enumerate(used):
         started = perf_counter()
-        recogniser = yield from training(used[:i] + used[i + 1 :], fixed)
+        group = next(part for part in parts if i in part)
+        others = [other for j, other in enumerate(used) if j not in group]
+        recogniser = yield from training(others, fixed)
         left_out.extend(recogniser.left_out)
         fitted = perf_counter()
         decided = with_latency(recogniser, item.demonstration, latency)
@@ -88,6 +86,7 @@ def leave_one_out_live(
         reliability=together(reliable),
         remarks=(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
+            *remarks,
             *remark_on(left_out),
         ),
     )

@@ -27,7 +27,7 @@ from forcelab.merging import MergeMap
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.causal import CausalWindows, usual_size
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.learning import Care, fitting_averaged
+from forcelab.recognition.learning import Care, fitting_averaged, thinned
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
@@ -159,15 +159,24 @@ def fitting_live(
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
     groups = np.repeat(np.arange(len(used)), [int(some.sum()) for some in used])
+    some = thinned(y)
+    place, groups, y = np.concatenate([*map(np.flatnonzero, used)])[some], groups[some], y[some]
+    steps_of = [place[groups == i] for i in range(len(used))]
     parts: dict[float, LivePart] = {}
     exponent = 1.0
     for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):
         windows = CausalWindows(settings.windows, look, usual, own)
-        found = [windows.of(channels, rate, hop) for channels in recordings]
-        X = np.concatenate([rows[some] for rows, some in zip(found, used, strict=True)])
         calibrated = settings.calibrated and look == CALIBRATING
         care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
+        # Of one demonstration after the other only what is learnt from: that is a part of it.
+        X = np.concatenate(
+            [
+                windows.of(channels, rate, hop)[own_steps]
+                for channels, own_steps in zip(recordings, steps_of, strict=True)
+            ]
+        )
         made = _fitted(X, y, settings.seed, care)
+        del X  # before the next one is gathered
         exponent = made.exponent if calibrated else exponent
         parts[look] = LivePart(windows, replace(made, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")

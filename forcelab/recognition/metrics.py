@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition import labelled_time
 from forcelab.recognition.events import Events, event_errors
-from forcelab.recognition.labelled_time import boundaries_found, closed_up
+from forcelab.recognition.labelled_time import boundaries_found, closed_up, inner_boundary_errors
 from forcelab.recognition.overlay import Overlay, overlay
 from forcelab.recognition.segmental import (
     OVERLAPS,
@@ -195,7 +194,7 @@ def count_overlay(over: Overlay) -> Counts:
         events=event_errors(over),
         labelled_segments=_segments(closed, closed_matches),
         found=np.array(boundaries_found(closed)),
-        labelled_boundaries=labelled_time.boundary_errors(closed, closed_matches[0]),
+        labelled_boundaries=inner_boundary_errors(closed, closed_matches[0]),
     )
 
 

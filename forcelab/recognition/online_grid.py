@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.recognition.online_resampling import Resampling, Steps
-from forcelab.signals.grid import LARGEST, SAME_RATE
+from forcelab.signals.grid import SAME_RATE, measured
 
 __all__ = ["PATIENCE", "CausalGrid"]
 
@@ -157,7 +157,7 @@ class CausalGrid:
         rows = self._tail + rows if len(self._tail) else rows
         if not len(rows):
             return rows
-        known = np.abs(rows.signals) <= LARGEST  # nor is NaN
+        known = measured(rows.signals)
         if known.all():
             self._absent[:] = False
             self._tail = rows[:0]

@@ -79,6 +79,16 @@ PRESETS: Mapping[str, Settings] = {
 def preset(name: str) -> Settings:
     """Look up a preset.
 
+    Parameters
+    ----------
+    name : str
+        One of :data:`PRESETS`: ``"paper"``, ``"released"``, ``"fast"`` or ``"best"``.
+
+    Returns
+    -------
+    Settings
+        Its ``replace(stride=10)`` gives a copy in which that is another.
+
     Raises
     ------
     InputError

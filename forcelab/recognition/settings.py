@@ -159,10 +159,18 @@ class Settings:
     def __post_init__(self) -> None:
         for name, known in _CHOICES.items():
             if getattr(self, name) not in known:
-                raise InputError(unknown_word(name, getattr(self, name), known))
+                what = "kind of features" if name == "features" else name
+                raise InputError(unknown_word(what, getattr(self, name), known))
         for name, (fine, need) in self._ranges().items():
             if not fine:
-                raise InputError(f"The setting {name} must be {need}, not {getattr(self, name)}.")
+                raise InputError(
+                    f"The setting {name} must {need}, not {_said(getattr(self, name))}."
+                )
+        if self.max_scale < self.min_scale:
+            raise InputError(
+                f"The setting max_scale must be at least min_scale, which is {self.min_scale:g} "
+                f"samples, not {self.max_scale:g}."
+            )
         self.mother  # noqa: B018 - a wrong wavelet or scale is refused here, not mid-training
         self.scales  # noqa: B018
 
@@ -171,41 +179,57 @@ class Settings:
         names = self.channels
         distinct = names is None or len(set(names)) == len(names)
         return {
-            "preset": (isinstance(self.preset, str), "a name"),
+            "preset": (isinstance(self.preset, str), "be a name"),
             "channels": (
                 distinct and all(isinstance(n, str) for n in names or ()),
-                "distinct names",
+                "name each channel once",
             ),
-            "rate": (self.rate is None or _number(self.rate, 1e-6, 1e9), "a positive number of Hz"),
+            "rate": (
+                self.rate is None or _number(self.rate, 1e-6, 1e9),
+                "be a positive number of Hz",
+            ),
             "parameter": (
                 self.parameter is None or _number(self.parameter, 0, 1e6),
-                "from 0 to 1e6",
+                "be from 0 to 1,000,000",
             ),
             "min_scale": (
                 _number(self.min_scale, 1e-3, LARGEST_SCALE),
-                f"from 0.001 to {LARGEST_SCALE:.0f} samples",
+                f"be from 0.001 to {LARGEST_SCALE:.0f} samples",
             ),
             "max_scale": (
                 _number(self.max_scale, 1e-3, LARGEST_SCALE),
-                f"from 0.001 to {LARGEST_SCALE:.0f} samples",
+                f"be from 0.001 to {LARGEST_SCALE:.0f} samples",
             ),
-            "spacing": (_number(self.spacing, 1e-3, 100), "from 0.001 to 100 octaves"),
+            "spacing": (_number(self.spacing, 1e-3, 100), "be from 0.001 to 100 octaves"),
             **{
-                name: (isinstance(getattr(self, name), bool), "true or false") for name in _SWITCHES
+                name: (isinstance(getattr(self, name), bool), "be true or false")
+                for name in _SWITCHES
             },
             "windows": (
                 isinstance(self.windows, tuple)
                 and 1 <= len(self.windows) <= 32
                 and all(_number(window, 1e-4, 1e3) for window in self.windows)
                 and all(a < b for a, b in itertools.pairwise(self.windows)),
-                "1 to 32 rising numbers of seconds from 0.0001 to 1000",
+                "be 1 to 32 numbers of seconds from 0.0001 to 1000, the smallest first",
             ),
-            "step": (self.step is None or _number(self.step, 1e-6, 1e3), "a positive number of s"),
-            "stride": (_whole(self.stride, 1), "a whole number from 1"),
-            "threshold": (self.threshold is None or _number(self.threshold, 0, 1), "from 0 to 1"),
-            "median": (self.median is None or _whole(self.median, 1), "a whole number from 1"),
-            "drop": (self.drop is None or _number(self.drop, 0, 1e9), "a number from 0"),
-            "seed": (_whole(self.seed, 0) and self.seed < 2**32, "a whole number below 2^32"),
+            "step": (
+                self.step is None or _number(self.step, 1e-6, 1e3),
+                "be a positive number of seconds",
+            ),
+            "stride": (_whole(self.stride, 1), "be a whole number, 1 or more"),
+            "threshold": (
+                self.threshold is None or _number(self.threshold, 0, 1),
+                "be from 0 to 1",
+            ),
+            "median": (
+                self.median is None or _whole(self.median, 1),
+                "be a whole number, 1 or more",
+            ),
+            "drop": (self.drop is None or _number(self.drop, 0, 1e9), "be a number, 0 or more"),
+            "seed": (
+                _whole(self.seed, 0) and self.seed < 2**32,
+                "be a whole number from 0 to 2^32 - 1",
+            ),
         }
 
     @property
@@ -308,6 +332,13 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
     "choreography": CHOREOGRAPHIES,
 }
 _SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed")
+
+
+def _said(value: object) -> str:
+    """A value in a sentence."""
+    if isinstance(value, tuple):
+        return ", ".join(str(one) for one in value) or "none"
+    return str(value)
 
 
 def _number(value: object, least: float, most: float) -> bool:

@@ -23,13 +23,13 @@ from forcelab.recognition.examples import (
     prepare,
     same_channels,
 )
-from forcelab.recognition.learning import Care
+from forcelab.recognition.learning import AVERAGED, Care, thinned
 from forcelab.recognition.live_part import fitting_live, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.trimming import Contradicted, trimming
 
-__all__ = ["Epoch", "fit_examples", "preparing", "train", "training"]
+__all__ = ["Epoch", "fit_examples", "fit_trimmed", "preparing", "train", "training"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,37 +70,54 @@ def preparing(
 
 
 def _training_set(
-    examples: Sequence[Examples], actions: tuple[str, ...], stride: int
-) -> tuple[tuple[str, ...], NDArray[np.float64], NDArray[np.int64]]:
-    """Rows to train on, and the actions they hold: one between two strides has none to learn."""
-    X, y = _labelled_rows(examples, actions, stride)
+    examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings
+) -> tuple[tuple[str, ...], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
+    """Actions that there is something to learn of; rows to train on, their codes, and whose.
+
+    An action between two strides has nothing to learn. Rows that a classifier leaves out because
+    there are too many are not even gathered.
+    """
+    y, steps = _labelled_steps(examples, actions, settings.stride)
+    groups = np.repeat(np.arange(len(examples)), [len(own) for own in steps])
+    if settings.classifier in AVERAGED:
+        some = thinned(y)
+        place, y, groups = np.concatenate(steps)[some], y[some], groups[some]
+        steps = [place[groups == i] for i in range(len(examples))]
     used, codes = np.unique(y, return_inverse=True)
-    return tuple(actions[code] for code in used), X, codes.astype(np.int64)
+    found = tuple(actions[code] for code in used)
+    return found, _rows(examples, steps), codes.astype(np.int64), groups
 
 
-def _labelled_rows(
+def _labelled_steps(
     examples: Sequence[Examples], actions: tuple[str, ...], stride: int
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Features and codes of every `stride`-th time step that a human labelled."""
-    X, y = [], []
+) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
+    """Codes of every `stride`-th time step that a human labelled, and of each example which."""
+    y, steps = [], []
     for example in examples:
-        codes = example.codes(actions)[::stride]
-        labelled = codes != UNLABELLED
-        X.append(example.features[::stride][labelled])
-        y.append(codes[labelled])
-    return np.concatenate(X), np.concatenate(y)
+        codes = example.codes(actions)
+        own = np.arange(0, len(codes), stride)
+        own = own[codes[own] != UNLABELLED]
+        y.append(codes[own])
+        steps.append(own)
+    return np.concatenate(y), steps
 
 
-def _care(examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings) -> Care:
+def _rows(examples: Sequence[Examples], steps: Sequence[NDArray[np.int64]]) -> NDArray[np.float64]:
+    """The features of some time steps of each example, one after another."""
+    return np.concatenate(
+        [example.features[own] for example, own in zip(examples, steps, strict=True)]
+    )
+
+
+def _care(examples: Sequence[Examples], groups: NDArray[np.int64], settings: Settings) -> Care:
     """Which demonstration each training row is of, and which columns there are to choose from."""
-    counts = [len(_labelled_rows([example], actions, settings.stride)[1]) for example in examples]
     columns = []
     if settings.amplitude == "chosen" and settings.features == "windows":
         # In the channels' units, then in each one's own; peaks stand beside either.
         windows, peaks = _columns(settings, len(examples[0].channels))
         columns = [np.concatenate([half, peaks]) for half in np.split(windows, 2)]
     return Care(
-        groups=np.repeat(np.arange(len(examples)), counts),
+        groups=groups,
         columns=columns,
         balanced=settings.balanced,
         calibrated=settings.calibrated,
@@ -125,18 +142,43 @@ def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[st
 
 
 def fit_examples(
+    examples: Sequence[Examples], settings: Settings, text: str = "fit"
+) -> Generator[Progress, None, Recogniser]:
+    """Trim examples as the settings say and fit a recogniser to the rest; returns it.
+
+    Parameters
+    ----------
+    examples : sequence of Examples
+        Of the training demonstrations.
+    settings : Settings
+    text : str
+        What the progress says.
+
+    Raises
+    ------
+    InputError
+        As :func:`fit_trimmed`.
+    """
+    kept, left_out = yield from trimming(examples, settings)
+    return (yield from fit_trimmed(kept, left_out, settings, text=text))
+
+
+def fit_trimmed(
     examples: Sequence[Examples],
+    left_out: tuple[Contradicted, ...],
     settings: Settings,
     held_out: Examples | None = None,
     trained_on: Sequence[str] = (),
     text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
-    """Fit a recogniser to examples; returns it.
+    """Fit a recogniser to what :func:`~forcelab.recognition.trimming.trimming` left of examples.
 
     Parameters
     ----------
     examples : sequence of Examples
         Of the training demonstrations; unlabelled time steps are never used.
+    left_out : tuple of Contradicted
+        What is gone, to remember.
     settings : Settings
     held_out : Examples, optional
         A demonstration to watch the accuracy on; it changes nothing about the fit.
@@ -155,8 +197,7 @@ def fit_examples(
     InputError
         If fewer than two actions have a training sample.
     """
-    examples, left_out = yield from trimming(examples, settings)
-    actions, X, y = _training_set(examples, actions_of(examples), settings.stride)
+    actions, X, y, groups = _training_set(examples, actions_of(examples), settings)
     if len(actions) < 2:
         found = f"only {actions[0]}" if actions else "none of any action"
         raise InputError(
@@ -164,9 +205,12 @@ def fit_examples(
             f"without missing samples and with a stride of {settings.stride}; label more or "
             "change these."
         )
-    watched = None if held_out is None else _labelled_rows([held_out], actions, settings.stride)
+    watched = None
+    if held_out is not None:
+        right, steps = _labelled_steps([held_out], actions, settings.stride)
+        watched = _rows([held_out], steps), right
     probabilities = settings.needs_probabilities
-    care = _care(examples, actions, settings)
+    care = _care(examples, groups, settings)
     for step in fitting(settings.classifier, X, y, settings.seed, probabilities, care):
         classifier = step.classifier
         accuracy = None
@@ -219,29 +263,19 @@ def training(
     examples = yield from preparing(together, settings.replace(rate=rate))
     watched = None if held_out is None else examples.pop()
     ids = [item.demonstration.id for item in used]
-    recogniser = yield from fit_examples(examples, settings, watched, ids)
+    kept, left_out = yield from trimming(examples, settings)
+    recogniser = yield from fit_trimmed(kept, left_out, settings, watched, ids)
     if not (needs_whole(settings) and settings.decodes):
         return recogniser
     own = _own_amplitude(recogniser)
-    kept = _without(used, examples, recogniser.left_out)
-    parts = yield from fitting_live(kept, settings, rate, recogniser.actions, own)
-    return replace(recogniser, live=parts)
-
-
-def _without(
-    labelled: Sequence[Labelled], examples: Sequence[Examples], left_out: Sequence[Contradicted]
-) -> list[Labelled]:
-    """The demonstrations less the segments that were left out; as they are where nothing was."""
-    gone = {(c.demonstration, c.segment) for c in left_out}
-    return [
+    taught = [
         # The segments of examples are merged already.
-        Labelled(
-            item.demonstration,
-            tuple(s for s in example.segments if (example.name, s) not in gone),
-            apart=True,
-        )
-        for item, example in zip(labelled, examples, strict=True)
+        Labelled(item.demonstration, example.segments, apart=True)
+        for item, example in zip(used, kept, strict=True)
     ]
+    del examples, kept, watched  # features of every time step: from here on streams are looked at
+    parts = yield from fitting_live(taught, settings, rate, recogniser.actions, own)
+    return replace(recogniser, live=parts)
 
 
 def _own_amplitude(recogniser: Recogniser) -> bool:

@@ -102,6 +102,11 @@ def agreement(
     ------
     Progress
         After every demonstration of every pair.
+
+    Returns
+    -------
+    Agreement
+        Of every two who share a demonstration, and of all.
     """
     there = dict.fromkeys(author for one in coded for author in one.tracks)
     names = sorted(name for name in there if not authors or name in authors)

@@ -56,7 +56,18 @@ class Comparison:
 
 
 def compare(one: Outcome, other: Outcome) -> Comparison:
-    """Compare two runs (see :func:`comparing`)."""
+    """Compare two runs over what both tested.
+
+    Parameters
+    ----------
+    one, other : Outcome
+        From ``load_run(project, number)`` or ``latest_run(project)``.
+
+    Returns
+    -------
+    Comparison
+        Differences are what `other` has more.
+    """
     return finish(comparing(one, other))
 
 

@@ -18,6 +18,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.recognition.examples import Examples
 from forcelab.review.places import Place
 from forcelab.signals.channels import channel_map
+from forcelab.signals.grid import measured
 
 __all__ = ["NEIGHBOURS", "Neighbour", "Summaries", "nearest", "summarised", "summary"]
 
@@ -95,7 +96,7 @@ def summary(
     magnitudes = rows[:, : scales * len(examples.channels)]
     samples = slice(*np.searchsorted(demonstration.times, (start, end)))
     levels = channels.apply(demonstration.signals[samples][:, channels.recorded])
-    known = np.isfinite(levels)
+    known = measured(levels)
     counts = np.maximum(known.sum(axis=1), 1)
     return np.concatenate(
         [

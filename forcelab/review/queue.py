@@ -82,6 +82,12 @@ def queue(project: Project, outcome: Outcome, invented: bool = False) -> Queue:
     invented : bool
         Whether to list what the model predicts where the human left time unlabelled, which is
         never scored.
+
+    Returns
+    -------
+    Queue
+        Its ``open`` is all that nobody has judged, the most urgent first. The human or the model
+        of a difference is None where that one left the time unlabelled.
     """
     tracks = current_tracks(project, outcome)
     return finish(arranging(outcome, tracks, project.verdicts(), invented=invented))[0]

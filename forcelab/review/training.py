@@ -17,8 +17,10 @@ from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.labels import from_codes
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.corpus import Corpus
-from forcelab.recognition.project_runs import Choice, evaluating, idle, told, unlearnt, unlike
+from forcelab.recognition.folds import groups
+from forcelab.recognition.project_runs import evaluating, idle, told, unlearnt, unlike
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.run_results import digest, kept, title_of
@@ -168,8 +170,8 @@ def _folds(snapshot: _Snapshot, choice: Choice) -> int:
     """How many recognisers are trained for testing."""
     if choice.test_task is not None:
         return 1
-    labelled = sum(bool(item.segments) for item in snapshot.found.labelled)
-    return min(choice.folds or labelled, labelled) if labelled > 1 else 0
+    labelled = [item.demonstration for item in snapshot.found.labelled if item.segments]
+    return len(groups(labelled, choice.folds)) if len(labelled) > 1 else 0
 
 
 def _tested(

@@ -28,7 +28,8 @@ from forcelab.recognition.folds import groups
 from forcelab.recognition.influence import Network, Voter, judge_of
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load
-from forcelab.recognition.training import fit_examples, preparing
+from forcelab.recognition.training import fit_trimmed, preparing
+from forcelab.recognition.trimming import trimming
 from forcelab.review.nearest import Summaries, summarised
 from forcelab.review.outcome import Outcome
 
@@ -152,9 +153,10 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
     if outcome.test_task is not None:
         together = [item for item in labelled if item.demonstration.id not in tested]
     learnt = [item for item in together if item is not own]
-    if how == "left out" and outcome.folds:
+    if how == "left out":
         at = next(i for i, item in enumerate(together) if item is own)
-        of = next(group for group in groups(len(together), outcome.folds) if at in group)
+        parts = groups([item.demonstration for item in together], outcome.folds)
+        of = next(group for group in parts if at in group)
         learnt = [item for i, item in enumerate(together) if i not in of]
     # The run had all demonstrations on one grid, the one that is left out among them.
     rate = common_rate([item.demonstration for item in together], outcome.settings)
@@ -163,14 +165,16 @@ def withholding(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, N
         settings = settings.replace(rate=final.rate, channels=final.channels)
     *known, examples = yield from preparing([*learnt, held_out], settings)
     hertz = settings.bands(examples.rate)
+    prepared = perf_counter()
+    # What is shown as trained on must have been.
+    known, left_out = yield from trimming(known, outcome.settings)
     training = Summaries.joined(
         [
             summarised(example, item.demonstration, len(hertz))
             for example, item in zip(known, learnt, strict=True)
         ]
     )
-    prepared = perf_counter()
-    recogniser = final or (yield from fit_examples(known, outcome.settings))
+    recogniser = final or (yield from fit_trimmed(known, left_out, outcome.settings))
     fitted = perf_counter()
     judge = judge_of(recogniser)
     certainty = reviewed.certainty

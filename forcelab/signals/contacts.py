@@ -20,6 +20,7 @@ from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
+from forcelab.signals.grid import measured
 
 __all__ = ["ContactEvent", "finding_contacts"]
 
@@ -139,7 +140,7 @@ def finding_contacts(
     for done, column in enumerate(chosen):
         progress = Progress(done, len(chosen), "looking for contact events")
         yield progress
-        good = np.isfinite(values[:, column])
+        good = measured(values[:, column])
         whole = bool(good.all())
         t = stamps if whole else stamps[good]
         x = values[:, column] if whole else values[good, column]

@@ -52,8 +52,9 @@ def geometric_scales(first: float = 2.0, last: float = 1024.0, spacing: float = 
     """
     if not (0 < first <= last < np.inf and 0 < spacing < np.inf):
         raise InputError(
-            f"Scales need 0 < first <= last and a positive spacing, not {first:g} .. {last:g} "
-            f"samples every {spacing:g} octaves."
+            f"The smallest scale and the spacing must be more than 0, and the largest scale no "
+            f"smaller than the smallest; not {first:g} to {last:g} samples every {spacing:g} "
+            f"octaves."
         )
     # The small allowance lets 2 .. 1024 end at 1024 whatever the rounding of the logarithm.
     steps = int(np.floor(np.log2(last / first) / spacing + 1e-9))

@@ -20,7 +20,7 @@ from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge
 
-__all__ = ["LARGEST", "Grid", "on_grid"]
+__all__ = ["LARGEST", "Grid", "measured", "on_grid"]
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
@@ -59,10 +59,15 @@ class Grid:
     rate: float
 
 
-def _measured(column: NDArray[np.float64]) -> NDArray[np.float64]:
+def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which values a sensor can have read: not NaN, nor beyond :data:`LARGEST`."""
+    return np.asarray(np.abs(values) <= LARGEST)
+
+
+def _known(column: NDArray[np.float64]) -> NDArray[np.float64]:
     """The column, NaN where it cannot be a reading."""
-    lost = np.abs(column) > LARGEST
-    return np.where(lost, np.nan, column) if lost.any() else column
+    good = measured(column)
+    return column if good.all() else np.where(good, column, np.nan)
 
 
 def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:
@@ -117,7 +122,7 @@ def on_grid(
     """
     recorded = demonstration.signals
     wanted = range(recorded.shape[1]) if columns is None else columns
-    chosen = [_measured(recorded[:, column]) for column in wanted]
+    chosen = [_known(recorded[:, column]) for column in wanted]
     own = 1.0 / demonstration.period
     asked = rate or demonstration.rate
     if abs(asked / own - 1) < SAME_RATE:

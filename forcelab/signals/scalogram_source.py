@@ -16,7 +16,7 @@ from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
-from forcelab.signals.grid import MAX_SAMPLES, UNIFORM
+from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured
 
 __all__ = ["Source", "open_source"]
 
@@ -103,7 +103,7 @@ class Source:
             column = self.demonstration.signals[:, self.columns[0]]
             for row in np.flatnonzero(whole).tolist():
                 values[row] = column[firsts[row] : firsts[row] + length]
-            whole[whole] = np.isfinite(values[whole]).all(axis=1)
+            whole[whole] = measured(values[whole]).all(axis=1)
         known = whole.copy()
         for row in np.flatnonzero(~whole).tolist():
             first = int(firsts[row])
@@ -114,7 +114,7 @@ class Source:
     def _recorded(self, column: int, first: int, last: int) -> tuple[Real, NDArray[np.bool_]]:
         """Recorded samples as they are, bridged from the nearest ones even outside the piece."""
         values = self.demonstration.signals[first:last, column].copy()
-        good = np.isfinite(values)
+        good = measured(values)
         if good.all():
             return values, good
         places, heights = np.flatnonzero(good) + first, values[good]
@@ -137,12 +137,12 @@ class Source:
         return bridged, ~_long_runs(~good, before, after)
 
     def _finite(self, column: int, start: int, step: int) -> int | None:
-        """The nearest finite sample before `start`, or from `start` on."""
+        """The nearest sample that is there before `start`, or from `start` on."""
         signals = self.demonstration.signals
         while start > 0 if step < 0 else start < len(signals):
             end = max(0, start - BLOCK) if step < 0 else min(len(signals), start + BLOCK)
             low, high = min(start, end), max(start, end)
-            found = np.flatnonzero(np.isfinite(signals[low:high, column]))
+            found = np.flatnonzero(measured(signals[low:high, column]))
             if found.size:
                 return low + int(found[-1 if step < 0 else 0])
             start = end

@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.opencv import opencv
 
-__all__ = ["Index", "indexing", "last_at", "open_video"]
+__all__ = ["Index", "check_video", "indexing", "last_at", "open_video", "told_rate"]
 
 #: Packets, and frames, between two reports of progress, after which the job can be cancelled.
 STRETCH, DECODED = 500, 50
@@ -62,6 +62,30 @@ def last_at(times: NDArray[np.float64], time: float) -> int:
         microsecond from being carried to another clock and back.
     """
     return int(np.searchsorted(times, time + SAME, side="right")) - 1
+
+
+def check_video(path: Path) -> None:
+    """Refuse a file that is no video, before it is copied.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is no video.
+    """
+    if not path.is_file():
+        raise InputError(f"There is no file '{path}'; look at its name.")
+    open_video(path).release()
+
+
+def told_rate(path: Path) -> float:
+    """Frames a second that a video says it has, to be told to others; 0 where it does not say."""
+    try:
+        capture = open_video(path)
+    except InputError:
+        return 0.0
+    rate = float(capture.get(opencv().CAP_PROP_FPS))
+    capture.release()
+    return rate if 0 < rate < 1e6 else 0.0
 
 
 def open_video(path: Path, *, packets: bool = False) -> Any:

@@ -95,8 +95,23 @@ def test_importing_twice_updates(forcelab, project, recordings):
     files = sorted(recordings.glob("foam-*.csv"))
     said = forcelab("import", project, *files, "--task", "foam", "--json")
     assert [one["status"] for one in said.json["demonstrations"]] == ["unchanged"] * 4
+    told = forcelab("import", project, *files, "--task", "foam")
+    assert told.out == "4 recordings: 0 new, 0 updated, 4 unchanged.\n"
     with Project.open(project) as opened:
         assert len(opened.demonstrations()) == 6
+
+
+def test_columns_are_read_as_it_is_said(forcelab, tmp_path):
+    file = tmp_path / "press.csv"
+    rows = "".join(f"{i / 100},{i * 5},{i % 7},{i % 2}\n" for i in range(200))
+    file.write_text("time,crosshead,fx,button\n" + rows)
+    project = tmp_path / "p.forcelab"
+    assert "(--signal)" in forcelab("import", project, file).out
+    said = forcelab("import", project, file, "--signal", "crosshead", "--leave-out", "button")
+    assert "crosshead" not in said.out
+    with Project.open(project) as opened:
+        channels = {tuple(c.name for c in info.channels) for info in opened.demonstrations()}
+    assert channels == {("fx", "button"), ("crosshead", "fx")}
 
 
 def test_remarks_are_told_for_each_file(forcelab, tmp_path):
@@ -197,12 +212,15 @@ def test_an_archive_imports_like_any_recording(forcelab, project, tmp_path):
 
 
 def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
+    from forcelab.gui.faults import log_file
+
     said = forcelab("doctor", "--json")
     findings = {finding["what"]: finding for finding in said.json}
     assert said.status == 0, said.out
     assert findings["Qt platform"]["well"]
     assert findings["video MPEG-4 (mp4v)"]["found"] == "writes and reads"
     assert {"python", "numpy", "fonts", "sqlite"} <= set(findings)
+    assert str(log_file()) in findings["log file"]["found"]
 
 
 def test_doctor_names_what_is_missing_and_the_cure(forcelab, monkeypatch):

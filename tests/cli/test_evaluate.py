@@ -130,7 +130,7 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
     from forcelab.gui.figures import TimelinePairs
-    from forcelab.gui.review.colouring import vocabulary_of
+    from forcelab.review.looks import vocabulary_of
     from forcelab.review.outcome import latest
 
     drawn = []
@@ -341,7 +341,7 @@ def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
         (["--stride", "0"], "stride"),
         (["--median", "wide"], "'off'"),
         (["--windows", "0.1,wide"], "seconds"),
-        (["--max-scale", "1"], "2 .. 1 samples"),
+        (["--max-scale", "1"], "at least min_scale, which is 2 samples, not 1"),
         (["--jobs", "0"], "--jobs"),
         (["--folds", "1"], "--folds"),
     ],

@@ -1,20 +1,144 @@
-"""A demonstration that was imported by mistake can be taken out again."""
+"""What is not wanted any more can be taken out again: demonstrations, runs, recognisers."""
 
 from __future__ import annotations
 
-from forcelab.project import Project
+from dataclasses import fields, replace
+
+import pytest
+
+from forcelab.labels import Segment
+from forcelab.project import LabelsUsed, Project, Verdict
+from forcelab.project.labelling import Labelling
+
+MADE = {"settings": {}, "seed": None, "versions": {}}
+
+
+@pytest.fixture
+def runs(project):
+    """Three runs, the first two with a recogniser of theirs, and a recogniser of none."""
+    with Project.open(project) as opened:
+        id_ = opened.load("foam-01").id
+        author = opened.info(id_).authors[0]
+        used = [LabelsUsed(id_, author, 0)]
+        numbers = [
+            opened.add_training(
+                "evaluate",
+                "of a run",
+                content,
+                labels=used,
+                trained_on=used,
+                result={"told": content.hex() * 250},
+                **MADE,
+            )
+            for content in (b"one" * 1000, b"two" * 1000)
+        ]
+        numbers.append(opened.add_run("evaluate", labels=used, result={}, **MADE))
+        opened.add_recogniser("alone", b"three" * 20_000, labels=used, **MADE)
+        return numbers
+
+
+def names_of(opened):
+    return [info.name for info in opened.demonstrations()]
 
 
 def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
     forcelab("assign", project, "foam-01", "--author", "Anna")
     with Project.open(project) as opened:
-        names = [info.name for info in opened.demonstrations()]
+        names = names_of(opened)
         authors = opened.info(opened.load("foam-01").id).authors
     sentence = forcelab("remove", project, "foam-01").sentence
     for told in ("'foam-01' was not removed", "1 assignment", "--yes", *authors):
         assert told in sentence
     said = forcelab("remove", project, "foam-01", "--yes", "--json")
-    assert said.json["removed"]["name"] == "foam-01"
+    assert [one["name"] for one in said.json["removed"]] == ["foam-01"]
     with Project.open(project) as opened:
-        assert [i.name for i in opened.demonstrations()] == [n for n in names if n != "foam-01"]
+        assert names_of(opened) == [name for name in names if name != "foam-01"]
     assert "no demonstration 'foam-01'" in forcelab("remove", project, "foam-01", "--yes").sentence
+
+
+def test_several_go_together_or_not_at_all(forcelab, project):
+    with Project.open(project) as opened:
+        names = names_of(opened)
+    assert (
+        "no demonstration 'nothing'"
+        in forcelab("remove", project, names[0], "nothing", "--yes").sentence
+    )
+    sentence = forcelab("remove", project, *names[:2]).sentence
+    assert f"'{names[0]}', '{names[1]}' were not removed" in sentence
+    with Project.open(project) as opened:
+        assert names_of(opened) == names
+    forcelab("remove", project, names[0], names[1], names[0], "--yes")
+    with Project.open(project) as opened:
+        assert names_of(opened) == names[2:]
+
+
+def test_the_list_of_runs_tells_what_each_takes_up(forcelab, project, runs):
+    plain = forcelab("runs", project, "--json").json
+    assert [run["run"] for run in plain] == runs
+    assert plain[0]["bytes"] > 300_000 > plain[2]["bytes"]
+    assert [run["recogniser"] is None for run in plain] == [False, False, True]
+    told = forcelab("runs", project).out
+    assert "alone" in told
+    assert "of a run" not in told  # it belongs to a run, beside which it stands
+
+
+def test_runs_go_with_their_recognisers_and_give_the_room_back(forcelab, project, runs):
+    store = project / "project.sqlite"
+    sentence = forcelab("remove", project, "--run", *runs).sentence
+    for told in ("run 1, run 2, run 3 were not removed", "2 recognisers", "MB"):
+        assert told in sentence
+    with Project.open(project) as opened:
+        before = store.stat().st_size
+        paths = [opened.recogniser_path(use.recogniser) for use in opened.run_uses()[:2]]
+    assert not any(forcelab("remove", project, "--run", 2, 1, "--yes").err)
+    assert store.stat().st_size < before / 2
+    assert not any(path.exists() for path in paths)
+    with Project.open(project) as opened:
+        assert [run.id for run in opened.run_summaries()] == [3]
+        assert [one.name for one in opened.recognisers()] == ["alone"]
+    assert "There is no run 2" in forcelab("remove", project, "--run", 3, 2, "--yes").sentence
+    assert [run["run"] for run in forcelab("runs", project, "--json").json] == [3]
+
+
+def test_what_people_said_and_accepted_of_a_run_stays(forcelab, project, runs):
+    with Project.open(project) as opened:
+        id_ = opened.load("foam-01").id
+        said = Verdict(id_, "bert", "anna", 0.0, 0.1, "grab", "slip", "model", run=1)
+        opened.add_verdict(said)
+        labelling = Labelling(opened, id_, "anna")
+        labelling.accept((Segment(0.2, 0.3, "slip"),), "model fast 1")
+        segments, origins = labelling.segments, opened.origins(id_, "anna")
+    sentence = forcelab("remove", project, "--run", 1).sentence
+    assert "1 verdict" in sentence
+    assert "1 edit" in sentence
+    forcelab("remove", project, "--run", 1, "--yes")
+    with Project.open(project) as opened:
+        assert Labelling(opened, id_, "anna").segments == segments
+        assert opened.origins(id_, "anna") == origins
+        assert [origin.proposer for origin in origins.values()] == ["model fast 1"]
+        (kept,) = opened.verdicts()
+        assert replace(said, run=None, time=kept.time) == Verdict(
+            **{one.name: getattr(kept, one.name) for one in fields(Verdict)}
+        )
+        # The store refuses to change what people said, as before.
+        with pytest.raises(Exception, match="kept for ever"):
+            opened._db.execute("UPDATE verdict SET run = 2")
+
+
+def test_a_recogniser_goes_and_its_run_stays(forcelab, project, runs):
+    with Project.open(project) as opened:
+        ids = {one.name: one.id for one in opened.recognisers()}
+    assert (
+        "no recogniser 'abcdef'"
+        in forcelab("remove", project, "--recogniser", "abcdef", "--yes").sentence
+    )
+    forcelab("remove", project, "--recogniser", ids["alone"][:8], ids["of a run"], "--yes")
+    with Project.open(project) as opened:
+        assert [one.name for one in opened.recognisers()] == ["of a run"]
+        assert [bool(use.recogniser) for use in opened.run_uses()].count(True) == 1
+        assert len(opened.run_summaries()) == len(runs)
+    assert list((project / "recognisers").glob("*.skops"))
+
+
+def test_nothing_named_is_told(forcelab, project):
+    assert "--run" in forcelab("remove", project, "--yes").wrong_word

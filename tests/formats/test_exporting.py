@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from filmed import filmed_demonstration
 
@@ -15,6 +19,7 @@ from forcelab.formats.exporting import exporting
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
+from forcelab.video.reader import VideoReader
 
 DUSTY = 0.1 + 0.2
 ANN = (Segment(0.1, DUSTY, "grab"), Segment(DUSTY, 0.45, "hold, firmly"))
@@ -60,6 +65,25 @@ def test_events_are_headed_as_boris_heads_them(project):
     assert (rows[1]["Start (s)"], rows[1]["Stop (s)"]) == ("0.3", "0.45")
     assert rows[1]["Behavior type"] == "STATE"
     assert rows[0]["Observation id"] != rows[2]["Observation id"]  # who codes is part of it
+    assert Path(rows[0]["Media file"]).is_file()
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations()
+        video = opened.load(info.id).video.path
+        first = opened.history(info.id, "Ann")[0].time
+    with VideoReader(video) as film:
+        measured = 1 / np.median(np.diff(film.times))
+    assert float(rows[0]["FPS"]) == pytest.approx(measured, rel=1e-3)
+    begun = datetime.strptime(rows[0]["Observation date"], "%Y-%m-%d %H:%M:%S").astimezone()
+    assert begun == first.replace(microsecond=0)
+
+
+def test_of_a_video_that_is_gone_the_rest_is_told(project):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations()
+        opened.load(info.id).video.path.unlink()
+    text = export(project, "boris").read_text("utf-8")
+    rows = list(csv.DictReader(text.splitlines(), delimiter="\t"))
+    assert [row["FPS"] for row in rows] == ["", "", ""]
 
 
 def test_elan_finds_the_video_and_the_times_in_it(project):
@@ -93,11 +117,42 @@ def test_what_elan_cannot_hold_is_refused(tmp_path, segment, told):
         to_elan([Track("Ann", (segment,))], None, tmp_path)
 
 
+def test_one_demonstration_that_elan_cannot_hold_is_named_and_none_is_written(project):
+    with Project.open(project) as opened:
+        first = opened.demonstrations()[0].id
+        again = replace(opened.load(first), name="zz last", video=None)
+        again = replace(again, signals=again.signals + 1.0)
+        added = opened.add(again)
+        opened.edit(added.id, "Ann", (), (Segment(0.1, 0.1002, "tap"),), "painted")
+    with pytest.raises(InputError, match="'zz last': 'tap' of Ann"):
+        export(project, "elan")
+    assert not (project.parent / "out").exists()
+
+
+def test_a_segment_of_a_millisecond_is_one_for_elan_wherever_it_lies(tmp_path):
+    segments = [Segment(k / 2000, (k + 2) / 2000, "tap") for k in range(1, 4000, 2)]
+    root = ET.fromstring(to_elan([Track("Ann", tuple(segments))], None, tmp_path))
+    times = [int(slot.get("TIME_VALUE")) for slot in root.iter("TIME_SLOT")]
+    assert {end - start for start, end in zip(times[::2], times[1::2], strict=True)} == {1}
+
+
 @pytest.mark.parametrize("kind", ["csv", "table", "elan", "boris", "audacity"])
 def test_only_the_tracks_of_those_asked_for(project, kind):
     text = export(project, kind, authors=["Zoe"]).read_text("utf-8")
     assert "grab" in text
     assert "hold" not in text
+
+
+def test_what_has_no_labels_of_those_asked_for_is_said_so(project):
+    with pytest.raises(InputError, match="What was chosen has no labels"):
+        export(project, "table", ids=[])
+
+
+def test_in_an_empty_project_nobody_is_there(tmp_path):
+    with Project.create(tmp_path / "new.forcelab") as new:
+        path = new.path
+    with pytest.raises(InputError, match="'Ben' labelled here; there are none at all"):
+        export(path, "table", authors=["Ben"])
 
 
 def test_an_author_who_is_not_there_is_refused_with_those_who_are(project):

@@ -74,6 +74,30 @@ def test_the_same_files_again_change_nothing_and_new_labels_are_an_update(tmp_pa
     assert (track.author, track.segments) == ("Ada", (Segment(0.1, 0.2, "grab"),))
 
 
+@pytest.mark.parametrize("labelled", [False, True])
+def test_a_file_that_is_read_with_other_columns_is_told_to_be_there_twice(
+    tmp_path, project, labelled
+):
+    file = table(tmp_path / "a.csv", 1)
+    import_files(project, [file], ReadOptions(task="foam"))
+    if labelled:
+        with Project.open(project) as opened:
+            opened.edit(opened.load("a").id, "Ann", (), GRAB, "painted")
+    report = import_files(project, [file], ReadOptions(task="foam", leave_out=("fx",)))
+    its = "with its labels" if labelled else "not labelled yet"
+    said = (
+        f"The same file was in the project as 'a', {its}, with other columns or times; read anew "
+        f"it is 'a (2)'. Remove the one that is not wanted, by its menu in the list of "
+        f"demonstrations or 'forcelab remove'."
+    )
+    assert said in report.remarks[file]
+    (tmp_path / "other").mkdir()
+    alike = table(tmp_path / "other" / "a.csv", 2)  # as long, and called as it is
+    report = import_files(project, [alike], ReadOptions(task="foam"))
+    (told,) = [one for one in report.remarks[alike] if "'a (3)'" in one]
+    assert told == "Another recording of task 'foam' is called 'a'; this one is now 'a (3)'."
+
+
 def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, project):
     recording = table(tmp_path / "a.csv", 1)
     labels = tmp_path / "a.labels.csv"
@@ -278,6 +302,17 @@ def test_an_archive_in_an_existing_project_brings_labels_and_says_what_stayed(
         assert opened.runs() == ()
         assert opened.load(id_).video.path.read_bytes() == bytes(range(256)) * 20
     assert list(scratch.iterdir()) == []
+
+
+def test_an_archive_that_brings_nothing_new_is_listed_by_name_without_a_word_on_what_stayed(
+    tmp_path, project
+):
+    names = [f"t{number}" for number in (10, 2, 1, 7, 3)]
+    import_files(project, [table(tmp_path / f"{name}.csv", n) for n, name in enumerate(names)])
+    write_archive_of(project, tmp_path / "all.zip")
+    again = import_files(project, [tmp_path / "all.zip"])
+    assert [one.added.name for one in again.demonstrations] == ["t1", "t2", "t3", "t7", "t10"]
+    assert (again.count("unchanged"), again.remarks) == (5, {})
 
 
 def test_a_task_for_an_archive_that_is_unpacked_whole_is_told_to_be_unused(archive, project):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from films import write_with_opencv
 from made_once import made_once
 from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
 from PySide6.QtGui import QHelpEvent, QImage
@@ -389,8 +390,12 @@ def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
     assert menu.rename(id_, "pencil")
     assert opened(document) == "pencil"
     assert shown(listing)["stylus"] == ["pen-2", "pencil"]
-    film = tmp_path / "film.mp4"
-    film.write_bytes(b"film")
+    film = tmp_path / "film.avi"
+    film.write_bytes(b"no film at all")
+    assert not menu.attach_video(id_, film)
+    assert not document.infos[[info.id for info in document.infos].index(id_)].has_video
+    assert not list((project.path / "demonstrations" / id_).glob("video-*"))
+    write_with_opencv(film, "MJPG", 3)
     assert menu.attach_video(id_, film)
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
@@ -421,25 +426,64 @@ def test_what_was_imported_by_mistake_is_removed(listing, document):
     heads = {name: document.project.head(id_, name) for name in ("anna", "bert")}
     said = []
     document.said.connect(lambda text, _: said.append(text))
-    assert not listing.menu.remove(id_, {"anna": heads["anna"]})
+    assert not listing.menu.remove({id_: {"anna": heads["anna"]}})
     assert "was labelled meanwhile" in said[-1]
     assert document.id == id_
-    assert listing.menu.remove(id_, heads)
+    assert listing.menu.remove({id_: heads})
     assert document.id == ""
     assert shown(listing)["stylus"] == ["pen-10"]
 
 
+def test_several_are_removed_at_once_or_none_of_them(listing, document, monkeypatch):
+    names = ("pen-2", "pen-10", "block")
+    rows = [row(listing, name) for name in names]
+    ids = [one.info.id for one in rows]
+    document.open_demonstration(ids[1])
+    (action,) = [
+        action
+        for action in listing.menu.made_for(rows[0], rows).actions()
+        if action.text() == "Remove these 3 from the project…"
+    ]
+    asked = []
+
+    def exec_(dialog):
+        asked.append(dialog)
+        assert dialog.remove.isEnabled() == dialog.others.isHidden()
+        return len(asked) > 1
+
+    monkeypatch.setattr(RemoveDialog, "exec", exec_)
+    action.trigger()
+    assert "the labels of bert (on 1)" in asked[0].text.text()
+    assert "bert" in asked[0].others.text()
+    assert {one.id for one in document.infos} >= set(ids)
+    project, head = document.project, type(document.project).head
+    with monkeypatch.context() as stale:  # bert has gone on labelling one of them meanwhile
+        stale.setattr(
+            type(project), "head", lambda self, *at: head(self, *at) - (at == (ids[0], "bert"))
+        )
+        action.trigger()
+    assert len(asked) == 2
+    assert {one.id for one in document.infos} >= set(ids)
+    assert document.id == ids[1]
+    said = []
+    document.said.connect(lambda text, _: said.append(text))
+    action.trigger()
+    assert not {one.id for one in document.infos} & set(ids)
+    assert document.id == ""
+    assert said[-1] == "3 demonstrations were removed."
+
+
 def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
-    alone = RemoveDialog(row(listing, "pen-10"), "anna")
+    alone = RemoveDialog([row(listing, "pen-10")], "anna")
     assert alone.remove.isEnabled()
-    both = RemoveDialog(row(listing, "pen-2"), "anna")
+    both = RemoveDialog([row(listing, "pen-2")], "anna")
     assert "bert" in both.others.text()
     assert not both.remove.isEnabled()
     both.others.click()
     assert both.remove.isEnabled()
     for name in ("pen-2", "pen-10"):
         listing.menu.assign([id_of(document, name)], "anna")
-    blind = [RemoveDialog(row(listing, name), "anna") for name in ("pen-2", "pen-10")]
+    blind = [RemoveDialog([row(listing, name)], "anna") for name in ("pen-2", "pen-10")]
     assert len({dialog.others.text() for dialog in blind}) == 1
     for dialog in blind:
         words = [label.text() for label in dialog.findChildren(QLabel)]
@@ -479,6 +523,7 @@ def test_every_row_has_a_menu(listing, document):
         "Mark these 2 as done",
         "Assign these 2 blind…",
         "Task of these 2…",
+        "Remove these 2 from the project…",
     ]
 
 

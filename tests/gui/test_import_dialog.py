@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
+from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.importing import ImportDialog
 from forcelab.gui.jobs import Jobs
@@ -51,6 +52,37 @@ def test_with_every_file_left_out_there_is_nothing_to_import(dialog):
     dialog._files.selectAll()
     dialog._files.actions()[0].trigger()
     assert not dialog._go.isEnabled()
+
+
+def test_a_rate_that_is_given_is_no_longer_asked_for(document, tmp_path):
+    plain = tmp_path / "plain.csv"
+    plain.write_text("fx,fy,fz\n" + "0.1,0.2,0.3\n0.2,0.1,0.5\n" * 20)
+    jobs = Jobs()
+    dialog = ImportDialog(document, jobs, files=[plain])
+    heading = dialog.columns.heading
+    assert "give the sample rate" in heading.text()
+    assert heading.styleSheet()
+    dialog._rate.setValue(200.0)
+    assert heading.text() == "Columns of plain.csv, and what each is read as:"
+    assert not heading.styleSheet()
+    dialog._rate.setValue(0.0)
+    assert "give the sample rate" in heading.text()
+    dialog.close()
+    jobs.close()
+
+
+def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, monkeypatch):
+    asked = []
+
+    def choose(_parent, _title, folder):
+        asked.append(Path(folder))
+        return [str(FOAM)], ""
+
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileNames", choose)
+    settings.remember_project(tmp_path / "study.forcelab")
+    dialog._choose()
+    dialog._choose()
+    assert asked == [tmp_path, FOAM.parent]
 
 
 def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, until):
@@ -139,6 +171,14 @@ def test_a_column_that_is_left_out_is_no_channel(document, german, until):
     until(lambda: document.id, 20.0)
     assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
     assert document.demonstration.duration == pytest.approx(3.0)
+
+
+def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, until):
+    choose(german, "Paket", "signal")
+    assert read_as(german)["Paket"] == "signal"
+    german._go.click()
+    until(lambda: document.id, 20.0)
+    assert "Paket" in [channel.name for channel in document.demonstration.channels]
 
 
 def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german, until):

@@ -48,6 +48,19 @@ def test_the_demonstration_of_last_time_is_opened_but_not_for_a_picture(document
     assert document.id == one.id
 
 
+def test_the_start_page_keeps_saying_why_a_project_did_not_open(app, tmp_path):
+    window = Window("Ann", remembering=False)
+    window.begin(Start(project=tmp_path / "nwe.forcelab"))
+    trouble = window._welcome._trouble
+    assert not trouble.isHidden()
+    assert f"There is no project '{tmp_path / 'nwe.forcelab'}'" in trouble.text()
+    assert "create it, or check the name" in trouble.text()
+    Project.create(tmp_path / "new.forcelab").close()
+    assert window.opening.open(tmp_path / "new.forcelab")
+    assert trouble.isHidden()
+    window.close()
+
+
 def test_a_sample_project_that_is_ready_late_does_not_close_another(
     document, make, tmp_path, monkeypatch, until
 ):
@@ -84,6 +97,17 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
     assert (document.author, choice._box.currentText()) == ("Ines", "Ines")
     choice.deleteLater()
     document.close()
+
+
+@pytest.mark.parametrize(
+    ("typed", "made"),
+    [("pens", "pens.forcelab"), ("pens.forcelab", "pens.forcelab"), ("a.b", "a.b")],
+)
+def test_a_new_project_gets_its_ending(document, make, tmp_path, monkeypatch, typed, made):
+    where = str(tmp_path / typed)
+    monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getSaveFileName", lambda *_: (where, ""))
+    make(document).ask_new()
+    assert document.project.path == tmp_path / made
 
 
 def test_who_was_asked_for_labels_in_the_first_project_alone(make, tmp_path, monkeypatch):

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 from painting_bench import ACTIONS, demonstration
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QColor, QPalette
-from PySide6.QtWidgets import QTreeView
+from PySide6.QtWidgets import QTreeView, QWidget
 
 from forcelab.gui import settings, theme
 from forcelab.gui.start import Start
@@ -218,3 +218,81 @@ def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app
             assert bar.currentMessage() == "It went as it went."
     finally:
         theme.apply(app, "light")
+
+
+class Appearing(QObject):
+    """Notes what is shown as a window of its own."""
+
+    def __init__(self):
+        super().__init__()
+        self.kinds = []
+
+    def eventFilter(self, watched, event):  # noqa: N802
+        if event.type() == QEvent.Type.Show and isinstance(watched, QWidget) and watched.isWindow():
+            self.kinds.append(type(watched).__name__)
+        return False
+
+
+def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
+    """A part that is shown before it has a parent is one, for a moment, on a real screen."""
+    from forcelab.gui.fault_dialog import FaultDialog
+    from forcelab.gui.removing import RemoveDialog
+
+    appearing = Appearing()
+    app.installEventFilter(appearing)
+    try:
+        window = windows(Start(project=study))
+        for name in ("review", "capture", "tradeoff"):
+            window.show_workspace(name)
+        lists = window.review.workspace.lists
+        for index in range(lists.count()):
+            lists.setCurrentIndex(index)
+        rows = [row for group in window.demonstrations.model.groups for row in group.rows]
+        for dialog in (
+            RemoveDialog(rows, "Ann", window),
+            FaultDialog(ValueError("x"), "", study, window),
+        ):
+            dialog.show()
+            dialog.close()
+            dialog.deleteLater()
+    finally:
+        app.removeEventFilter(appearing)
+    assert appearing.kinds == ["Window", "RemoveDialog", "FaultDialog"]
+
+
+def test_without_a_demonstration_the_list_of_actions_says_so(windows, tmp_path):
+    Project.create(tmp_path / "empty.forcelab").close()
+    view = windows(Start(project=tmp_path / "empty.forcelab")).label.vocabulary
+    assert view.nothing.isVisible()
+    assert not view.list.isVisible()
+
+
+def test_with_a_demonstration_its_actions_are_listed(windows, study):
+    view = windows(Start(project=study)).label.vocabulary
+    assert view.list.isVisible()
+    assert not view.nothing.isVisible()
+
+
+def test_back_in_label_the_keyboard_paints(windows, study, app):
+    """Not: chooses another coder, whose box was next in the order of Tab."""
+    window = windows(Start(project=study))
+    window.show_workspace("review")
+    app.processEvents()
+    window.show_workspace("label")
+    app.processEvents()
+    assert window.focusWidget() is window.label.tracks
+
+
+def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
+    window = windows(Start(project=study))
+    window.show_workspace("review")
+    window.activateWindow()
+    queue = window.review.workspace.queue.list
+    queue.show()
+    queue.setFocus()
+    app.processEvents()
+    window.document.demonstration_changed.emit()
+    assert app.focusWidget() is queue
+    window.demonstrations.search.setFocus()
+    window.document.demonstration_changed.emit()
+    assert app.focusWidget() is window.label.tracks

@@ -21,7 +21,6 @@ from forcelab.measure.recognition_settings import (
     seen_alike,
     with_data_of,
 )
-from forcelab.measure.recognition_spent import left_out
 from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
 from forcelab.merging import MergeMap
 from forcelab.project import Project
@@ -106,14 +105,6 @@ def test_only_what_comes_after_the_classifier_is_shared():
     for change in ({"stride": 7}, {"seed": 1}, {"phase": False}, {"max_scale": 16.0}):
         pair = [Variant("a", "", PLAIN), Variant("b", "", PLAIN.replace(**change))]
         assert len(fitted_alike(pair)) == 2, change
-
-
-def test_every_demonstration_is_left_out_once_however_many_groups():
-    for count in (2, 3, 5, 11):
-        for folds in (None, 2, 3, 5):
-            parts = left_out(count, folds)
-            assert sorted(i for part in parts for i in part) == list(range(count))
-            assert len(parts) == (count if folds is None else min(folds, count))
 
 
 def test_settings_that_cannot_be_trained_are_refused_and_the_others_measured(labelled):

@@ -56,6 +56,8 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     assert (project.info(id_), project.info(other.id)) == (info, other)
     with pytest.raises(InputError, match="no demonstration 'f00'"):
         project.info("f00")
+    with pytest.raises(InputError, match=r"'02' is the name of .*, not its id; load\('02'\)\.id "):
+        project.track("02", "anna")
     assert project.tasks() == ("foam", "LEGO")
 
 
@@ -102,7 +104,7 @@ def test_imported_labels_are_replaced_until_somebody_edits_them(project, make):
     project.edit(id_, "anna", HOLD, GRAB, "hold erased")
     kept = project.add(make(1), [Track("anna", HOLD), Track("bert", HOLD)])
     assert kept.remarks == (
-        "The labels of 'anna' were edited in the project; those in the file were left out.",
+        "The labels of 'anna' on '01' were edited in the project; those in the file were left out.",
     )
     assert project.track(id_, "anna").segments == GRAB
     assert project.track(id_, "bert").segments == HOLD

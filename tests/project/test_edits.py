@@ -132,7 +132,7 @@ def test_changing_a_project_inside_a_snapshot_is_a_mistake_of_the_program(projec
 def test_a_track_is_found_by_the_id_of_its_demonstration_alone(project, id_):
     for key in ("01", id_[:12]):
         assert project.load(key).id == id_
-        with pytest.raises(InputError, match="no demonstration"):
+        with pytest.raises(InputError, match="is the name of a demonstration"):
             project.track(key, "anna")
 
 

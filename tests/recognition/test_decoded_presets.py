@@ -162,6 +162,7 @@ def test_a_recording_that_is_there_twice_is_said(four):
     (said,) = [remark for remark in found.remarks if "same recording" in remark]
     assert old.name in said
     assert "twin" in said
+    assert "left out together" in said
     assert not any("same recording" in r for r in finish(leave_one_out(four, FAST)).remarks)
 
 

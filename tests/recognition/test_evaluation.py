@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from forcelab.recognition.evaluation import across, kept_apart, leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.metrics import score
 from forcelab.recognition.settings import Settings
-from forcelab.recognition.training import train
+from forcelab.recognition.training import fit_examples, train
 
 ROOT = Path(__file__).resolve().parents[2]
 TONGS = ROOT / "../shared/data/tongs"
@@ -265,6 +266,69 @@ def test_a_demonstration_that_is_there_twice_is_refused(six):
     twin = Demonstration("twin", "other", *demonstration_parts(six[0].demonstration))
     with pytest.raises(InputError, match="is there twice"):
         finish(leave_one_out([*six[:2], Labelled(twin, six[0].segments)], RAW))
+
+
+def later(item, name):
+    """The same recording with other stamps, under another name."""
+    times, signals, channels = demonstration_parts(item.demonstration)
+    segments = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in item.segments)
+    return Labelled(Demonstration(name, "foam", times + 5.0, signals, channels), segments)
+
+
+def names_of(items, fold):
+    return [items[i].demonstration.name for i in fold]
+
+
+@pytest.mark.parametrize("count", [None, 2, 3, 4])
+def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
+    items = [*six[:3], later(six[0], "twin"), six[3], later(six[2], "again")]
+    parts = folds.groups([item.demonstration for item in items], count)
+    assert sorted(i for part in parts for i in part) == list(range(len(items)))
+    assert len(parts) == (count or 4)
+    for first, second in ((0, 3), (2, 5)):
+        assert [first in part for part in parts] == [second in part for part in parts]
+    fitted = []
+
+    def fit(examples, *others, **further):
+        fitted.append({example.name for example in examples})
+        return fit_examples(examples, *others, **further)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(folds, "fit_examples", fit)
+        found = finish(leave_one_out(items, FAST, folds=count))
+    assert [tested.name for tested in found.tested] == names_of(items, range(len(items)))
+    every = set(names_of(items, range(len(items))))
+    assert fitted == [every - set(names_of(items, part)) for part in parts]
+    assert sum("left out together" in remark for remark in found.remarks) == 2
+
+
+@pytest.mark.parametrize("count", [2, 5, 11])
+@pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
+def test_neighbours_are_left_out_in_different_groups(count, groups):
+    items = [d for d, _ in synthetic_set(count, rate=50.0)]
+    parts = folds.groups(items, groups)
+    assert len(parts) == min(groups or count, count)
+    assert sorted(i for part in parts for i in part) == list(range(count))
+    assert max(map(len, parts)) - min(map(len, parts)) <= 1
+    assert not any(b - a == 1 for part in parts for a, b in pairwise(part))
+
+
+@pytest.mark.parametrize("groups", [1, -1, -3])
+def test_a_number_of_groups_that_nothing_can_be_left_out_in_is_refused(six, groups):
+    with pytest.raises(InputError, match=f"two groups or more, not in {groups}"):
+        finish(leave_one_out(six[:3], FAST, folds=groups))
+
+
+def test_a_recording_that_is_trained_on_under_another_name_is_told(six):
+    twin = later(six[0], "twin")
+    (said,) = [
+        remark
+        for remark in finish(across(six[:3], [*six[3:5], twin], FAST)).remarks
+        if "same recording" in remark
+    ]
+    assert said.startswith(f"'twin' holds the same recording as '{six[0].demonstration.name}'")
+    clean = finish(across(six[:3], six[3:5], FAST)).remarks
+    assert not any("same recording" in remark for remark in clean)
 
 
 def demonstration_parts(demonstration):

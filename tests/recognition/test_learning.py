@@ -88,6 +88,7 @@ DAMAGE = [
     (0, "feature", put(0, -3)),
     (0, "feature", put(0, -1)),  # a leaf more: the last tree but one ends too soon
     (0, "feature", put(-1, 0)),  # a leaf less: the last tree does not end
+    (0, "feature", lambda a: a[::-1]),  # as many leaves, but no trees
     (0, "feature", lambda a: a[:-1]),
     (0, "feature", lambda a: a[:0]),
     (0, "feature", lambda a: a.astype(np.float64)),

@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
 from forcelab.live.promise import promised
-from forcelab.recognition import learning
+from forcelab.recognition import learning, live_evaluation
 from forcelab.recognition.averaged import sharpened
 from forcelab.recognition.causal import CausalWindows, StreamingWindows
 from forcelab.recognition.decoding import decode
@@ -25,7 +25,7 @@ from forcelab.recognition.live_part import LOOKS, LivePart
 from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import load, save
-from forcelab.recognition.training import train
+from forcelab.recognition.training import train, training
 
 RATE = 250.0
 WINDOWS = preset("fast").windows
@@ -299,7 +299,7 @@ def test_a_file_keeps_what_follows_streams(trained, three, tmp_path):
 def test_what_does_not_fit_is_refused(trained):
     with pytest.raises(InputError, match="latency"):
         finish(leave_one_out_live([], trained.settings, -1.0))
-    with pytest.raises(InputError, match="label one more"):
+    with pytest.raises(InputError, match="needs two labelled ones"):
         finish(leave_one_out_live([], trained.settings, 0.1))
     part = trained.live[1]
     plain = part.plain() | {"usual": np.array([1.0, -1.0, 1.0, 1.0])}
@@ -321,6 +321,31 @@ def test_an_evaluation_as_a_stream_leaves_each_demonstration_out(three, monkeypa
     assert pooled.accuracy > 0.8
     assert pooled.coverage == 1.0
     assert "100 ms" in evaluation.remarks[0]
+
+
+def test_a_recording_that_is_there_twice_is_left_out_as_a_whole_as_a_stream(three, monkeypatch):
+    old = three[0].demonstration
+    twin = Demonstration("twin", old.task, old.times + 5.0, old.signals, old.channels)
+    moved = tuple(
+        dataclasses.replace(s, start=s.start + 5, end=s.end + 5) for s in three[0].segments
+    )
+    trained_on = []
+
+    def watched(labelled, settings):
+        trained_on.append([item.demonstration.name for item in labelled])
+        return training(labelled, settings)
+
+    monkeypatch.setattr(learning, "TREES", 2)
+    monkeypatch.setattr(live_evaluation, "training", watched)
+    items = [*three, Labelled(twin, moved)]
+    found = finish(leave_one_out_live(items, preset("fast"), 0.1))
+    _, second, third = (item.demonstration.name for item in three)
+    first = old.name
+    without = [second, third]
+    assert trained_on == [without, [first, third, "twin"], [first, second, "twin"], without]
+    assert any("left out together" in remark for remark in found.remarks)
+    with pytest.raises(InputError, match="is there twice"):
+        finish(leave_one_out_live([*three, three[0]], preset("fast"), 0.1))
 
 
 def test_probabilities_of_a_stream_are_calibrated_where_those_offline_are(three, monkeypatch):

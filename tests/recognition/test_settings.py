@@ -130,6 +130,31 @@ def test_the_refusal_names_the_setting_what_it_must_be_and_what_it_was(name):
         Settings(**{name: -3})
 
 
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        (
+            {"min_scale": 10, "max_scale": 2},
+            "The setting max_scale must be at least min_scale, which is 10 samples, not 2.",
+        ),
+        (
+            {"channels": ("fx", "fx")},
+            "The setting channels must name each channel once, not fx, fx.",
+        ),
+        (
+            {"windows": ()},
+            "The setting windows must be 1 to 32 numbers of seconds from 0.0001 to 1000, the "
+            "smallest first, not none.",
+        ),
+        ({"features": "x"}, "There is no kind of features 'x'; choose from wavelets, windows."),
+    ],
+)
+def test_a_refusal_is_said_in_words_that_tell_the_cure(values, said):
+    with pytest.raises(InputError) as refusal:
+        Settings(**values)
+    assert str(refusal.value) == said
+
+
 @pytest.mark.parametrize("name", [f.name for f in dataclasses.fields(Settings)])
 @pytest.mark.parametrize("value", [[], {"a": 1}, "?", [[1]]])
 def test_no_value_of_a_wrong_type_gets_further_than_a_sentence(name, value):

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
 import dataclasses
+import gc
 import multiprocessing
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -13,9 +15,11 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.merging import MergeMap
+from forcelab.recognition import learning, live_part
 from forcelab.recognition import training as training_module
 from forcelab.recognition.classifiers import Step
 from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing, train, training
 
@@ -34,7 +38,7 @@ def fitted_to(monkeypatch):
     given = {}
 
     def fitting(name, X, y, seed, probabilities, care):
-        given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities)
+        given.update(name=name, X=X, y=y, seed=seed, probabilities=probabilities, care=care)
         yield Step(1, 1, None, None)
 
     monkeypatch.setattr(training_module, "fitting", fitting)
@@ -149,6 +153,66 @@ def test_every_stride_th_sample_counted_from_each_start_is_trained_on(three, fit
     np.testing.assert_array_equal(fitted_to["X"], X)
     np.testing.assert_array_equal(fitted_to["y"], y)
     assert (fitted_to["name"], fitted_to["seed"]) == ("naive-bayes", 5)
+
+
+def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
+    three, fitted_to, monkeypatch
+):
+    settings = SMALL.replace(classifier="extra-trees")
+    examples = finish(preparing(three, settings))
+    finish(fit_examples(examples, settings))
+    X, y = fitted_to["X"], fitted_to["y"]
+    groups = fitted_to["care"].groups
+    assert len(X) == len(y) == len(groups)
+    monkeypatch.setattr(learning, "MOST", 100)
+    finish(fit_examples(examples, settings))
+    some = learning.thinned(y)
+    assert len(some) < len(y) / 2
+    np.testing.assert_array_equal(fitted_to["X"], X[some])
+    np.testing.assert_array_equal(fitted_to["y"], y[some])
+    np.testing.assert_array_equal(fitted_to["care"].groups, groups[some])
+
+
+def test_the_features_are_gone_while_what_follows_streams_is_learnt(three, monkeypatch):
+    made, left = [], []
+
+    def preparing_one(*given):
+        example = prepare(*given)
+        made.append(weakref.ref(example))
+        return example
+
+    def fitting_live(*given):
+        gc.collect()
+        left.append([ref() is not None for ref in made])
+        return (yield from learnt(*given))
+
+    learnt = training_module.fitting_live
+    monkeypatch.setattr(training_module, "prepare", preparing_one)
+    monkeypatch.setattr(training_module, "fitting_live", fitting_live)
+    monkeypatch.setattr(learning, "TREES", 2)
+    recogniser = train(three, preset("fast").replace(stride=1))
+    assert left == [[False] * 3]
+    assert len(recogniser.live) == 3
+
+
+def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 2)
+    every, fewer = [], []
+    fitted = live_part._fitted
+
+    def watched(seen):
+        return lambda X, y, *rest: seen.append((X, y, rest[1].groups)) or fitted(X, y, *rest)
+
+    monkeypatch.setattr(live_part, "_fitted", watched(every))
+    train(three, preset("fast").replace(stride=1))
+    monkeypatch.setattr(live_part, "_fitted", watched(fewer))
+    monkeypatch.setattr(learning, "MOST", 60)
+    train(three, preset("fast").replace(stride=1))
+    for (X, y, groups), given in zip(every, fewer, strict=True):
+        some = learning.thinned(y)
+        assert len(some) < len(y) / 2
+        for whole, part in zip((X, y, groups), given, strict=True):
+            np.testing.assert_array_equal(part, whole[some])
 
 
 @pytest.mark.parametrize("threshold", [None, 0.8])

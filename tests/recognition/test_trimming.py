@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from synthetic import synthetic_set
 
+from forcelab.demonstration import Demonstration
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.recognition import training as training_module
 from forcelab.recognition import trimming as trimming_module
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.folds import groups, parted
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, train
 from forcelab.recognition.trimming import Contradicted, remark_on, trimming
@@ -134,9 +136,9 @@ def test_what_stands_in_for_a_gap_speaks_against_nothing(wrong, mistaken):
     assert finish(trimming(examples, FAST))[1] == ()
 
 
-def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
-    wrong, mistaken, monkeypatch
-):
+@pytest.fixture
+def taught_live(monkeypatch):
+    """What the parts that follow a stream are taught by."""
     given = []
     fitting = training_module.fitting_live
 
@@ -145,11 +147,17 @@ def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
         return fitting(labelled, *others)
 
     monkeypatch.setattr(training_module, "fitting_live", watched)
+    return given
+
+
+def test_classifier_decoder_and_live_parts_do_not_learn_what_is_left_out(
+    wrong, mistaken, taught_live
+):
     made = train(wrong, FAST)
     assert made.left_out == (mistaken,)
-    assert [item.demonstration.id for item in given] == [i.demonstration.id for i in wrong]
-    assert mistaken.segment not in given[WRONG].segments
-    assert len(given[WRONG].segments) == len(wrong[WRONG].segments) - 1
+    assert [item.demonstration.id for item in taught_live] == [i.demonstration.id for i in wrong]
+    assert mistaken.segment not in taught_live[WRONG].segments
+    assert len(taught_live[WRONG].segments) == len(wrong[WRONG].segments) - 1
     clean = [
         Labelled(i.demonstration, tuple(s for s in i.segments if s != mistaken.segment))
         for i in wrong
@@ -167,6 +175,60 @@ def test_an_evaluation_says_what_was_not_trained_on(right, wrong, mistaken):
     assert f"release of {mistaken.demonstration}" in said
     assert f"at {mistaken.segment.start:.2f} s (rather hold)" in said
     assert not any("contradict" in r for r in finish(leave_one_out(right, FAST)).remarks)
+
+
+@pytest.mark.parametrize("count", [None, 3])
+def test_labels_that_are_left_out_have_no_say_in_what_is_trimmed(wrong, count):
+    parts = groups([item.demonstration for item in wrong], count)
+    examples = seen(wrong)
+    for group in parts:
+        poisoned = [
+            replace(
+                example,
+                features=np.full_like(example.features, 7.0),
+                segments=tuple(replace(s, action="poison") for s in example.segments),
+            )
+            if i in group
+            else example
+            for i, example in enumerate(examples)
+        ]
+        at = parts.index(group)
+        clean, other = (parted(given, parts)[at] for given in (examples, poisoned))
+        first, second = (finish(fit_examples(fold.train, FAST)) for fold in (clean, other))
+        assert second.left_out == first.left_out
+        assert bool(first.left_out) == (WRONG not in group)
+        np.testing.assert_array_equal(
+            second.predict_examples(clean.held_out[0]).probabilities,
+            first.predict_examples(clean.held_out[0]).probabilities,
+        )
+
+
+def test_demonstrations_of_one_name_are_told_apart(wrong, mistaken, monkeypatch, taught_live):
+    # The right label of the one lies where the wrong one of the other does.
+    same = replace(wrong[WRONG].demonstration, name="one")
+    twin = Demonstration("one", same.task, same.times, -same.signals, same.channels)
+    items = [*wrong[:WRONG], Labelled(same, wrong[WRONG].segments), *wrong[WRONG + 1 :]]
+    items.append(Labelled(twin, wrong[WRONG].segments))
+    contradicted = [(replace(mistaken, demonstration="one"),)]
+
+    def first_only(examples, settings):
+        yield from ()
+        kept = list(examples)
+        rest = tuple(s for s in kept[WRONG].segments if s != mistaken.segment)
+        kept[WRONG] = replace(kept[WRONG], segments=rest)
+        return kept, contradicted[0]
+
+    monkeypatch.setattr(training_module, "trimming", first_only)
+    train(items, FAST)
+    assert mistaken.segment not in taught_live[WRONG].segments
+    assert mistaken.segment in taught_live[-1].segments
+
+
+def test_two_fits_of_one_seed_leave_out_the_same(wrong):
+    examples = seen(wrong)
+    settings = FAST.replace(seed=5)
+    first, second = (finish(trimming(examples, settings)) for _ in range(2))
+    assert first[1] == second[1]
 
 
 def test_a_remark_names_a_few_and_each_once():

@@ -11,8 +11,9 @@ from forcelab.demonstration import Channel
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.project_runs import Choice, evaluate_tasks, train_tasks
+from forcelab.recognition.project_runs import evaluate_tasks, train_tasks
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import TRUSTED, dump, load
 from forcelab.recognition.training import train

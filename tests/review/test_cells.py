@@ -12,8 +12,9 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import Incoming, Project
 from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.metrics import count
-from forcelab.recognition.project_runs import Choice, evaluate_tasks
+from forcelab.recognition.project_runs import evaluate_tasks
 from forcelab.recognition.settings import Settings
 from forcelab.review.cells import crossing, shares
 from forcelab.review.outcome import Outcome, Reviewed, load

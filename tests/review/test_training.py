@@ -16,9 +16,9 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
 from forcelab.project import Project
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.storage import load as load_recogniser
 from forcelab.recognition.training import Epoch
 from forcelab.review.outcome import edits_since, load

@@ -19,10 +19,11 @@ from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition import training
 from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.influence import Network, Voter, judge_of, log_odds
-from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.review import why_training
 from forcelab.review.outcome import Reviewed, load
 from forcelab.review.places import Place
 from forcelab.review.training import reviewing
@@ -228,6 +229,30 @@ def test_so_does_the_one_that_has_seen_none_of_its_group(tmp_path):
         assert withheld.same == 1.0
         seen = {place.demonstration for place in withheld.training.places}
         assert seen == {id_ for j, id_ in enumerate(ids) if j % 2 != i % 2}
+
+
+def test_segments_that_were_not_trained_on_are_not_shown_as_if(bayes, monkeypatch):
+    path, outcome = bayes
+    id_ = outcome.tested[0].id
+    before = finish(withholding(path, outcome, id_))
+    fits = []
+
+    def trimmed(examples, settings):
+        yield from ()
+        kept = [replace(example, segments=example.segments[:-1]) for example in examples]
+        return kept, ()
+
+    def watched(examples, *others):
+        fits.append([example.segments for example in examples])
+        return training.fit_trimmed(examples, *others)
+
+    monkeypatch.setattr(why_training, "trimming", trimmed)
+    monkeypatch.setattr(why_training, "fit_trimmed", watched)
+    after = finish(withholding(path, outcome, id_))
+    homes = {place.demonstration for place in before.training.places}
+    assert len(after.training.places) == len(before.training.places) - len(homes)
+    ((*segments,),) = fits
+    assert len(after.training.places) == sum(map(len, segments))
 
 
 def test_so_does_the_mlp_whose_fit_hangs_on_the_seed(withheld):

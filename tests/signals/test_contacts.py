@@ -104,6 +104,13 @@ def test_a_gap_is_no_event_and_missing_samples_are_bridged():
     assert contact_events(t, np.full((t.size, 1), np.nan)) == ()
 
 
+def test_what_no_sensor_can_have_read_is_no_event():
+    t, x = steps((1.0, 3.0))
+    printed, missing = x.copy(), x.copy()
+    printed[[400, 1500]], missing[[400, 1500]] = 3.4e38, np.nan
+    assert contact_events(t, printed[:, None]) == contact_events(t, missing[:, None])
+
+
 def test_irregular_stamps_make_no_events():
     t, x = steps((1.0, 3.0), noise=0.0)
     shaken = t + 0.0003 * np.random.default_rng(0).standard_normal(t.size)

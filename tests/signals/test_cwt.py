@@ -374,7 +374,7 @@ def test_a_recording_has_scales_up_to_its_length():
     "wrong", [(0, 8, 1), (-2, 8, 1), (8, 4, 1), (2, np.inf, 1), (2, 8, 0), (2, np.nan, 1)]
 )
 def test_scales_that_cannot_be_are_refused(wrong):
-    with pytest.raises(InputError, match="0 < first <= last"):
+    with pytest.raises(InputError, match="largest scale no smaller than the smallest"):
         geometric_scales(*wrong)
 
 

@@ -467,13 +467,24 @@ def test_a_stray_stamp_is_refused_in_one_sentence():
         finish(survey(recorded(np.zeros(101), times), "fz", 64.0))
 
 
-@pytest.mark.parametrize("size", [1e-300, 1.0, 1e300])
+@pytest.mark.parametrize("size", [1e-300, 1.0, 1e28])
 def test_any_size_of_numbers_gives_the_same_picture(size):
     x = force(4000)
     with np.errstate(all="raise", under="ignore"):
         picture = made(size * x, columns=100)
     shift = math.log10(size)
     np.testing.assert_allclose(picture.values - shift, made(x, columns=100).values, atol=1e-3)
+
+
+@pytest.mark.parametrize("n", [4000, 400_000])
+@pytest.mark.parametrize("phase", [False, True])
+def test_what_no_sensor_can_have_read_is_drawn_as_a_missing_sample(n, phase):
+    x, columns = force(n), 50
+    missing, printed = x.copy(), x.copy()
+    for place in (0, slice(700, n, 997), slice(2000, 2040), n - 1):
+        missing[place], printed[place] = np.nan, -3.4e38
+    expected, found = (made(y, columns=columns, phase=phase).values for y in (missing, printed))
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_silence_is_one_colour_and_has_no_phase():
@@ -529,6 +540,7 @@ def test_pieces_are_what_is_read_one_by_one(even):
     x = force(30_000)
     x[5_000:5_004] = np.nan
     x[12_000:16_000] = np.nan
+    x[19_600] = 3.4e38
     times = np.arange(len(x)) / RATE
     if not even:
         times = times + np.random.default_rng(2).uniform(-3e-4, 3e-4, len(x))

@@ -11,7 +11,7 @@ import shutil
 import stat
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, BinaryIO
 
@@ -68,6 +68,17 @@ class Writer:
         """Write a value as text, compressed."""
         text = json.dumps(value, ensure_ascii=False, indent=1) + "\n"
         self._zip.writestr(_info(name, zipfile.ZIP_DEFLATED), text.encode())
+
+    def json_list(self, name: str, values: Iterable[object]) -> None:
+        """Write values as a list in text, compressed, holding one of them at a time."""
+        info = _info(name, zipfile.ZIP_DEFLATED)
+        with self._zip.open(info, "w", force_zip64=True) as member:
+            before = "["
+            for value in values:
+                text = json.dumps(value, ensure_ascii=False, indent=1).replace("\n", "\n ")
+                member.write(f"{before}\n {text}".encode())
+                before = ","
+            member.write(b"[]\n" if before == "[" else b"\n]\n")
 
     def array(self, name: str, array: NDArray[np.float64]) -> None:
         """Write an array in NumPy's format, as it is."""

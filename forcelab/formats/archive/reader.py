@@ -25,6 +25,7 @@ from forcelab.formats.archive.values import (
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.labels import Track
 from forcelab.project import Edit, Incoming, LabelsUsed, Project
+from forcelab.project.loading import natural_order
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["read", "read_archive", "sniff"]
@@ -126,10 +127,16 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         for id_ in members.ids():
             demonstration, source = _demonstration(members, id_, options.unpack, options.task or "")
             tracks = tuple(track for track, kind in _tracks(members, id_) if kind == "coder")
-            remarks = () if recordings else (_STAYED,)
             truth = _truth(members, id_)
-            recordings.append(Recording(demonstration, tracks, remarks, source, truth))
-    return recordings
+            recording = Recording(demonstration, tracks, (), source, truth, left=_STAYED)
+            recordings.append(recording)
+    return sorted(recordings, key=_place)
+
+
+def _place(recording: Recording) -> tuple[object, object]:
+    """Where a recording comes in a list, as in that of a project."""
+    one = recording.demonstration
+    return natural_order(one.task), natural_order(one.name)
 
 
 def _demonstration(

@@ -43,8 +43,8 @@ def write_archive(project: Project, path: str | Path) -> None:
         out.json("edits.json", [edit_to_json(edit) for edit in edits])
         events = project.assignment_events()
         out.json("assignments.json", [event_to_json(event) for event in events])
-        stored = project.runs()
-        places = {run.id: place for place, run in enumerate(stored, 1)}
+        numbers = [run.id for run in project.run_summaries()]
+        places = {number: place for place, number in enumerate(numbers, 1)}
         verdicts = project.verdict_events()
         out.json("verdicts.json", [verdict_to_json(verdict, places) for verdict in verdicts])
         recognisers = project.recognisers()
@@ -54,8 +54,12 @@ def write_archive(project: Project, path: str | Path) -> None:
         for recogniser in recognisers:
             path_ = project.recogniser_path(recogniser.id)
             out.file(f"recognisers/{recogniser.id}.skops", path_)
-        runs = [{"kind": r.kind, **_made(r, there), "result": r.result} for r in stored]
-        out.json("runs.json", runs)
+        # What hundreds of runs found is more than there is room for at once.
+        runs = map(project.run, numbers)
+        out.json_list(
+            "runs.json",
+            ({"kind": r.kind, **_made(r, there), "result": r.result} for r in runs),
+        )
 
 
 def _made(made: StoredRecogniser | StoredRun, there: set[str]) -> dict[str, Any]:

@@ -6,6 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from forcelab.errors import InputError
 from forcelab.formats.table.cells import Kind, kind_of
 
@@ -13,6 +16,7 @@ __all__ = [
     "SECONDS_IN",
     "Column",
     "find_column",
+    "goes_on",
     "is_index",
     "is_label_name",
     "is_time_name",
@@ -189,6 +193,16 @@ def is_index(column: Column, cells: Sequence[str]) -> bool:
         return False
     counts = [int(cell) for cell in cells]
     return counts == list(range(counts[0], counts[0] + len(counts)))
+
+
+def goes_on(values: NDArray[np.float64], column: Column) -> bool:
+    """Whether a column that starts as :func:`is_index` tells counts its rows to the end.
+
+    In one that is called so rows may have been taken out since; without a name, what does not go
+    on by one measures something.
+    """
+    steps = np.diff(values[~np.isnan(values)])
+    return bool((steps > 0).all() if column.named else (steps == 1).all())
 
 
 def find_column(columns: Sequence[Column], wish: str, role: str, where: str) -> int:

@@ -1,7 +1,9 @@
 """Columns in which a device counts its samples: no signal, but a witness of what was lost.
 
 A counter goes on by the same step from row to row. Where it goes on by several steps samples were
-lost; where it falls it has begun again at zero.
+lost. Where it falls it has begun again at zero: near its largest number by a turn, elsewhere as the
+device was restarted, and nobody knows for how long it was off. So may a motor go on that turns at
+an even speed: a column that is named after what it measures is never taken for a counter.
 """
 
 from __future__ import annotations
@@ -11,10 +13,12 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["is_counter_name", "ticks"]
+__all__ = ["is_counter_name", "is_measured_name", "restarts", "ticks"]
 
 #: After how many values counters begin again: whole bytes, and whole decimal places.
 _TURNS = (2**8, 10**3, 2**12, 10**4, 2**15, 2**16, 10**5, 10**6, 2**24, 2**31, 2**32)
+#: So near its end, or so near in parts of what it counts to, a counter has turned when it falls.
+_NEAR, _NEAR_PART = 1000, 0.05
 #: In a column of any name so many rows must count before it is believed to be a counter, and so
 #: large a share of all steps must be the same; a name that says so needs less.
 _FEWEST, _FEWEST_NAMED = 100, 4
@@ -25,12 +29,22 @@ _NAME = re.compile(
     r"(?:[\W_]*(?:nr|no|number|num|id|index|counter|count|#))?",
     re.IGNORECASE,
 )
+#: Words of quantities that a machine at an even speed raises by whole steps.
+_MEASURED = re.compile(
+    r"(?:.*[\W\d_])?(?:enc|encoders?|motors?|stepper|wheels?|pulses?|pos|position|distance|weg|disp"
+    r"|displacement|travel|stroke|extension|angle|winkel|height|depth)(?:[\W\d_].*)?",
+    re.IGNORECASE,
+)
 
 
 def is_counter_name(name: str) -> bool:
     """Whether a column's name says that it counts, such as ``packet_no`` or ``Paket``."""
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
-    return _NAME.fullmatch(spaced) is not None
+    return _NAME.fullmatch(_spaced(name)) is not None and not is_measured_name(name)
+
+
+def is_measured_name(name: str) -> bool:
+    """Whether a column's name says that it measures something, such as ``encoder_count``."""
+    return _MEASURED.fullmatch(_spaced(name)) is not None
 
 
 def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | None:
@@ -47,7 +61,7 @@ def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | Non
     -------
     ndarray, shape (n,), or None
         Zero at the first row that has a value; neighbours differ by one where no sample was lost
-        between them. None where the column is no counter.
+        between them, and where the device was restarted. None where the column is no counter.
     """
     given = ~np.isnan(values)
     counts = values[given]
@@ -55,9 +69,10 @@ def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | Non
         return None
     if (counts < 0).any() or (counts > 2**53).any() or (counts != np.floor(counts)).any():
         return None
-    turn = next((turn for turn in _TURNS if turn > counts.max()), None)
+    turn = _turn(counts)
     going = np.diff(counts)
     falls = going < 0
+    again = np.zeros_like(falls)
     if falls.any():
         if (
             turn is None
@@ -65,15 +80,56 @@ def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | Non
             or (counts[1:][falls] > turn / 2).any()
         ):
             return None
-        going = np.where(falls, going + turn, going)
-    usual, number = _commonest(going)
-    if usual <= 0 or number < (_ALIKE_NAMED if named else _ALIKE) * going.size:
-        return None
-    if (going % usual != 0).any():
+        turned = falls & _near(counts[:-1], turn)
+        again = falls & ~turned
+        going = np.where(turned, going + turn, going)
+    usual, number = _commonest(going[~again])
+    going = np.where(again, usual, going)
+    if not named and (going <= 0).any():
+        return None  # what stands still now and then is moved by something else
+    fewest = (_ALIKE_NAMED if named else _ALIKE) * going.size
+    if usual <= 0 or number < fewest or (going % usual != 0).any():
         return None
     result = np.full(values.size, np.nan)
     result[given] = np.concatenate([[0.0], np.cumsum(going / usual)])
     return result
+
+
+def restarts(values: NDArray[np.float64]) -> NDArray[np.intp]:
+    """The rows in which a counter has begun again without having come to its end.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        A column that :func:`ticks` takes for a counter; NaN where a row has none.
+
+    Returns
+    -------
+    ndarray of int
+        The first row after each restart.
+    """
+    rows = np.flatnonzero(~np.isnan(values))
+    counts = values[rows]
+    turn = _turn(counts)
+    if turn is None:
+        return rows[:0]
+    again = (np.diff(counts) < 0) & ~_near(counts[:-1], turn)
+    return rows[1:][again]
+
+
+def _turn(counts: NDArray[np.float64]) -> int | None:
+    """After how many values a counter begins again that has come this far."""
+    return next((turn for turn in _TURNS if turn > counts.max()), None)
+
+
+def _near(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
+    """Whether counts are so near the end that the next one may be beyond it."""
+    return counts >= turn - max(_NEAR, _NEAR_PART * turn)
+
+
+def _spaced(name: str) -> str:
+    """A name with its words apart, where capitals part them."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name.strip())
 
 
 def _commonest(steps: NDArray[np.float64]) -> tuple[float, int]:

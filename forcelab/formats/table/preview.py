@@ -91,6 +91,8 @@ def _use(layout: Layout, roles: Roles, counting: set[int], index: int) -> Use:
     """What one column is read as."""
     if index == roles.time:
         return "times"
+    if index in roles.signals:
+        return "signal"
     if index in roles.left_out or index in roles.clocks:
         return "left out"
     if index in counting:

@@ -21,7 +21,8 @@ from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.body import Body, Plan, Words, read_body
 from forcelab.formats.table.cells import Kind
 from forcelab.formats.table.clocks import ClockReader, RawStamps
-from forcelab.formats.table.columns import is_index, unit_of_time
+from forcelab.formats.table.columns import goes_on, is_index, unit_of_time
+from forcelab.formats.table.counters import is_counter_name, restarts
 from forcelab.formats.table.dialect import HEAD, head_lines, is_text
 from forcelab.formats.table.labels import lies_beside, read_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
@@ -41,6 +42,8 @@ __all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
+#: Why a column is left out whose name does not say that it counts.
+_BY_LOOKS = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -209,7 +212,22 @@ def _evenly(table: _Table, rate: float, strict: bool) -> Repaired:
     total = round(float(np.nanmax(raw.values))) + 1
     lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
     remark = f"'{name}' counts the samples and places the rows: {lost:,} of {total:,} were lost."
-    return replace(repaired, remarks=(remark, *repaired.remarks))
+    remarks = (remark, *_begun_again(table, counter), *repaired.remarks)
+    return replace(repaired, remarks=remarks)
+
+
+def _begun_again(table: _Table, counter: int) -> tuple[str, ...]:
+    """A remark on restarts of the device, after which nothing tells how long it was off."""
+    rows = restarts(table.body.values[counter])
+    if not rows.size:
+        return ()
+    often = "once" if rows.size == 1 else f"{rows.size:,} times"
+    return (
+        f"'{table.layout.columns[counter].name}' begins again {often}, first in line "
+        f"{table.body.lines[rows[0]]}, as of a device that was restarted: a gap of unknown length, "
+        "over which the times go on as if nothing was lost; import the parts as files of their own "
+        "to keep them apart.",
+    )
 
 
 def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[str]]:
@@ -253,15 +271,19 @@ def _says_nothing(table: _Table, index: int) -> bool:
 
 def _why_not(table: _Table, index: int) -> str:
     """Why a column becomes no channel; empty where it does."""
+    column, body = table.layout.columns[index], table.body
+    if index in table.roles.signals:
+        return ""
     if index in table.roles.left_out:
         return "not wanted"
     if index in table.roles.clocks:
         return "times too"
     if index in table.counters:
-        return "counting samples"
-    if index in table.body.words:
-        return "empty" if table.body.words[index].empty else "words, not numbers"
-    alone = is_index(table.layout.columns[index], table.layout.cells(index))
+        told = index == table.roles.counter or (column.named and is_counter_name(column.name))
+        return "counting samples" if told else _BY_LOOKS
+    if index in body.words:
+        return "empty" if body.words[index].empty else "words, not numbers"
+    alone = is_index(column, table.layout.cells(index)) and goes_on(body.values[index], column)
     return "counting rows only" if alone else ""
 
 

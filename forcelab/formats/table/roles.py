@@ -22,7 +22,7 @@ from forcelab.formats.table.columns import (
     is_label_name,
     is_time_name,
 )
-from forcelab.formats.table.counters import is_counter_name, ticks
+from forcelab.formats.table.counters import is_counter_name, is_measured_name, ticks
 from forcelab.formats.table.layout import Layout
 
 __all__ = ["UNLABELLED_WORDS", "Roles", "choose_roles", "counters", "label_column"]
@@ -58,6 +58,8 @@ class Roles:
         The column that is asked to stand in for stamps, as it counts the samples.
     left_out : frozenset of int
         Columns that are not wanted.
+    signals : frozenset of int
+        Columns that are asked for as signals.
     """
 
     time: int | None
@@ -66,6 +68,7 @@ class Roles:
     clocks: tuple[int, ...] = ()
     counter: int | None = None
     left_out: frozenset[int] = frozenset()
+    signals: frozenset[int] = frozenset()
 
 
 def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
@@ -74,18 +77,25 @@ def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
     Raises
     ------
     InputError
-        If an option names no column, or one column for both, or if a column of stamps is written
-        in a way that is not understood.
+        If an option names no column, or one column for two things, if a column asked for as a
+        signal holds words, or if one of stamps is written in a way that is not understood.
     """
     columns = layout.columns
     left_out = frozenset(find_column(columns, w, "values", where) for w in options.leave_out)
+    signals = _signals(layout, options, where)
     counter = None
     if options.counter is not None:
         counter = find_column(columns, options.counter, "counts", where)
-    label = _label(layout, options, where, left_out)
-    time, clocks = _time(layout, options, where, left_out | {label})
+    taken = left_out | signals
+    label = _label(layout, options, where, taken)
+    time, clocks = _time(layout, options, where, taken | {label})
     if counter is not None:
         time = None
+    for index in signals & (left_out | {time, label, counter}):
+        raise InputError(
+            f"{where}: column '{columns[index].name}' is asked for as a signal and as something "
+            "else; choose one of the two."
+        )
     if time is not None and time == label:
         raise InputError(
             f"{where}: column '{layout.columns[time].name}' cannot hold both times and labels; "
@@ -97,7 +107,7 @@ def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
         if kind is Kind.NUMBER and index not in (time, label)
     )
     clocks = [index for index in clocks if index not in (time, counter)]
-    return Roles(time, label, numeric, tuple(clocks), counter, left_out)
+    return Roles(time, label, numeric, tuple(clocks), counter, left_out, signals)
 
 
 def counters(
@@ -112,7 +122,7 @@ def counters(
     """
     found = {}
     for index, column in enumerate(layout.columns):
-        if index not in values or (column.unit and index != roles.counter):
+        if index not in values or (index != roles.counter and _is_no_counter(roles, index, column)):
             continue
         named = index == roles.counter or (column.named and is_counter_name(column.name))
         counted = ticks(values[index], named)
@@ -129,16 +139,32 @@ def counters(
     return found
 
 
-def _label(
-    layout: Layout, options: ReadOptions, where: str, left_out: Collection[int]
-) -> int | None:
+def _is_no_counter(roles: Roles, index: int, column: Column) -> bool:
+    """Whether a column is said to be something else than a counter, by its name or by options."""
+    said = index in roles.signals or index in roles.left_out
+    return said or bool(column.unit) or (column.named and is_measured_name(column.name))
+
+
+def _signals(layout: Layout, options: ReadOptions, where: str) -> frozenset[int]:
+    """The columns that are asked for as signals."""
+    found = frozenset(find_column(layout.columns, w, "values", where) for w in options.signals)
+    for index in found:
+        if layout.kinds[index] is not Kind.NUMBER:
+            raise InputError(
+                f"{where}: column '{layout.columns[index].name}' holds no numbers, so that it is "
+                "no signal; name another one."
+            )
+    return found
+
+
+def _label(layout: Layout, options: ReadOptions, where: str, taken: Collection[int]) -> int | None:
     """The column of labels that is asked for or has the surest name."""
     if options.label is not None:
         return find_column(layout.columns, options.label, "labels", where)
     ranked = [
         (is_label_name(column.name), index)
         for index, column in enumerate(layout.columns)
-        if column.named and is_label_name(column.name) and not column.unit and index not in left_out
+        if column.named and is_label_name(column.name) and not column.unit and index not in taken
     ]
     for _, index in sorted(ranked):
         if layout.kinds[index] in (Kind.TEXT, Kind.MISSING) or _counts_actions(layout, index):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
+from forcelab.capture.ports import LOOK
 from forcelab.errors import ForcelabError
 from forcelab.gui.capture.connection import Connection, Drawing, Left
 from forcelab.gui.capture.phase import WORKING, Phase
@@ -151,6 +152,7 @@ class Attached(QObject):
 
     def say(self, sentence: str, trouble: bool = False) -> None:
         """Say a sentence on the page and in the status line."""
+        sentence = sentence.replace(LOOK, self.tr("press Look again"))
         self.sentences.append((sentence, trouble))
         self.document.say(sentence, trouble)
         self.said.emit()

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["DOT", "RecordingLine", "amount", "asks_to_leave", "length"]
+__all__ = ["DOT", "RecordingLine", "asks_to_leave", "length"]
 
 #: What stands before whatever is recorded.
 DOT = "\N{BLACK CIRCLE}"
@@ -62,16 +62,6 @@ def length(seconds: float) -> str:
     """Minutes and whole seconds."""
     minutes, rest = divmod(int(seconds), 60)
     return f"{minutes}:{rest:02d}"
-
-
-def amount(count: int) -> str:
-    """Bytes in kB or MB: a recording's first seconds are some kB.
-
-    Parameters
-    ----------
-    count : int
-    """
-    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
 
 
 def asks_to_leave(name: str, parent: QWidget, *, stuck: bool = False, in_memory: str = "") -> bool:

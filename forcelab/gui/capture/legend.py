@@ -37,6 +37,6 @@ class MarkLegend(QLabel):
         how = [self.tr("hold a key, or tap to begin and tap to end")]
         if forgets := keys().shown("cancel"):
             how.append(self.tr("{0} forgets it").format(forgets))
-        told = self.tr("Mark: {0}. {1}").format("; ".join(how), " · ".join(marking))
+        told = self.tr("Mark: {0}. {1}").format("; ".join(how), f"{space}· ".join(marking))
         self.setText(told if marking else "")
         self.setVisible(bool(marking))

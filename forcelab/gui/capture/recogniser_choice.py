@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QSpinBox, QWidget
 
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.recognising import LATENCIES, Choice
 from forcelab.gui.capture.session import Session
+from forcelab.gui.choosing import ask_file
 
 __all__ = ["RecogniserChoice"]
 
@@ -58,7 +57,8 @@ class RecogniserChoice:
         )
         self.latency.valueChanged.connect(session.recognising.set_latency)
         self.nothing = QLabel(
-            tr("No recogniser is trained in this project; train one in Review, or choose a file.")
+            tr("No recogniser is trained in this project; train one in Review, or choose a file."),
+            parent,  # alone it would be a window for a moment
         )
         self.nothing.setWordWrap(True)
         session.changed.connect(self._enable)
@@ -103,9 +103,7 @@ class RecogniserChoice:
     def _ask(self) -> None:
         """Let a file be chosen."""
         tr = self._parent.tr
-        name, _ = QFileDialog.getOpenFileName(
-            self._parent, tr("Recogniser"), "", tr("Recognisers (*.skops)")
-        )
-        if name:
-            path = Path(name)
+        kinds = tr("Recognisers (*.skops)")
+        path = ask_file(self._parent, tr("Recogniser"), "recogniser", kinds)
+        if path is not None:
             self._session.recognising.choose(Choice(path.stem, path))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLabel,
     QLineEdit,
@@ -24,6 +22,7 @@ from forcelab.errors import InputError
 from forcelab.gui import settings
 from forcelab.gui.capture.device_rows import DeviceRows, counts, found_as
 from forcelab.gui.capture.session import Session
+from forcelab.gui.choosing import ask_file
 from forcelab.gui.jobs import Jobs
 
 if TYPE_CHECKING:
@@ -80,7 +79,12 @@ class Sources(QWidget):
         self.rows.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         self.rows.customContextMenuRequested.connect(self._offer)
         self.rows.delete_pressed.connect(self._remove)
-        self.nothing = QLabel(self.tr("Nothing was found; plug a device in, or add one below."))
+        self.nothing = QLabel(
+            self.tr(
+                "Nothing was found; plug a device in, or add one below. Without any, 'forcelab "
+                "replay' on the command line plays a demonstration as one; add the name it prints."
+            )
+        )
         self.nothing.setWordWrap(True)
         heading = QLabel(self.tr("Devices"))
         face = heading.font()
@@ -182,11 +186,10 @@ class Sources(QWidget):
         if item is None or not counts(item):
             return
         name = self.rows.said(item)
-        file, _ = QFileDialog.getOpenFileName(
-            self, self.tr("Calibration file"), "", self.tr("Calibration files (*.toml)")
-        )
-        if file:
-            self._rename(name, calibrated_by(name, Path(file)))
+        kinds = self.tr("Calibration files (*.toml)")
+        file = ask_file(self, self.tr("Calibration file"), "calibration", kinds)
+        if file is not None:
+            self._rename(name, calibrated_by(name, file))
 
     def _rename(self, old: str, name: str) -> None:
         """Give a device other options, where they mean something and it is still there."""

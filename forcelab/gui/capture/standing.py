@@ -12,10 +12,10 @@ from forcelab.capture.calibration import counting, uncalibrated
 from forcelab.capture.camera import CameraState
 from forcelab.capture.reader import DeviceState
 from forcelab.capture.recorder_state import RecorderState
-from forcelab.gui.capture.elsewhere import amount
 from forcelab.gui.capture.session import Session
 from forcelab.gui.numerals import thousands
 from forcelab.gui.theme import colours, themes
+from forcelab.wording import amount
 
 __all__ = ["Standing", "alarms_of"]
 

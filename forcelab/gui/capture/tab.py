@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from forcelab.gui.capture.elsewhere import DOT, RecordingLine, amount, asks_to_leave
+from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.wording import amount
 
 if TYPE_CHECKING:
     from forcelab.gui.capture.workspace import CaptureWorkspace

@@ -38,6 +38,8 @@ __all__ = ["CaptureWorkspace"]
 
 #: Width of the left side at least, in pixels.
 SIDE = 250
+#: The same of both sides when they are first laid out; what is added goes to the right one.
+WINDOW = 900
 
 
 class CaptureWorkspace(QWidget):
@@ -132,7 +134,7 @@ class CaptureWorkspace(QWidget):
         self.recover_button = QPushButton()
         self.recover_button.clicked.connect(self.session.recover)
         self.clock = RecordedTime(self.session)
-        self.legend = MarkLegend(self.session)
+        self.legend = MarkLegend(self.session, self)
 
     def _lay_out(self) -> None:
         """The left side and the right one."""
@@ -141,6 +143,8 @@ class CaptureWorkspace(QWidget):
         sides.addWidget(self._right_side())
         sides.setStretchFactor(1, 1)
         sides.setChildrenCollapsible(False)
+        # Long texts at the left would ask for half of a small window; they are wrapped instead.
+        sides.setSizes([SIDE, WINDOW - SIDE])
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(sides)

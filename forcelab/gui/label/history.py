@@ -11,7 +11,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QListView,
-    QStackedLayout,
+    QStackedWidget,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.indexes import Index
@@ -57,12 +58,8 @@ class HistoryView(QWidget):
         self.redo = self._button("redo", self.tr("Redo"), document.redo)
         self._reach = QLabel()
         self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty = QLabel(self.tr("Nothing was edited here yet. Every edit can be undone."))
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(12)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._pages = QStackedLayout()
+        self._empty = placeholder(self.tr("Nothing was edited here yet. Every edit can be undone."))
+        self._pages = QStackedWidget()
         self._pages.addWidget(self.list)
         self._pages.addWidget(self._empty)
         bar = QHBoxLayout()
@@ -74,7 +71,7 @@ class HistoryView(QWidget):
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(4)
         column.addLayout(bar)
-        column.addLayout(self._pages, 1)
+        column.addWidget(self._pages, 1)
         self._soon = QTimer(self)
         self._soon.setSingleShot(True)
         self._soon.setInterval(PAUSE)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
-from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QPalette, QShowEvent
-from PySide6.QtWidgets import QLabel, QLineEdit, QMenu, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QShowEvent
+from PySide6.QtWidgets import QLineEdit, QMenu, QStackedWidget, QVBoxLayout, QWidget
 
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_model import NUMBER, SegmentModel
@@ -46,19 +47,15 @@ class SegmentTable(QWidget):
         self.table.setAccessibleName(self.tr("Segments of your track"))
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
-        self._empty = QLabel()
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(12)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._pages = QStackedLayout()
+        self._empty = placeholder()
+        self._pages = QStackedWidget()
         self._pages.addWidget(self.table)
         self._pages.addWidget(self._empty)
         column = QVBoxLayout(self)
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(4)
         column.addWidget(self.filter)
-        column.addLayout(self._pages, 1)
+        column.addWidget(self._pages, 1)
         self._syncing = False
         document.tracks_changed.connect(self._refresh)
         document.selection_changed.connect(self._show_selection)

@@ -13,10 +13,12 @@ from forcelab.gui.document import Document
 from forcelab.gui.label import segment_verbs as verbs
 from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.label.track_hits import gap_at, index_at
+from forcelab.gui.label.vocabulary_model import entries
+from forcelab.gui.naming import settled_name
 
 translate = QCoreApplication.translate
 
-__all__ = ["ask_longest_gap", "copy_menu", "other_menu", "own_menu", "range_menu"]
+__all__ = ["ask_action", "ask_longest_gap", "copy_menu", "other_menu", "own_menu", "range_menu"]
 
 #: The longest gap that is offered to be filled at first, in seconds.
 GAP = 0.1
@@ -83,13 +85,37 @@ def other_menu(
 
 
 def range_menu(parent: QWidget, document: Document) -> QMenu:
-    """The actions that a marked range can be filled with."""
+    """The actions that a marked range can be filled with, or those to begin with; and a new one."""
     menu = QMenu(translate("forcelab", "Fill the range with"), parent)
     menu.addSection(translate("forcelab", "Fill with"))
     _actions(menu, document, lambda name: verbs.fill_range(document, name))
-    menu.addSeparator()
-    _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
+    names = document.vocabulary.names
+    lacking = [name for name in entries() if name not in names]
+    more = menu.addMenu(translate("forcelab", "More actions")) if names and lacking else menu
+    for name in lacking:
+        _entry(more, _plain(name), partial(verbs.fill_range, document, name))
+    _entry(menu, translate("forcelab", "Another action…"), partial(ask_action, parent, document))
+    if document.range is not None and _labelled(document, *document.range):
+        menu.addSeparator()
+        _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
     return menu
+
+
+def ask_action(parent: QWidget, document: Document) -> QInputDialog:
+    """Ask for an action that is new, and fill the range with it; nothing waits for the answer."""
+    dialog = QInputDialog(parent)
+    dialog.setWindowTitle(translate("forcelab", "Another action"))
+    dialog.setLabelText(translate("forcelab", "Fill the range with an action called:"))
+
+    def named(text: str) -> None:
+        name = settled_name(parent, " ".join(text.split()), document.vocabulary.names)
+        if name:
+            verbs.fill_range(document, name)
+
+    dialog.textValueSelected.connect(named)
+    dialog.finished.connect(dialog.deleteLater)
+    dialog.open()
+    return dialog
 
 
 def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
@@ -119,6 +145,11 @@ def ask_longest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
     dialog.finished.connect(dialog.deleteLater)
     dialog.open()
     return dialog
+
+
+def _labelled(document: Document, start: float, end: float) -> bool:
+    """Whether there is anything of the coder's between two times in seconds."""
+    return any(one.start < end and start < one.end for one in document.segments)
 
 
 def _segment_entries(

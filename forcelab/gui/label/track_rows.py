@@ -166,7 +166,7 @@ class TrackRows(TimePanel):
             words = (
                 self.tr("Drag here to paint, or press the key of an action to begin.")
                 if document.vocabulary
-                else self.tr("Add an action under Actions first; then drag here, or press its key.")
+                else self.tr("Drag here and choose an action, or add one under Actions.")
             )
             face = text.font(OWN_NAME)
             words = text.elided(words, face, own.width() - 20)

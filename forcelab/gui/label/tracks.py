@@ -119,6 +119,9 @@ class TrackPanel(TrackRows):
         elif isinstance(gesture, Marking):
             gesture.commit(self.document)
             if self.document.range is not None:
+                # It stays where the menu is shut without a choice.
+                said = self.tr("Choose an action for the marked range, here or under Actions.")
+                self.document.say(said)
                 self.show_menu(
                     track_menu.range_menu(self, self.document), event.globalPosition().toPoint()
                 )

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError, InputError
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_verbs import fill_range
@@ -68,6 +69,7 @@ class VocabularyView(QWidget):
         self.suggestions = Suggestions()
         self.suggestions.chosen.connect(self.add)
         self.suggestions.dismissed.connect(self._suggest_no_more)
+        self.nothing = placeholder(self.tr("No demonstration is open."))
         #: The task to which actions are suggested: from its first one on, until it is painted.
         self._suggested: str | None = None
         bar = QHBoxLayout()
@@ -79,6 +81,7 @@ class VocabularyView(QWidget):
         column.setSpacing(4)
         column.addWidget(self.list, 1)
         column.addWidget(self.suggestions, 1)
+        column.addWidget(self.nothing, 1)
         column.addLayout(bar)
         self._striking = -1
         self._counting = QTimer(self)
@@ -255,8 +258,10 @@ class VocabularyView(QWidget):
     def _show_parts(self) -> None:
         """Show the actions, what else could be one, or both."""
         suggesting = self._suggested is not None
-        self.list.setVisible(bool(self.document.vocabulary.names) or not suggesting)
+        there = self.document.demonstration is not None
+        self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
         self.suggestions.setVisible(suggesting)
+        self.nothing.setHidden(there)
 
     def _suggest_no_more(self) -> None:
         """The actions there are do for this task."""

@@ -7,16 +7,16 @@ from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
-from PySide6.QtGui import QAction, QPalette, QShowEvent
+from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import (
     QDockWidget,
-    QLabel,
     QMainWindow,
     QStackedWidget,
     QWidget,
 )
 
 from forcelab.gui import settings
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.cameras import Cameras
@@ -232,10 +232,7 @@ class LabelWorkspace(QMainWindow):
 
     def _nothing(self) -> QWidget:
         """What is said while no demonstration is open."""
-        label = QLabel()
-        label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        label.setWordWrap(True)
-        label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        label = placeholder()
         choose = self.tr("Choose a demonstration on the left to label it.")
         bring = self.tr("Import a recording, and it can be labelled here.")
         document = self.document

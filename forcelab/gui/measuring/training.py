@@ -211,7 +211,7 @@ class _Bench:
     def _train(self, classifier: str) -> tuple[Job, list[Any]]:
         """Begin a training just as the window does."""
         from forcelab.gui.review.training_jobs import BACKGROUND
-        from forcelab.recognition.project_runs import Choice
+        from forcelab.recognition.choice import Choice
 
         trail: list[Any] = []
         job = self._window.jobs.run(

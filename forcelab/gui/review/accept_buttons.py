@@ -92,7 +92,8 @@ class AcceptButtons(QWidget):
             (self.in_view, self.tr("Accept all in &view"), "accept_all"),
         ):
             key = keys().shown(command)
-            button.setText(f"{text} ({key})" if key else text)
+            # Below it: beside it, the longer one is cut off where the lists are narrow.
+            button.setText(f"{text}\n{key}" if key else text)
             button.setAccessibleName(text.replace("&", ""))
 
     # Accepting

@@ -26,6 +26,7 @@ from forcelab.gui.review.narrow_list import NAME, NarrowList
 from forcelab.gui.review.run_choice import RunChoice
 from forcelab.gui.review.task_choice import choice_name
 from forcelab.gui.review.wanted import shown_task
+from forcelab.gui.review.whose_line import WhoseLine
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
 
@@ -62,6 +63,7 @@ class TrainBar(QWidget):
         self._parts: tuple[QWidget, ...] = (
             self.task,
             self.train,
+            self.whose,
             self.automatic,
             self.settings,
             self.standing,
@@ -86,6 +88,7 @@ class TrainBar(QWidget):
         learning.runs_changed.connect(self._count_runs)
         document.listing_changed.connect(self.refresh)
         document.project_changed.connect(self.refresh)
+        document.tracks_changed.connect(self._show_whose)
         keys().changed.connect(self._name_keys)
         themes().changed.connect(self._colour)
         self._name_keys()
@@ -102,6 +105,7 @@ class TrainBar(QWidget):
         self.task.activated.connect(self._task_chosen)
         self.train = QPushButton(self.tr("Train"))
         self.train.clicked.connect(self.learning.train)
+        self.whose = WhoseLine(self.document)
         self.automatic = QCheckBox(self.tr("by itself"))
         self.automatic.setToolTip(self.tr("Train five seconds after the last edit"))
         self.automatic.setAccessibleName(self.tr("Train by itself after edits"))
@@ -182,12 +186,21 @@ class TrainBar(QWidget):
         self.automatic.setChecked(learning.automatic)
         self.automatic.blockSignals(False)
         self.train.setEnabled(learning.ready and not learning.training)
+        self._show_whose()
         self._show_preset()
         self.standing.set_text(*standing_text(learning.edits))
         self._show_progress()
         self.trouble.setText(learning.trouble)
         self.trouble_row.setVisible(bool(learning.trouble))
         self._fit()
+
+    def _show_whose(self) -> None:
+        """Name the coder whose labels are trained on, among several."""
+        before = self.whose.text
+        self.whose.show_coder(self.learning.whose if self.learning.ready else None)
+        if self.whose.text != before:
+            self._name_keys()
+            self._fit()
 
     def _show_preset(self) -> None:
         """Print what it is trained with on the button that changes it."""
@@ -226,6 +239,8 @@ class TrainBar(QWidget):
         optional: list[QWidget] = [self.runs]
         if not training:
             optional = [self.settings, self.runs, self.automatic, self.compare]
+            if self.whose.text:
+                optional.insert(0, self.whose)
         gap = self._row.spacing()
         room = self.width() - 2 * EDGE - sum(_wide(widget) + gap for widget in needed)
         room -= sum(text.short_width + gap for text in texts)
@@ -269,16 +284,17 @@ class TrainBar(QWidget):
         self.compare.setEnabled(len(self.learning.runs) > 1)
 
     def _name_keys(self) -> None:
-        """Say the key where one looks for it."""
-        key = keys().shown("train")
+        """Say the key where one looks for it, and whose labels are meant."""
+        key, whose = keys().shown("train"), self.whose.text
         text = self.tr("Train on the labels as they are now")
+        text = f"{text}. {whose}" if whose else text
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)
 
     def _colour(self) -> None:
         """The theme's colours."""
         self.trouble.setStyleSheet(f"color: {colours().trouble}")
-        for label in (self.standing, self.told):
+        for label in (self.whose, self.standing, self.told):
             label.setForegroundRole(QPalette.ColorRole.WindowText)
 
     # Choosing

@@ -23,7 +23,7 @@ def standing_text(edits: int | None) -> tuple[str, str]:
     Parameters
     ----------
     edits : int or None
-        Since it was trained; None where nothing is.
+        Edits and new demonstrations since it was trained; None where nothing is.
     """
     if edits is None:
         return translate("forcelab", "not trained yet"), ""
@@ -31,13 +31,13 @@ def standing_text(edits: int | None) -> tuple[str, str]:
         return translate("forcelab", "up to date"), ""
     if edits == 1:
         return (
-            translate("forcelab", "1 edit since this recogniser was trained"),
-            translate("forcelab", "1 edit since"),
+            translate("forcelab", "1 edit or new demonstration since this recogniser was trained"),
+            translate("forcelab", "1 change since"),
         )
-    return (
-        translate("forcelab", "{0} edits since this recogniser was trained").format(edits),
-        translate("forcelab", "{0} edits since").format(edits),
+    told = translate(
+        "forcelab", "{0} edits or new demonstrations since this recogniser was trained"
     )
+    return told.format(edits), translate("forcelab", "{0} changes since").format(edits)
 
 
 def run_text(kept: Kept) -> str:

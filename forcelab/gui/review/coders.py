@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
-    QLabel,
     QScrollArea,
     QStackedLayout,
     QTabWidget,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.coders_alone import AloneView
@@ -66,10 +66,7 @@ class CodersView(QWidget):
         self.matrix, self.pair = CoderMatrix(), PairDetails(document)
         self.matrix.chosen.connect(self._show_pair)
         self.alone, self.consensus = AloneView(document), ConsensusBar(document)
-        self.empty = QLabel()
-        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.empty.setWordWrap(True)
-        self.empty.setMargin(16)
+        self.empty = placeholder()
         self.pages = QTabWidget()
         self.pages.setDocumentMode(True)
         self.pages.setAccessibleName(self.tr("Coders"))

@@ -1,33 +1,14 @@
-"""How the actions of an outcome look, which may come from several tasks, and what paints them."""
+"""How the actions of what is reviewed look, and which keys paint them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from forcelab.gui.document import Document
-from forcelab.project import Project
-from forcelab.review.outcome import Outcome
-from forcelab.vocabulary import Vocabulary, joined
+from forcelab.review.looks import vocabulary_of
+from forcelab.vocabulary import Vocabulary
 
-__all__ = ["painted_by", "vocabulary_of", "vocabulary_seen"]
-
-
-def vocabulary_of(project: Project, outcome: Outcome) -> Vocabulary:
-    """All actions of an outcome, each with the look that it has where it is labelled.
-
-    The task that is tested comes first, so that its tracks look as when they are labelled. Two
-    actions of the same look, from two tasks, keep the colour and differ in texture; so do those
-    that are kept apart by their task, like ``grab_hard`` and ``grab_soft``.
-
-    Raises
-    ------
-    ForcelabError
-        If the project cannot be read.
-    """
-    tasks = dict.fromkeys(([outcome.test_task] if outcome.test_task else []) + [*outcome.tasks])
-    found = joined({task: project.vocabulary(task) for task in tasks}, apart=outcome.apart)
-    keyless = Vocabulary(tuple(replace(action, key="") for action in found))
-    return keyless.with_actions(*outcome.actions)
+__all__ = ["painted_by", "vocabulary_seen"]
 
 
 def painted_by(
@@ -52,7 +33,7 @@ def painted_by(
 
 
 def vocabulary_seen(document: Document) -> Vocabulary:
-    """The same of what a document reviews; without that, of what is open.
+    """How the actions look that a document reviews; without that, those of what is open.
 
     Raises
     ------

@@ -13,12 +13,13 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSizePolicy,
     QSplitter,
-    QStackedLayout,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import placeholder, scrolled
 from forcelab.gui.document import Document
 from forcelab.gui.figures.canvas import LIGHT
 from forcelab.gui.figures.confusion import ConfusionMatrix, Words
@@ -37,6 +38,8 @@ from forcelab.review.outcome import Outcome
 __all__ = ["ConfusionView"]
 
 KEY = "confusion"
+#: Least height of the matrix with its sentence, in lines; where there is less room, all scrolls.
+LINES = 13
 
 
 class ConfusionView(QWidget):
@@ -72,11 +75,7 @@ class ConfusionView(QWidget):
         self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
         self._area.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
-        self._empty = QLabel()
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(16)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty = placeholder()
         self._lay_out()
         self.switches.stage_changed.connect(self._refresh)
         self.switches.changed.connect(self._changed)
@@ -159,6 +158,7 @@ class ConfusionView(QWidget):
         row.setContentsMargins(8, 2, 8, 4)
         row.addWidget(self.sentence)
         column.addLayout(row)
+        upper.setMinimumHeight(LINES * self.fontMetrics().height())
         self._split = QSplitter(Qt.Orientation.Vertical)
         self._split.setChildrenCollapsible(False)
         self._split.addWidget(upper)
@@ -167,14 +167,15 @@ class ConfusionView(QWidget):
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([3000, 1000])
         self._split.splitterMoved.connect(self._draw)
-        self._pages = QStackedLayout()
-        self._pages.addWidget(self._split)
+        self._pages = QStackedWidget()
+        self._page = scrolled(self._split)
+        self._pages.addWidget(self._page)
         self._pages.addWidget(self._empty)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(0)
         whole.addWidget(self.switches)
-        whole.addLayout(self._pages, 1)
+        whole.addWidget(self._pages, 1)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now, counting it if that was not done."""
@@ -291,6 +292,7 @@ class ConfusionView(QWidget):
         if self.cells is None:
             return
         self._relist()
+        self._page.ensureWidgetVisible(self.list, 0, 0)
         if by_key and self.list.places:
             self.list.table.setFocus()
 

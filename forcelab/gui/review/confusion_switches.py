@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import cast
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtCore import QSize, Signal
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QBoxLayout, QComboBox, QHBoxLayout, QPushButton, QWidget
 
 from forcelab.review.cells import Share, Unit
 
@@ -56,17 +57,34 @@ class Switches(QWidget):
         self.copy.setToolTip(self.tr("Copy the matrix as text for a spreadsheet"))
         self.save = QPushButton(self.tr("Save…"))
         self.save.setToolTip(self.tr("Save the matrix as SVG, PDF or PNG"))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(6, 6, 6, 2)
-        row.setSpacing(4)
-        for widget in (self.stage_box, self.unit_box, self.share_box):
-            row.addWidget(widget)
-        row.addStretch(1)
-        row.addWidget(self.copy)
-        row.addWidget(self.save)
+        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
+        self._rows.setContentsMargins(6, 6, 6, 2)
+        self._rows.setSpacing(4)
+        self._parts = (
+            _row(self.stage_box, self.unit_box, self.share_box),
+            _row(self.copy, self.save),
+        )
+        self._rows.addLayout(self._parts[0])
+        self._rows.addStretch(1)
+        self._rows.addLayout(self._parts[1])
         self.stage_box.currentIndexChanged.connect(lambda _: self.stage_changed.emit())
         for box in (self.unit_box, self.share_box):
             box.currentIndexChanged.connect(lambda _: self.changed.emit())
+
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as the lists: what is done with the matrix then stands below them."""
+        margins = self._rows.contentsMargins()
+        widest = max(part.minimumSize().width() for part in self._parts)
+        least = widest + margins.left() + margins.right()
+        return QSize(least, super().minimumSizeHint().height())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Begin a second row where the first would cut its words off."""
+        super().resizeEvent(event)
+        margins, way = self._rows.contentsMargins(), QBoxLayout.Direction
+        wanted = sum(part.sizeHint().width() for part in self._parts) + self._rows.spacing()
+        narrow = self.width() < wanted + margins.left() + margins.right()
+        self._rows.setDirection(way.TopToBottom if narrow else way.LeftToRight)
 
     @property
     def stage(self) -> str:
@@ -82,6 +100,15 @@ class Switches(QWidget):
     def share(self) -> Share:
         """What is shown of it."""
         return cast(Share, self.share_box.currentData())
+
+
+def _row(*widgets: QWidget) -> QHBoxLayout:
+    """Widgets beside each other."""
+    row = QHBoxLayout()
+    row.setSpacing(4)
+    for widget in widgets:
+        row.addWidget(widget)
+    return row
 
 
 def choice(name: str, items: dict[str, str], tip: str) -> QComboBox:

@@ -24,7 +24,7 @@ __all__ = ["Learning"]
 #: Training by itself begins when nothing was edited for so many ms.
 QUIET = 5000
 #: The keys of its jobs.
-TRAINING, LOADING, LISTING = "training", "outcome", "runs"
+TRAINING, LOADING, LISTING, REMOVING = "training", "outcome", "runs", "removing a run"
 
 
 class Learning(Wanted):
@@ -173,6 +173,25 @@ class Learning(Wanted):
             work = self._work.load(self._path, number)
             self.jobs.run(work, self._take, self._failed_to_load, key=LOADING)
 
+    def remove_run(self, number: int) -> None:
+        """Remove a run of the project for good; where it is reviewed, the latest one is then."""
+        if self._path is not None:
+            work = self._work.remove(self._path, number)
+            self.jobs.run(work, lambda _: self._removed(number), self._failed_to_load, key=REMOVING)
+
+    def list_again(self) -> None:
+        """Read again which runs there are."""
+        self._list_runs()
+
+    def _removed(self, number: int) -> None:
+        """Take note that a run is gone."""
+        shown = self.document.outcome
+        if shown is not None and shown.number == number:
+            self.jobs.cancel(LOADING)
+            self.document.set_outcome(None)
+        self.document.say(self.tr("Run {0} was removed.").format(number))
+        self._list_runs()
+
     def dismiss(self) -> None:
         """Take note of the trouble."""
         if self.trouble:
@@ -232,7 +251,7 @@ class Learning(Wanted):
 
     def _project_changed(self) -> None:
         """Turn to another project, or to none."""
-        for key in (TRAINING, LOADING, LISTING):
+        for key in (TRAINING, LOADING, LISTING, REMOVING):
             self.jobs.cancel(key)
         self._quiet.stop()
         self._counter.forget()

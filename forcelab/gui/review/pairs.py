@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QLabel, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.errors import InputError
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.figures.legend import looks_in_order
 from forcelab.gui.figures.timelines import TimelinePairs
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.colouring import painted_by, vocabulary_of
+from forcelab.gui.review.colouring import painted_by
 from forcelab.gui.review.pairs_area import PairsArea
 from forcelab.gui.review.pairs_export import figure_of, saving
 from forcelab.gui.review.pairs_hits import Hit, place_of
@@ -31,6 +31,7 @@ from forcelab.gui.review.pairs_words import Looks, actions_of, missing
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.saving import ask_picture
 from forcelab.gui.shortcuts import keys
+from forcelab.review.looks import vocabulary_of
 from forcelab.review.outcome import Outcome
 from forcelab.vocabulary import Vocabulary
 
@@ -71,11 +72,7 @@ class PairsView(QWidget):
         self.note = QLabel()
         self.note.setWordWrap(True)
         self.note.setContentsMargins(12, 2, 12, 2)
-        self._empty = QLabel()
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setTextFormat(Qt.TextFormat.PlainText)
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(24)
+        self._empty = placeholder()
         self._lay_out()
         self._connect()
 

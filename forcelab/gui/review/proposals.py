@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QModelIndex, QSize, Qt
 from PySide6.QtGui import QPalette, QShowEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHeaderView,
     QLabel,
-    QStackedLayout,
+    QStackedWidget,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.arranging import placeholder, whole_rows
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import spans_of
@@ -64,20 +64,16 @@ class ProposalsView(QWidget):
         self.order = QLabel()
         self.order.setWordWrap(True)
         self.order.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty = QLabel()
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(12)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self._empty = placeholder()
         self.accepting = AcceptButtons(document)
-        self._pages = QStackedLayout()
+        self._pages = QStackedWidget()
         self._pages.addWidget(self.table)
         self._pages.addWidget(self._empty)
         column = QVBoxLayout(self)
         column.setContentsMargins(4, 4, 4, 4)
         column.setSpacing(4)
         column.addWidget(self.order)
-        column.addLayout(self._pages, 1)
+        column.addWidget(self._pages, 1)
         column.addWidget(self.accepting)
         document.outcome_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
@@ -107,16 +103,9 @@ class ProposalsView(QWidget):
         table.setAccessibleName(self.tr("Unlabelled demonstrations, the one to label next first"))
         self._bars = BarDelegate(table)
         table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
+        whole_rows(table)
         table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        table.setTabKeyNavigation(False)
-        table.verticalHeader().hide()
-        table.verticalHeader().setDefaultSectionSize(round(1.7 * self.fontMetrics().height()))
         header = table.horizontalHeader()
-        header.setHighlightSections(False)
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
         table.clicked.connect(self._go)

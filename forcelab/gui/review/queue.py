@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSize
 from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
 from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.queue_buttons import VerdictButtons
@@ -56,9 +57,7 @@ class QueueView(QWidget):
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._empty = _muted(), _muted()
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._empty.setMargin(16)
+        self._summary, self._empty = _muted(), placeholder()
         self._lay_out()
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)

@@ -13,11 +13,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.gui.review.colouring import vocabulary_of
 from forcelab.gui.review.seen import blind_to, seen_of
 from forcelab.labels import Segments
 from forcelab.project import Project
 from forcelab.review.differences import current_tracks, spelt
+from forcelab.review.looks import vocabulary_of
 from forcelab.review.outcome import Outcome
 from forcelab.review.queue import Compared, Queue, arranging
 from forcelab.vocabulary import Vocabulary

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtWidgets import QMenu, QWidget
 
+from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.review.bar_texts import run_text
 from forcelab.gui.review.learning import Learning
@@ -54,7 +57,39 @@ class RunChoice(NarrowList):
         """Show which run is reviewed."""
         outcome = self.document.outcome
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
-        self.setToolTip("\n".join(filter(None, (self._name, self.currentText()))))
+        how = self.tr("A right click removes it.") if outcome is not None else ""
+        self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """What can be done with the run that is reviewed."""
+        menu = QMenu(self)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        action = menu.addAction(self.tr("Remove this run…"), self.ask_removal)
+        project = self.document.project
+        action.setEnabled(
+            self.currentIndex() >= 0 and project is not None and not project.read_only
+        )
+        menu.popup(event.globalPos())
+
+    def ask_removal(self) -> None:
+        """Ask whether the run that is reviewed is to be removed, and say what goes with it."""
+        from forcelab.gui.removing import removal_of_run
+
+        project, number = self.document.project, self.currentData()
+        if project is None or number is None:
+            return
+        try:
+            uses = project.run_uses(number)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            return
+        if not uses:
+            self.learning.list_again()  # somebody else was faster
+            return
+        dialog = removal_of_run(self.currentText(), uses[0], self.window())
+        dialog.accepted.connect(lambda: self.learning.remove_run(number))
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
 
     def _chosen(self, index: int) -> None:
         """Review another run."""

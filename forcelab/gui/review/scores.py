@@ -9,12 +9,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QStackedLayout,
+    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_switches import choice
@@ -70,11 +71,7 @@ class ScoresView(QWidget):
         self.note = QLabel()
         self.note.setWordWrap(True)
         self.note.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty = QLabel()
-        self._empty.setWordWrap(True)
-        self._empty.setMargin(16)
-        self._empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty = placeholder()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
         self.copy_button.clicked.connect(self.copy)
@@ -159,14 +156,14 @@ class ScoresView(QWidget):
         row.setContentsMargins(8, 4, 8, 4)
         row.addWidget(self.note)
         column.addLayout(row)
-        self._pages = QStackedLayout()
+        self._pages = QStackedWidget()
         self._pages.addWidget(page)
         self._pages.addWidget(self._empty)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(0)
         whole.addWidget(self._bar)
-        whole.addLayout(self._pages, 1)
+        whole.addWidget(self._pages, 1)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now."""

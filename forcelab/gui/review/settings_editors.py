@@ -21,7 +21,7 @@ from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import Field
 from forcelab.gui.wheel_guard import guard_from_wheel
 
-__all__ = ["Editor", "editor"]
+__all__ = ["ChannelsEditor", "ChoiceEditor", "Editor", "FlagEditor", "NumberEditor"]
 
 
 class Editor(QWidget):
@@ -206,18 +206,3 @@ class ChannelsEditor(Editor):
         at = len(self.boxes)
         self._grid.addWidget(box, at // 2, at % 2, Qt.AlignmentFlag.AlignLeft)
         self.boxes[name] = box
-
-
-def editor(field: Field, facts: Facts) -> Editor:
-    """The editor of a field."""
-    if field.kind in ("number", "whole"):
-        return NumberEditor(field)
-    if field.kind == "choice":
-        return ChoiceEditor(field)
-    if field.kind == "flag":
-        return FlagEditor(field)
-    if field.kind == "channels":
-        return ChannelsEditor(field, facts)
-    from forcelab.gui.review.merge_editor import MergeEditor
-
-    return MergeEditor(field, facts)

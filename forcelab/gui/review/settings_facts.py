@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import median_low
 from typing import TYPE_CHECKING
 
 from forcelab.gui.document import Document
+from forcelab.gui.review.whose import whose_labels
 
 if TYPE_CHECKING:
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
     from forcelab.recognition.settings import Settings
 
 __all__ = ["Cost", "Facts", "facts_of"]
@@ -69,23 +69,21 @@ def facts_of(document: Document, choice: Choice) -> Facts:
     """The facts of what is chosen, from the list of demonstrations; opens no array."""
     from forcelab.signals.channels import channel_map
 
-    infos = [info for info in document.infos if info.task in choice.tasks]
-    if not infos or document.project is None:
+    if document.project is None:
+        return Facts()
+    # From the store: what was painted a moment ago is not in the window's list yet.
+    infos = [info for info in document.project.demonstrations() if info.task in choice.tasks]
+    if not infos:
         return Facts()
     maps = [channel_map(info.channels).names for info in infos]
     common = set.intersection(*map(set, maps))
-    author = choice.author or document.author
+    author = choice.author or whose_labels(document, {*choice.tasks, choice.test_task})
     spelt = frozenset[str]().union(
         *(document.project.painted_actions(task) for task in choice.tasks)
     )
     return Facts(
         channels=tuple(name for name in maps[0] if name in common),
         rate=median_low(info.rate for info in infos),
-        labelled=sum(_labelled(info.labelled, author) for info in infos),
+        labelled=sum(info.labelled.get(author, 0.0) for info in infos) if author else 0.0,
         spellings=spelt,
     )
-
-
-def _labelled(seconds: Mapping[str, float], author: str) -> float:
-    """Seconds labelled by an author, or by whoever labelled, if he did not."""
-    return seconds.get(author, max(seconds.values(), default=0.0))

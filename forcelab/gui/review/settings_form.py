@@ -9,7 +9,14 @@ from PySide6.QtWidgets import QFormLayout, QGroupBox, QLabel, QVBoxLayout, QWidg
 
 from forcelab.errors import InputError
 from forcelab.gui.commands import translated
-from forcelab.gui.review.settings_editors import Editor, editor
+from forcelab.gui.review.merge_editor import MergeEditor
+from forcelab.gui.review.settings_editors import (
+    ChannelsEditor,
+    ChoiceEditor,
+    Editor,
+    FlagEditor,
+    NumberEditor,
+)
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS, GROUPS, Field
 from forcelab.gui.theme import colours, themes
@@ -155,7 +162,7 @@ class SettingsForm(QWidget):
 
     def _add(self, field: Field) -> None:
         """Add the row of a field."""
-        shown = editor(field, self.facts)
+        shown = _editor(field, self.facts)
         shown.changed.connect(self._edited)
         trouble = QLabel()
         trouble.setWordWrap(True)
@@ -205,3 +212,16 @@ class _RefusedError(Exception):
     def __init__(self, field: str, error: InputError) -> None:
         super().__init__(field)
         self.field, self.error = field, error
+
+
+def _editor(field: Field, facts: Facts) -> Editor:
+    """The editor of a field."""
+    if field.kind in ("number", "whole"):
+        return NumberEditor(field)
+    if field.kind == "choice":
+        return ChoiceEditor(field)
+    if field.kind == "flag":
+        return FlagEditor(field)
+    if field.kind == "channels":
+        return ChannelsEditor(field, facts)
+    return MergeEditor(field, facts)

@@ -26,7 +26,7 @@ from forcelab.gui.review.whose import whose_labels
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
 
 __all__ = ["TaskChoice", "TaskChoiceDialog", "choice_name"]
 
@@ -73,7 +73,7 @@ class TaskChoice(QWidget):
 
     def choice(self) -> Choice:
         """What is chosen, whether it can be or not."""
-        from forcelab.recognition.project_runs import Choice
+        from forcelab.recognition.choice import Choice
 
         tasks = self._trained()
         across = self.across.isChecked()

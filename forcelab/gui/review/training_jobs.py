@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from forcelab.project import Project, RunSummary
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
     from forcelab.recognition.settings import Settings
     from forcelab.review.outcome import Outcome
     from forcelab.review.steps import Step
@@ -50,6 +50,15 @@ class Kept:
     preset: str = ""
 
 
+def _removing(path: Path, number: int) -> Generator[object, None, None]:
+    """Remove a run; to make the store's file smaller may take seconds."""
+    from forcelab.project import Project
+
+    yield None
+    with Project.open(path) as project:
+        project.remove_run(number)
+
+
 @dataclass(frozen=True, slots=True)
 class Work:
     """The jobs of the trainer; each works on what the disk holds, with a connection of its own.
@@ -67,12 +76,15 @@ class Work:
     edits : callable
         ``edits(project, outcome)``: how many edits there were since it was trained; no job, as it
         takes no time.
+    remove : callable
+        ``remove(path, number)``: removes a run for good.
     """
 
     train: Callable[[Path, Given, str, list[Step]], Generator[object, None, Outcome]]
     load: Callable[[Path, int], Generator[object, None, Outcome]]
     listed: Callable[[Path], Generator[object, None, tuple[Kept, ...]]]
     edits: Callable[[Project, Outcome], int]
+    remove: Callable[[Path, int], Generator[object, None, None]] = _removing
 
 
 def _training(

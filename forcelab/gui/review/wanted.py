@@ -15,7 +15,7 @@ from forcelab.gui.review.whose import whose_labels
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from forcelab.recognition.project_runs import Choice
+    from forcelab.recognition.choice import Choice
     from forcelab.recognition.settings import Settings
 
 __all__ = ["GROUPS", "MANY", "Wanted", "groups_for", "shown_task"]
@@ -117,10 +117,22 @@ class Wanted(QObject):
     @property
     def chosen(self) -> tuple[tuple[str, ...], str | None, bool]:
         """The tasks trained on, the one tested on, and whether actions stay apart."""
-        if self._choice is not None:
-            return self._choice.tasks, self._choice.test_task, self._choice.apart
-        tasks, test, _, apart, _ = remembered.recall_parts(self._path or Path(), self.task)
+        tasks, test, _, apart, _ = self._parts
         return tasks, test, apart
+
+    @property
+    def whose(self) -> str | None:
+        """Whose labels are trained on; None where nobody has labelled anything."""
+        tasks, test, author, _, _ = self._parts
+        return author or whose_labels(self.document, {*tasks, test})
+
+    @property
+    def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
+        """The choice as plain values; to build it loads much."""
+        choice = self._choice
+        if choice is None:
+            return remembered.recall_parts(self._path or Path(), self.task)
+        return choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
 
     def set_settings(self, settings: Settings) -> None:
         """Train like this from now on."""
@@ -142,20 +154,17 @@ class Wanted(QObject):
     def _given(self) -> Given:
         """What gives settings and choice; to build them loads much, so that is left to the job."""
         assert self._path is not None
-        task, settings, choice = self.task, self._settings, self._choice
+        task, settings = self.task, self._settings
         values = remembered.recall_values(self._path, task)
-        parts = remembered.recall_parts(self._path, task)
-        if choice is not None:
-            parts = choice.tasks, choice.test_task, choice.author, choice.apart, choice.folds
-        tasks, test, author, apart, folds = parts
+        tasks, test, author, apart, folds = self._parts
         if author is None:
-            author = whose_labels(self.document, {*tasks, test})
+            author = self.whose
             self._say_whose(author)
         if folds is None and test is None:
             folds = groups_for(self.document, tasks, author)
 
         def given() -> tuple[Settings, Choice]:
-            from forcelab.recognition.project_runs import Choice
+            from forcelab.recognition.choice import Choice
 
             made = remembered.settings_of(values, task) if settings is None else settings
             return made, Choice(tasks, test, author, apart, folds=folds)

@@ -6,11 +6,12 @@ import time
 from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QStackedLayout, QWidget
+from PySide6.QtCore import QSize, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import why_words
@@ -73,11 +74,7 @@ class WhyView(QWidget):
         self.page.back.clicked.connect(self.go_back)
         self.page.stop.clicked.connect(self._stop_or_go)
         self.page.neighbours.chosen.connect(self._go_to)
-        self.empty = QLabel()
-        self.empty.setWordWrap(True)
-        self.empty.setMargin(16)
-        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self.empty.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.empty = placeholder()
         self.empty.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.empty)

@@ -111,7 +111,8 @@ def recogniser(why: Why, name: str) -> str:
 def left(progress: Progress, name: str, elapsed: float, outcome: Outcome) -> str:
     """How far the training is: ``Training without pen-03 … about 12 s left``."""
     started = translate("forcelab", "Training without {0} …").format(name)
-    seconds, folds = outcome.seconds, max(len(outcome.tested), 1)
+    seconds, tested = outcome.seconds, max(len(outcome.tested), 1)
+    folds = min(outcome.folds or tested, tested)
     usual = seconds.get("features", 0.0) + seconds.get("fit", 0.0) / folds
     rest = usual - elapsed
     if not usual or progress.text == "explaining":

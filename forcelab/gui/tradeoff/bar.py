@@ -183,7 +183,7 @@ def standing_text(state: Measuring) -> tuple[str, str]:
 def _edits(state: Measuring) -> str:
     """How many edits there were since."""
     if not state.edits:
-        return state.tr("no edit since")
+        return state.tr("no change since")
     if state.edits == 1:
-        return state.tr("1 edit since")
-    return state.tr("{0} edits since").format(state.edits)
+        return state.tr("1 change since")
+    return state.tr("{0} changes since").format(state.edits)

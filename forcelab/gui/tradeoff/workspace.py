@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSignalBlocker, Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
 
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.review.rows import TextModel, TextRows
 from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.tradeoff.bar import TradeoffBar
@@ -45,9 +46,7 @@ class TradeoffWorkspace(QWidget):
         self._model = TextModel(self)
         self.table = TextRows(self._model)
         self.table.setAccessibleName(self.tr("All settings that were measured"))
-        self.empty = QLabel()
-        self.empty.setWordWrap(True)
-        self.empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self.empty = placeholder()
         self.empty.setFixedWidth(480)
         self.empty.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         left = QWidget()

@@ -27,8 +27,6 @@ from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = ["ROUNDING", "Plan", "plan_for"]
 
-keep_freed_memory()
-
 Real = NDArray[np.float64]
 Floats = NDArray[np.floating[Any]]
 Complex = NDArray[np.complexfloating[Any, Any]]
@@ -73,6 +71,7 @@ class Plan:
     def __init__(
         self, n: int, scales: Sequence[float], wavelet: Wavelet, tolerance: float, single: bool
     ) -> None:
+        keep_freed_memory()
         self.n, self.tolerance, self.single = n, tolerance, single
         self.scales: Real = np.asarray(scales, dtype=np.float64)
         # In rising order inside.

@@ -8,6 +8,7 @@ import stat
 import subprocess
 import sys
 import tempfile
+import tracemalloc
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -223,6 +224,26 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
+def test_what_runs_found_is_held_one_after_the_other_while_it_is_written(project, tmp_path):
+    made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    for number in range(4):
+        project.add_run("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
+    tracemalloc.start()
+    write_archive(project, tmp_path / "first.zip")
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 14e6  # the text of all four alone is 6 MB, and was there in six copies
+    with zipfile.ZipFile(tmp_path / "first.zip") as archive:
+        text = archive.read("runs.json").decode()
+    runs = json.loads(text)
+    assert text == json.dumps(runs, ensure_ascii=False, indent=1) + "\n"
+    assert [run["result"] for run in runs[-4:]] == [run.result for run in project.runs()[-4:]]
+    with Project.create(tmp_path / "empty.forcelab") as empty:
+        write_archive(empty, tmp_path / "empty.zip")
+    with zipfile.ZipFile(tmp_path / "empty.zip") as archive:
+        assert archive.read("runs.json") == b"[]\n"
+
+
 def test_an_archive_is_known_by_its_content(whole, tmp_path):
     head = whole.read_bytes()[:64]
     renamed = whole.rename(tmp_path / "study.csv")
@@ -247,7 +268,7 @@ def test_the_labels_of_coders_are_read_and_predictions_left(whole, tmp_path):
     assert [track.author for track in one.tracks] == ["anna"]
     assert one.tracks[0].segments == HOLD
     assert two.tracks == (Track("bert", GRAB), Track("cleo", HOLD))
-    (remark,) = one.remarks + two.remarks
+    (remark,) = {one.left, two.left}
     assert "models' predictions" in remark
     assert (one.demonstration.task, two.demonstration.grid_rate) == ("LEGO", 250.0)
     with Project.create(tmp_path / "other.forcelab") as other:

@@ -46,6 +46,11 @@ def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page, name, sai
     assert page.standing.sentences.text() == ""
 
 
+def test_where_nothing_is_found_the_way_without_devices_is_told(page, until):
+    until(page.sources.nothing.isVisible, PATIENCE)
+    assert "'forcelab replay'" in page.sources.nothing.text()
+
+
 def test_an_old_failure_is_not_told_beside_a_new_one(page, until):
     for port in ("/dev/one", "/dev/two"):
         page.sources.rows.clear()
@@ -53,6 +58,7 @@ def test_an_old_failure_is_not_told_beside_a_new_one(page, until):
         page.connect_button.click()
         until(lambda: page.session.phase is Phase.APART, PATIENCE)
         assert port in page.standing.sentences.text()
+        assert "plug the device in, and press Look again." in page.standing.sentences.text()
     assert "/dev/one" not in page.standing.sentences.text()
 
 

@@ -13,6 +13,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.label import tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.labels import Segment
+from forcelab.vocabulary import Vocabulary
 
 ALT = Qt.KeyboardModifier.AltModifier
 CTRL = Qt.KeyboardModifier.ControlModifier
@@ -193,6 +194,43 @@ def test_without_a_brush_a_drag_marks_a_range_and_asks_what_with(document, hand,
     entries["&3  release"].trigger()
     assert (3.5, 4.25, "release") in shown(document)
     assert document.range is None
+
+
+def test_what_to_do_with_a_marked_range_is_said_and_an_action_can_be_new(document, hand, panel):
+    said = []
+    document.said.connect(lambda sentence, _: said.append(sentence))
+    hand.drag(3.5, 4.25)
+    assert said == ["Choose an action for the marked range, here or under Actions."]
+    entries = {action.text(): action for action in panel.menu.actions()}
+    assert "Erase the range" not in entries, "there is nothing in it"
+    entries["Another action…"].trigger()
+    (dialog,) = [w for w in panel.children() if w.inherits("QInputDialog")]
+    dialog.setTextValue(" lift  up ")
+    dialog.accept()
+    assert (3.5, 4.25, "lift up") in shown(document)
+    assert "lift up" in document.vocabulary.names
+
+
+def test_the_first_drag_of_all_paints_though_there_is_no_action_yet(app):
+    with opened(()) as document:
+        path, name = document.project.path, document.id
+        document.project.set_vocabulary(document.demonstration.task, Vocabulary())
+        document.open_project(path)
+        assert document.open_demonstration(name)
+        assert not document.vocabulary.names
+        panel = TrackPanel(document)
+        panel.resize(88 + 1000 + 8, 100)
+        panel.show()
+        Hand(panel).drag(3.5, 4.25)
+        entries = {action.text(): action for action in panel.menu.actions()}
+        entries["grab"].trigger()
+        assert shown(document) == [(3.5, 4.25, "grab")]
+        Hand(panel).drag(5.0, 5.5)
+        (more,) = [a.menu() for a in panel.menu.actions() if a.text() == "More actions"]
+        assert "grab" not in [action.text() for action in more.actions()]
+        next(action for action in more.actions() if action.text() == "hold").trigger()
+        assert shown(document) == [(3.5, 4.25, "grab"), (5.0, 5.5, "hold")]
+        panel.close()
 
 
 def test_esc_while_marking_brings_the_former_range_back(document, hand, panel):

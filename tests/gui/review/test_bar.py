@@ -6,10 +6,13 @@ from itertools import pairwise
 
 import pytest
 from learning_bench import FakeWork, outcome_of, step, study
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
 from forcelab.gui.review.bar_texts import run_text
-from forcelab.recognition.project_runs import Choice
+from forcelab.project import Verdict
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.settings import Settings
 
 
@@ -88,12 +91,34 @@ def test_how_up_to_date_the_recogniser_is_always_stands_there(bar, learning, doc
     until(lambda: not learning.training)
     assert bar.standing.text == "up to date"
     document.paint(6, 7, "grab")
-    until(lambda: bar.standing.text == "1 edit since this recogniser was trained")
+    until(lambda: bar.standing.text.startswith("1 edit or new demonstration since"))
     document.paint(7, 8, "hold")
-    until(lambda: bar.standing.text == "2 edits since this recogniser was trained")
+    until(lambda: bar.standing.text.startswith("2 edits or new demonstrations since"))
     for width in (1300, 700, 420):
         bar.resize(width, 40)
         assert bar.standing.isVisible()
+
+
+def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
+    bar, learning, document, until, app
+):
+    assert bar.whose.text == ""
+    assert not bar.whose.isVisible()
+    document.set_author("Root")
+    assert bar.whose.text == "Labels of Ann"  # Root has labelled nothing yet
+    document.paint(6, 7, "grab")
+    until(lambda: bar.whose.text == "Labels of Root")
+    assert bar.whose.isVisible()
+    assert "Labels of Root" in bar.train.toolTip()
+    document.set_author("Ann")
+    assert bar.whose.text == "Labels of Ann"
+    for width in (1300, 700, 420):
+        bar.resize(width, 40)
+        app.processEvents()
+        assert not bar.whose.isVisible() or bar.whose.width() >= bar.whose.sizeHint().width()
+    learning.train()
+    until(lambda: not learning.training)
+    assert learning._work.asked[-1][2].author == "Ann"
 
 
 @pytest.mark.parametrize("training", [False, True])
@@ -169,6 +194,49 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     bar.runs.resize(120, 30)
     assert bar.runs.shown_text.endswith("…")  # never just cut off
     assert bar.runs.currentText() in bar.runs.toolTip()
+
+
+def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
+    bar, learning, work, document, until, app
+):
+    from forcelab.gui.removing import Removal
+
+    project, made = document.project, {"settings": {}, "seed": None, "labels": [], "versions": {}}
+    numbers = [project.add_run("evaluate", result={"n": n}, **made) for n in range(3)]
+    id_ = project.demonstrations("foam")[0].id
+    said = Verdict(id_, "Bob", "Ann", 0.0, 1.0, "grab", "hold", "model", run=numbers[2])
+    project.add_verdict(said)
+    work.kept = tuple(kept(n) for n in reversed(numbers))
+    work.outcomes = {n: outcome_of(project, n) for n in numbers}
+    learning._list_runs()
+    until(lambda: bar.runs.currentData() == numbers[2])
+
+    def asked():
+        bar.runs.ask_removal()
+        return [one for one in bar.findChildren(Removal) if one.isVisible()][-1]
+
+    middle = bar.runs.rect().center()
+    where = bar.runs.mapToGlobal(middle)
+    app.sendEvent(bar.runs, QContextMenuEvent(QContextMenuEvent.Reason.Mouse, middle, where))
+    (menu,) = bar.runs.findChildren(QMenu)
+    (action,) = menu.actions()
+    assert action.text() == "Remove this run…"
+    assert action.isEnabled()
+    menu.close()
+    dialog = asked()
+    assert run_text(kept(numbers[2])) in dialog.text.text()
+    assert "Verdicts were given on it (1)" in dialog.text.text()
+    dialog.reject()
+    until(lambda: not learning.jobs.busy)
+    assert [run.id for run in project.run_summaries()] == numbers
+    asked().remove.click()
+    until(lambda: document.outcome is not None and document.outcome.number == numbers[1])
+    until(lambda: bar.runs.currentData() == numbers[1])
+    assert bar.runs.count() == 2
+    assert [run.id for run in project.run_summaries()] == numbers[:2]
+    assert [verdict.run for verdict in project.verdicts()] == [None]
+    assert "accepted" not in asked().text.text()
+    assert "Verdicts" not in asked().text.text()
 
 
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, learning, work, document, until):

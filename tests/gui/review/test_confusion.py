@@ -232,3 +232,24 @@ def test_every_point_of_a_cell_is_that_cells_and_none_is_beside(app):
     assert figure.cell_at(first.topLeft() - QPoint(2, 0)) is None
     assert figure.cell_at(last.topLeft() - QPoint(3, 0)) is None  # between actions and unlabelled
     assert figure.cell_at(last.topRight() + QPoint(3, 0)) is None
+
+
+def test_in_a_narrow_list_no_switch_is_cut_off(view, app):
+    switches = view.switches
+    boxes = (switches.stage_box, switches.unit_box, switches.share_box)
+    for width in (290, 560):
+        switches.resize(width, 80)
+        app.processEvents()
+        assert all(box.width() >= box.sizeHint().width() for box in boxes), width
+    assert switches.copy.y() == switches.stage_box.y()
+
+
+def test_where_there_is_little_room_the_matrix_is_seen_and_a_click_shows_its_places(view, app):
+    view.resize(290, 200)
+    app.processEvents()
+    assert view.canvas.visibleRegion().boundingRect().height() > 70
+    assert not view.list.table.visibleRegion().boundingRect().height()
+    click(view, 0, 0)
+    app.processEvents()
+    assert view.list.places
+    assert view.list.visibleRegion().boundingRect().height() > 60

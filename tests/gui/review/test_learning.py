@@ -8,8 +8,8 @@ from learning_bench import FakeWork, outcome_of, step, study
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Verdict
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import preset
-from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings
 
 
@@ -423,7 +423,7 @@ def test_the_status_bar_says_in_other_workspaces_how_training_stands(
     assert line.text() == "Recogniser: up to date"
     document.paint(6.0, 7.0, "grab")
     until(lambda: learning.edits == 1)
-    assert line.text().startswith("Recogniser: 1 edit since")
+    assert line.text().startswith("Recogniser: 1 edit or new demonstration since")
 
 
 def test_who_labelled_most_is_trained_on(document):

@@ -19,7 +19,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.fading import opacity
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import pairs_canvas
-from forcelab.gui.review.colouring import painted_by, vocabulary_of
+from forcelab.gui.review.colouring import painted_by
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_hits import told
 from forcelab.labels import Segment
@@ -27,6 +27,7 @@ from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
+from forcelab.review.looks import vocabulary_of
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary

@@ -8,8 +8,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
 from forcelab.merging import MergeMap
+from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import PRESETS, preset
-from forcelab.recognition.project_runs import Choice
 from forcelab.recognition.settings import Settings
 
 
@@ -203,6 +203,17 @@ def test_the_demonstrations_say_what_there_is(app):
         assert facts.labelled == pytest.approx(4 * 5.0)
         assert facts.spellings == {"grab", "hold"}
         assert facts_of(document, Choice(("nothing",))).channels == ()
+
+
+def test_only_the_time_that_is_trained_on_is_counted(app):
+    from forcelab.gui.review.settings_facts import facts_of
+
+    with study() as document:
+        document.set_author("Root")
+        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
+        document.paint(6, 7, "grab")
+        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(1.0)
+        assert facts_of(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(10.0)
 
 
 @pytest.mark.parametrize(

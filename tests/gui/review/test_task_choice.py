@@ -3,7 +3,7 @@
 import pytest
 from learning_bench import study
 
-from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.choice import Choice
 
 
 @pytest.fixture

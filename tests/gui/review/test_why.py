@@ -341,5 +341,7 @@ def test_time_left_is_that_of_a_fold_of_the_run(study):
     outcome = replace(study[1], seconds={"features": 3.0, "fit": 30.0})
     told = why_words.left(Progress(3, 200, "fit"), "foam 01", 4.0, outcome)
     assert told == "Training without foam 01 … about 9 s left"
+    halves = why_words.left(Progress(3, 200, "fit"), "foam 01", 4.0, replace(outcome, folds=2))
+    assert halves == "Training without foam 01 … about 14 s left"
     late = why_words.left(Progress(3, 200, "fit"), "foam 01", 40.0, outcome)
     assert late == "Training without foam 01 … nearly done"

@@ -28,7 +28,7 @@ from forcelab.gui.window import Window
 from forcelab.jobs import finish
 from forcelab.labels import Track
 from forcelab.project import Project
-from forcelab.recognition.project_runs import Choice
+from forcelab.recognition.choice import Choice
 from forcelab.review.training import reviewing
 
 #: Seconds that a training may take on a busy machine; the first one loads much.

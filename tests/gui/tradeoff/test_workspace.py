@@ -82,10 +82,10 @@ def test_what_is_pointed_at_in_the_plot_is_selected_in_the_table(workspace):
 
 def test_the_bar_says_when_on_whose_labels_and_what_was_edited_since(workspace, measuring):
     standing = workspace.bar.standing
-    assert "on 2 demonstrations labelled by Ann · no edit since" in standing.text
+    assert "on 2 demonstrations labelled by Ann · no change since" in standing.text
     measuring.edits = 3
     measuring.changed.emit()
-    assert standing.text.endswith("3 edits since")
+    assert standing.text.endswith("3 changes since")
     measuring.learning.set_settings(PAPER.replace(stride=77))
     assert standing.text.endswith("the settings in use were not measured")
 
@@ -113,7 +113,7 @@ def test_progress_and_cancel_are_there_while_it_measures(workspace, measuring, w
     assert not bar.measure.isVisible()
     QTest.mouseClick(bar.cancel, Qt.MouseButton.LeftButton)
     assert bar.measure.isVisible()
-    assert "no edit since" in bar.standing.text
+    assert "no change since" in bar.standing.text
 
 
 def test_without_a_measurement_it_says_what_to_do(workspace, measuring, until):

@@ -1,0 +1,65 @@
+"""Dialogs that choose files and folders; each begins where the last of its kind was chosen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from forcelab.gui import settings
+
+__all__ = ["ask_file", "ask_files", "ask_folder", "last_folder", "remember_folder"]
+
+
+def last_folder(kind: str) -> Path:
+    """Where a file of a kind was chosen last; else the folder in which the projects lie."""
+    last = settings.text(_key(kind))
+    if last and Path(last).is_dir():
+        return Path(last)
+    recent = settings.recent_projects()
+    return recent[0].parent if recent else Path.home()
+
+
+def remember_folder(kind: str, folder: Path) -> None:
+    """Keep where a file of a kind was chosen, for the next time."""
+    settings.put(_key(kind), str(folder))
+
+
+def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | None:
+    """Let the user choose a file; None where he does not.
+
+    Parameters
+    ----------
+    parent : QWidget
+    title, filters : str
+        Of the dialog.
+    kind : str
+        Of the file, such as ``"video"``.
+    """
+    name, _ = QFileDialog.getOpenFileName(parent, title, str(last_folder(kind)), filters)
+    if not name:
+        return None
+    remember_folder(kind, Path(name).parent)
+    return Path(name)
+
+
+def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
+    """Let the user choose files; as :func:`ask_file`."""
+    names, _ = QFileDialog.getOpenFileNames(parent, title, str(last_folder(kind)))
+    if names:
+        remember_folder(kind, Path(names[0]).parent)
+    return [Path(name) for name in names]
+
+
+def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
+    """Let the user choose a folder; as :func:`ask_file`."""
+    name = QFileDialog.getExistingDirectory(parent, title, str(last_folder(kind)))
+    if not name:
+        return None
+    remember_folder(kind, Path(name))
+    return Path(name)
+
+
+def _key(kind: str) -> str:
+    """Where the settings keep the folder."""
+    return f"{kind}/folder"
