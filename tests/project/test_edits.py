@@ -130,9 +130,9 @@ def test_changing_a_project_inside_a_snapshot_is_a_mistake_of_the_program(projec
 
 
 def test_a_track_is_found_by_the_id_of_its_demonstration_alone(project, id_):
-    for key in ("01", id_[:12]):
+    for key, sentence in (("01", "is the name of a demonstration"), (id_[:12], "no demonstration")):
         assert project.load(key).id == id_
-        with pytest.raises(InputError, match="is the name of a demonstration"):
+        with pytest.raises(InputError, match=sentence):
             project.track(key, "anna")
 
 
