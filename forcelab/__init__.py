@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from forcelab.project.labelling import Labelling as Labelling
     from forcelab.recognition.choice import Choice as Choice
     from forcelab.recognition.corpus import corpus as corpus
-    from forcelab.recognition.evaluation import across as across
     from forcelab.recognition.evaluation import leave_one_out as leave_one_out
     from forcelab.recognition.examples import Examples as Examples
     from forcelab.recognition.examples import Labelled as Labelled
@@ -49,13 +48,14 @@ if TYPE_CHECKING:
     from forcelab.recognition.storage import save as save_recogniser
     from forcelab.recognition.timed import score_tracks as score_tracks
     from forcelab.recognition.training import train as train
+    from forcelab.recognition.transfer import across as across
     from forcelab.review.agreement import agreement as agreement
     from forcelab.review.coded import coded_demonstrations as coded_demonstrations
     from forcelab.review.comparing import compare as compare_runs
     from forcelab.review.outcome import Outcome as Outcome
     from forcelab.review.outcome import latest as latest_run
     from forcelab.review.outcome import load as load_run
-    from forcelab.review.queue import queue as queue
+    from forcelab.review.queue import queue as review_queue
     from forcelab.review.why import why_at as why_at
     from forcelab.sample import making as making_sample
     from forcelab.signals.cwt import cwt as cwt
@@ -92,7 +92,7 @@ _HOMES = {
     "Settings": ("recognition.settings", "Settings"),
     "Track": ("labels", "Track"),
     "Vocabulary": ("vocabulary", "Vocabulary"),
-    "across": ("recognition.evaluation", "across"),
+    "across": ("recognition.transfer", "across"),
     "agreement": ("review.agreement", "agreement"),
     "coded_demonstrations": ("review.coded", "coded_demonstrations"),
     "compare_runs": ("review.comparing", "compare"),
@@ -111,8 +111,8 @@ _HOMES = {
     "performing": ("simulation.tasks", "performing"),
     "prepare_examples": ("recognition.examples", "prepare"),
     "preset": ("recognition.presets", "preset"),
-    "queue": ("review.queue", "queue"),
     "read": ("formats", "read"),
+    "review_queue": ("review.queue", "queue"),
     "save_recogniser": ("recognition.storage", "save"),
     "score_tracks": ("recognition.timed", "score_tracks"),
     "segments_from_codes": ("labels", "from_codes"),

@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 
-__all__ = ["GAP_PERIODS", "Channel", "Demonstration", "VideoReference"]
+__all__ = ["GAP_PERIODS", "LARGEST", "Channel", "Demonstration", "VideoReference"]
 
 #: Neighbouring stamps further apart than this many sample periods have a gap between them.
 GAP_PERIODS = 5.0
+#: Values beyond this were not measured and count as missing: boards print 3.4e38 where they know
+#: nothing, next to which all that a wavelet or a mean makes of the others would be rounding.
+LARGEST = 1e30
 #: Least and largest mean distance of neighbouring stamps in seconds; beyond, a unit is wrong.
 NEAREST, FARTHEST = 1e-9, 1e9
 

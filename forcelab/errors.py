@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 __all__ = [
     "ForcelabError",
     "InputError",
     "StaleTrackError",
+    "StoreBusyError",
     "UnclearAuthorError",
     "UnclearRateError",
 ]
@@ -19,7 +22,15 @@ class ForcelabError(Exception):
 
 
 class InputError(ForcelabError):
-    """A file, a project or a setting that cannot be used as it is."""
+    """A file, a project or a setting that cannot be used as it is.
+
+    Attributes
+    ----------
+    files : tuple of Path
+        Which of several files cannot be used, where that is known.
+    """
+
+    files: tuple[Path, ...] = ()
 
 
 class UnclearAuthorError(InputError):
@@ -28,6 +39,10 @@ class UnclearAuthorError(InputError):
 
 class UnclearRateError(InputError):
     """A recording does not tell its rate; whoever tells it adds how to say that."""
+
+
+class StoreBusyError(InputError):
+    """Another program keeps a project's store busy; nothing was read or written."""
 
 
 class StaleTrackError(ForcelabError):

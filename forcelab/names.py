@@ -15,11 +15,6 @@ def tidy_name(name: str) -> str:
 def name_alike(name: str, known: Iterable[str]) -> str | None:
     """The known name that differs from a new one only by case or spaces.
 
-    Parameters
-    ----------
-    name : str
-    known : iterable of str
-
     Returns
     -------
     str or None

@@ -37,10 +37,6 @@ def making(path: Path, jobs: int = 1) -> Generator[Progress, None, bool]:
     jobs : int
         Processes that share the work; the result is the same for any number.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     bool

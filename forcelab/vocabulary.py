@@ -132,7 +132,7 @@ class Vocabulary:
         raise KeyError(name)
 
     def __contains__(self, name: object) -> bool:
-        return any(action.name == name for action in self.actions)
+        return name in self.names
 
     def __len__(self) -> int:
         return len(self.actions)
@@ -183,7 +183,7 @@ class Vocabulary:
                 raise InputError(
                     f"The key '{key}' paints '{other.name}'; give '{other.name}' another key first."
                 )
-        return self._replaced(replace(action, key=key))
+        return self._replaced(action, replace(action, key=key))
 
     def recoloured(self, name: str, colour: str) -> Vocabulary:
         """Give an action another colour (``"#rrggbb"``).
@@ -196,12 +196,13 @@ class Vocabulary:
         InputError
             If the action is not known or the colour is none.
         """
-        action = replace(self._known(name), colour=colour)
+        old = self._known(name)
+        action = replace(old, colour=colour)
         taken = {other.look for other in self.actions if other.name != name}
         if action.look in taken:
             texture = next(t for t in count() if (action.colour, t) not in taken)
             action = replace(action, texture=texture)
-        return self._replaced(action)
+        return self._replaced(old, action)
 
     def renamed(self, name: str, new: str) -> Vocabulary:
         """Give an action another name; its look, its key and its place stay.
@@ -214,8 +215,7 @@ class Vocabulary:
             If the action is not known, or the new name is blank or another action's.
         """
         old = self._known(name)
-        action = replace(old, name=new)
-        return Vocabulary(tuple(action if other is old else other for other in self.actions))
+        return self._replaced(old, replace(old, name=new))
 
     def removed(self, name: str) -> Vocabulary:
         """Take an action out; the others keep their looks and keys.
@@ -257,9 +257,9 @@ class Vocabulary:
             raise InputError(f"There is no action '{name}'; the vocabulary has {known}.")
         return self[name]
 
-    def _replaced(self, new: Action) -> Vocabulary:
-        """The same vocabulary with the action of that name replaced."""
-        return Vocabulary(tuple(new if old.name == new.name else old for old in self.actions))
+    def _replaced(self, old: Action, new: Action) -> Vocabulary:
+        """The same vocabulary with another action in the place of one."""
+        return Vocabulary(tuple(new if action is old else action for action in self.actions))
 
 
 def joined(tasks: Mapping[str, Vocabulary], *, apart: bool = False) -> Vocabulary:

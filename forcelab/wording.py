@@ -9,12 +9,7 @@ __all__ = ["amount", "counted", "there_are", "unknown_word"]
 
 
 def amount(count: int) -> str:
-    """Bytes in kB or MB: of what is small, MB would tell nothing.
-
-    Parameters
-    ----------
-    count : int
-    """
+    """Bytes in kB or MB: of what is small, MB would tell nothing."""
     return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
 
 

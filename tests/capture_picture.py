@@ -16,9 +16,9 @@ import cv2
 
 from forcelab.assets import asset
 from forcelab.capture import camera_device
-from forcelab.capture.calibration import read_calibrations
 from forcelab.capture.replaying import Replay, sensors_of
 from forcelab.capture.virtual_camera import VirtualCamera
+from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.project import Project
 
 DEMONSTRATION, TASK = "LEGO-1-06", "LEGO"
@@ -30,16 +30,20 @@ class Film(VirtualCamera):
     """Sees what the video of a demonstration shows, from the second `begun` on."""
 
     def __init__(self, path: Path) -> None:
-        super().__init__(tells_time=False)
+        super().__init__()
         film = cv2.VideoCapture(str(path))
         self.frames = []
         while (read := film.read())[0]:
             self.frames.append(read[1])
         self.begun = float("inf")
 
-    def retrieve(self):
+    def read(self):
+        there, _ = super().read()
         number = int(max(time.monotonic() - self.begun, 0.0) * self.rate)
-        return True, self.frames[min(number, len(self.frames) - 1)]
+        return there, self.frames[min(number, len(self.frames) - 1)] if there else None
+
+    def get(self, _what):
+        return 0.0  # it does not tell when a frame was taken
 
 
 def draw(path: Path, picture: Path) -> None:
@@ -78,7 +82,7 @@ def draw(path: Path, picture: Path) -> None:
         for port in replay.ports:
             page.sources.add(f"optoforce:{port}?calibration={calibration}")
         page.sources.add("camera:0")
-        page.task.setCurrentText(TASK)
+        page.fields.task.setCurrentText(TASK)
         page.recogniser.which.activated.emit(1)
         page.scalogram.choose("tangential 1")
         until(lambda: page.session.recognising.loaded is not None)

@@ -17,7 +17,19 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 #: Blocks; what takes long is marked "slow", and is left out where that is not asked for.
-BLOCK = re.compile(r"```console(?P<slow> slow)?\n(?P<content>.*?)```", re.S)
+#: A command goes on behind a line that ends with a backslash.
+BLOCK = re.compile(
+    r"```console(?P<slow> slow)?\n\$ (?P<command>(?:[^\n]*\\\n)*[^\n]*)\n(?P<shown>.*?)```", re.S
+)
+#: Pictures of the window, by name, of the sample project after all commands have run.
+WINDOWS = {
+    "window.png": "--demo stylus-1-02 --at 3 --theme light",
+    "window-dark.png": "--demo stylus-1-02 --at 3.2 --span 0.4 --theme dark",
+    "review.png": "--workspace review --demo stylus-1-01 --at 1.9 --span 2 --theme light "
+    "--size 1440x900",
+}
+#: Pictures that the commands draw.
+FIGURES = ("sample.png", "confusion.png")
 
 
 def run_blocks(text: str, folder: Path, *, slow: bool) -> str:
@@ -30,9 +42,8 @@ def run_blocks(text: str, folder: Path, *, slow: bool) -> str:
     def renewed(block: re.Match[str]) -> str:
         if block["slow"] and not slow:
             return block[0]
-        command = block["content"].splitlines()[0]
         done = subprocess.run(
-            ["bash", "-c", command.removeprefix("$ ")],
+            ["bash", "-c", block["command"]],
             cwd=folder,
             env=environment,
             stdout=subprocess.PIPE,
@@ -40,16 +51,27 @@ def run_blocks(text: str, folder: Path, *, slow: bool) -> str:
             text=True,
             check=False,
         )
-        return f"```console{block['slow'] or ''}\n{command}\n{done.stdout.rstrip()}\n```"
+        shown = done.stdout.rstrip()
+        return f"```console{block['slow'] or ''}\n$ {block['command']}\n{shown}\n```"
 
     return BLOCK.sub(renewed, text)
 
 
+def draw_windows(folder: Path) -> None:
+    """Draw the window, as :data:`WINDOWS` says, and the Capture workspace into `folder`."""
+    project = folder / "sample.forcelab"
+    for name, options in WINDOWS.items():
+        words = ["gui", str(project), "--author", "Ines", *options.split()]
+        draw = [sys.executable, "-m", "forcelab", *words, "--screenshot", str(folder / name)]
+        subprocess.run(draw, check=True)
+    draw = [sys.executable, "tests/capture_picture.py", str(project), str(folder / "capture.png")]
+    subprocess.run(draw, cwd=ROOT, check=True)
+
+
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
-        README.write_text(run_blocks(README.read_text("utf-8"), Path(name), slow=True), "utf-8")
-        drawn = ("window.png", "window-dark.png", "review.png", "capture.png")
-        draw = [sys.executable, "tests/capture_picture.py", f"{name}/sample.forcelab"]
-        subprocess.run([*draw, f"{name}/capture.png"], cwd=ROOT, check=True)
-        for picture in (*drawn, "sample.png", "pairs.png", "confusion.png", "figures/clusters.png"):
-            shutil.copy(Path(name) / picture, ROOT / "assets")
+        made = Path(name)
+        README.write_text(run_blocks(README.read_text("utf-8"), made, slow=True), "utf-8")
+        draw_windows(made)
+        for picture in (*WINDOWS, "capture.png", *FIGURES):
+            shutil.copy(made / picture, ROOT / "assets")

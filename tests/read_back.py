@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 
+from forcelab.capture.journal import Contents
 from forcelab.capture.samples import Samples
 from forcelab.capture.virtual_camera import BITS
 
@@ -15,6 +16,11 @@ def block_of(payload):
     samples = Samples(struct.unpack_from("<IH", payload)[1])
     samples.add(payload)
     return samples.block()
+
+
+def parsed(data):
+    """The contents of a journal whose bytes are all there."""
+    return Contents(lambda: iter((data,)), "test")
 
 
 def frame_number(picture):

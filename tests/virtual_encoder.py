@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from forcelab.capture.virtual_lines import Readings, RegularPort
 from forcelab.capture.virtual_port import BURST
+from forcelab.capture.virtual_sampler import Readings, VirtualSampler
 from forcelab.capture.virtual_streams import Run
 
 #: Registers of the encoder's adapter: how much its count has to change to be sent, how often it
@@ -19,7 +19,7 @@ LINE_FEED, RETURN, STAMPED, SPACED = 1, 2, 4, 8
 STAMP_RATE = 512.0
 
 
-class VirtualEncoder(RegularPort):
+class VirtualEncoder(VirtualSampler):
     """A quadrature encoder behind a QSB adapter: it streams on change once it is told to.
 
     Its replies are ``r``, ``w``, ``s`` or ``e``, the register, the value in hexadecimal, and where
@@ -37,7 +37,7 @@ class VirtualEncoder(RegularPort):
     serial : int
         Its serial number.
     clock_ppm, path, burst, waits
-        As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
+        As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
     """
 
     def __init__(

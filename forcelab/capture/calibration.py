@@ -1,4 +1,4 @@
-"""Calibration of DAQs that are read live: the same files as for dumps, found by serial number."""
+"""Whether an open device gives the raw counts of a DAQ, and what is said of that."""
 
 from __future__ import annotations
 
@@ -6,21 +6,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from forcelab.demonstration import Channel
-from forcelab.formats.optoforce.calibration import (
-    Calibration,
-    Calibrations,
-    channels_of,
-    read_calibrations,
-)
 
-__all__ = [
-    "Calibration",
-    "Calibrations",
-    "channels_of",
-    "counting",
-    "read_calibrations",
-    "uncalibrated",
-]
+__all__ = ["counting", "uncalibrated"]
 
 
 class _Told(Protocol):

@@ -5,47 +5,25 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.camera_device import Capture
+from forcelab.capture.events import Events
 from forcelab.capture.frames import SILENT, FrameCount
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.matroska import MatroskaWriter
+from forcelab.capture.recorder_state import CameraState
 
-__all__ = ["CameraReader", "CameraState"]
+__all__ = ["CameraReader"]
 
 _POSITION_MS = 0  # OpenCV's CAP_PROP_POS_MSEC
 _QUALITY = 90  # of the JPEG pictures, in percent
 _PAUSE = 0.02  # s between two tries while there is no picture
 _RETRY = 1.0  # s between two tries to find it again
-
-
-@dataclass(frozen=True, slots=True)
-class CameraState:
-    """How a camera does.
-
-    Parameters
-    ----------
-    name : str
-    frames, dropped : int
-        That came, and that are missing between those, since the recording began; before that,
-        since it was opened.
-    rate : float
-        Frames a second as measured; 0 while not known.
-    alarms : tuple of str
-        Of ``no picture`` and ``not written``.
-    """
-
-    name: str
-    frames: int
-    dropped: int
-    rate: float
-    alarms: tuple[str, ...]
 
 
 class CameraReader:
@@ -75,7 +53,7 @@ class CameraReader:
         self._first = 0.0
         self._size: tuple[int, int] | None = None  # height and width of the video
         self._refused = self._silent = False
-        self._remarks: list[str] = []
+        self._events = Events()
         self._latest: tuple[float, NDArray[np.uint8]] | None = None
         self._count = FrameCount()
         self._heard = self._tried = time.monotonic()
@@ -97,10 +75,7 @@ class CameraReader:
 
     def remarks(self) -> tuple[str, ...]:
         """What happened since the last time this was asked, a sentence each."""
-        with self._lock:
-            told = tuple(self._remarks)
-            self._remarks.clear()
-        return told
+        return self._events.take()
 
     def state(self) -> CameraState:
         """How the camera does."""
@@ -159,7 +134,7 @@ class CameraReader:
 
     def _say(self, sentence: str) -> None:
         """Say a sentence, and note it in the journal; holding the lock."""
-        self._remarks.append(sentence)
+        self._events.say(sentence)
         if self._journal is not None:
             self._journal.note(Kind.MESSAGE, at=time.monotonic(), text=sentence)
 
@@ -190,7 +165,7 @@ class CameraReader:
         except OSError as error:
             if not self._refused:
                 self._refused = True
-                self._remarks.append(
+                self._events.say(
                     f"'{self._path}' cannot be written ({error.strerror or error}); frames are "
                     f"lost until it can."
                 )

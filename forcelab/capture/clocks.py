@@ -38,10 +38,6 @@ class ArrivalClock:
     ----------
     rate : float
         Samples a second that the device was told to give; used for the first seconds only.
-    half_life : float
-        Seconds after which a window counts half.
-    window : float
-        Seconds of which only the earliest arrival is used.
 
     Attributes
     ----------
@@ -58,11 +54,10 @@ class ArrivalClock:
     Not for several threads at once.
     """
 
-    def __init__(self, rate: float, half_life: float = HALF_LIFE, window: float = WINDOW) -> None:
+    def __init__(self, rate: float) -> None:
         self._told = self._promised = 1.0 / rate if rate > 0 else 1e-3
         self._learnt = False
-        self._decay = math.log(2.0) / half_life
-        self._window = window
+        self._decay = math.log(2.0) / HALF_LIFE
         self.stretches = 0
         self.residual = 0.0
         self.restart()
@@ -153,7 +148,7 @@ class ArrivalClock:
 
     def _delay(self, arrived: NDArray[np.float64]) -> float:
         """How long the bytes of a block may have waited before they were read, at most (s)."""
-        return float(arrived[-1] - arrived[0]) + self._window
+        return float(arrived[-1] - arrived[0]) + WINDOW
 
     def _broken(self, arrived: float, tick: int) -> bool:
         """Whether the counter jumped between two blocks."""
@@ -174,13 +169,13 @@ class ArrivalClock:
         at = x * self._told  # windows are cut by ticks: arrivals come in bursts
         if math.isnan(self._begun):
             self._begun = at[0]
-        cuts = np.flatnonzero(np.diff(np.floor((at - self._begun) / self._window))) + 1
+        cuts = np.flatnonzero(np.diff(np.floor((at - self._begun) / WINDOW))) + 1
         edges = [0, *cuts.tolist(), len(x)]
         for first, last in pairwise(edges):
-            if at[first] - self._begun >= self._window:
+            if at[first] - self._begun >= WINDOW:
                 self._close()
-                passed = math.floor((at[first] - self._begun) / self._window)
-                self._begun += passed * self._window
+                passed = math.floor((at[first] - self._begun) / WINDOW)
+                self._begun += passed * WINDOW
             self._pending.append((x[first:last], y[first:last]))
 
     def _close(self) -> None:

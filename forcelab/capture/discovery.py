@@ -106,7 +106,7 @@ def port_of(kind: str, ports: Iterable[FoundPort] | None = None) -> str:
     )
 
 
-def port_like(known: FoundPort, ports: Iterable[FoundPort] | None = None) -> str | None:
+def port_like(known: FoundPort, ports: Iterable[FoundPort]) -> str | None:
     """Where a device is that was seen before: by its USB serial number, else at its old port.
 
     Returns
@@ -114,7 +114,7 @@ def port_like(known: FoundPort, ports: Iterable[FoundPort] | None = None) -> str
     str or None
         None while it is not there.
     """
-    there = list(find_ports() if ports is None else ports)
+    there = list(ports)
     if known.serial:
         same = [port for port in there if (port.usb, port.serial) == (known.usb, known.serial)]
         return same[0].path if same else None

@@ -30,10 +30,7 @@ __all__ = [
     "Counts",
     "EncoderParser",
     "Reply",
-    "read_register",
     "set_up",
-    "stream_register",
-    "write_register",
 ]
 
 BAUD: Final = 230_400
@@ -47,13 +44,14 @@ COUNT: Final = 0x0E
 _VERSION, _FORMAT = 0x14, 0x15
 #: LF, CR, clock and blanks in each answer.
 _FULL_FORMAT = 0x0F
+#: Counts for each line of the encoder.
+_FOUR_A_LINE = 3
 
 _ANSWER = re.compile(
     rb"\s*([rwse])\s*([0-9A-F]{2})\s*([0-9A-F]{8})(?:\s*([0-9A-F]{8}))?\s*!?\s*", re.I
 )
 _GREETING = re.compile(rb"\s*QSB-[DMS]\b.*", re.I)
 _TURN = 1 << 32
-_PRODUCTS = ("QSB-D", "QSB-M", "QSB-S")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +72,10 @@ class Reply:
     register: int
     value: int
 
-    def device(self) -> tuple[str, str]:
-        """Name and serial number of the device, for the answer to reading register 14."""
-        product = self.value >> 8 & 15
-        name = _PRODUCTS[product] if product < len(_PRODUCTS) else "QSB"
-        return name, str(self.value >> 12)
+    @property
+    def serial(self) -> str:
+        """Serial number of the device, for the answer to reading register 14."""
+        return str(self.value >> 12)
 
 
 @dataclass(frozen=True)
@@ -100,42 +97,13 @@ class Counts:
         return len(self.counts)
 
 
-def read_register(register: int) -> bytes:
-    """The command that reads a register, 0 to 255."""
-    return f"R{_checked(register):02X}\r\n".encode()
-
-
-def write_register(register: int, value: int) -> bytes:
-    """The command that writes a value of 32 bits into a register, 0 to 255.
-
-    Raises
-    ------
-    InputError
-        If the value does not fit.
-    """
-    if not 0 <= value < _TURN:
-        raise InputError(f"A register of the encoder takes 0 to 4,294,967,295, not {value}.")
-    return f"W{_checked(register):02X}{value:08X}\r\n".encode()
-
-
-def stream_register(register: int = COUNT) -> bytes:
-    """The command that has a register sent again and again."""
-    return f"S{_checked(register):02X}\r\n".encode()
-
-
-def set_up(
-    *, quadrature: int = 4, reverse: bool = False, threshold: int = 0, rate: float = CLOCK_RATE
-) -> tuple[bytes, ...]:
-    """The commands that make a device stream its count, in their order.
+def set_up(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[bytes, ...]:
+    """The commands that make a device stream its count whenever that changes, in their order.
 
     Parameters
     ----------
-    quadrature : int
-        Counts a line of the encoder: 1, 2 or 4.
     reverse : bool
         Count the other way round.
-    threshold : int
-        How much the count has to change before it is sent; 0 sends it at every interval.
     rate : float
         The most that is sent, in Hz: 512 / n.
 
@@ -147,24 +115,26 @@ def set_up(
     Raises
     ------
     InputError
-        If the device has no such setting.
+        If the device has no such rate.
     """
-    codes = {1: 1, 2: 2, 4: 3}
-    if quadrature not in codes:
-        raise InputError(f"An encoder gives 1, 2 or 4 counts a line, not {quadrature}.")
     if not 0 < rate <= CLOCK_RATE:
         raise InputError(f"The encoder sends at most {CLOCK_RATE:g} counts a second, not {rate:g}.")
     return (
-        write_register(_FORMAT, _FULL_FORMAT),
-        read_register(_VERSION),
-        write_register(_MODE, 0),
-        write_register(_QUADRATURE, codes[quadrature]),
-        write_register(_DIRECTION, 0x80 if reverse else 0),
-        write_register(_THRESHOLD, threshold),
-        write_register(_INTERVAL, max(1, round(CLOCK_RATE / rate))),
-        write_register(_CLOCK, 1),  # the clock starts at zero, so that it does not wrap soon
-        stream_register(),
+        _write(_FORMAT, _FULL_FORMAT),
+        f"R{_VERSION:02X}\r\n".encode(),
+        _write(_MODE, 0),
+        _write(_QUADRATURE, _FOUR_A_LINE),
+        _write(_DIRECTION, 0x80 if reverse else 0),
+        _write(_THRESHOLD, 1),
+        _write(_INTERVAL, max(1, round(CLOCK_RATE / rate))),
+        _write(_CLOCK, 1),  # the clock starts at zero, so that it does not wrap soon
+        f"S{COUNT:02X}\r\n".encode(),
     )
+
+
+def _write(register: int, value: int) -> bytes:
+    """The command that writes a value of 32 bits into a register."""
+    return f"W{register:02X}{value:08X}\r\n".encode()
 
 
 class EncoderParser:
@@ -225,13 +195,6 @@ class EncoderParser:
         """Go on after the cable was plugged in again, when counts and clock may start anew."""
         self._splitter.forget()
         self._count = self._tick = None
-
-
-def _checked(register: int) -> int:
-    """A register that exists."""
-    if not 0 <= register <= 0xFF:
-        raise InputError(f"The encoder's registers are 0 to 255, not {register}.")
-    return register
 
 
 def _going_on(before: int | None, value: int, *, signed: bool) -> int:

@@ -67,7 +67,7 @@ class Encoder(LineDevice):
                 f"An encoder cannot be read at {scale:g} units a count; write a number that is not "
                 f"zero, such as scale=0.01."
             )
-        self._commands = set_up(threshold=1, rate=rate, reverse=reverse)
+        self._commands = set_up(rate=rate, reverse=reverse)
         self.rate = rate
         self.channels = (Channel(channel, unit),)
         #: Serial number that it told; None before that.
@@ -104,7 +104,7 @@ class Encoder(LineDevice):
             if reply.letter == "e":
                 self._events.say(f"{self.name} refused a command; is it a QSB?")
             elif reply.letter == "r":
-                self.serial = reply.device()[1]
+                self.serial = reply.serial
         if counts is None:
             return None
         self._count = int(counts.counts[-1])

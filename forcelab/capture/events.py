@@ -1,7 +1,8 @@
-"""What a device has to say for itself: each thing once, however long it goes on."""
+"""What there is to say: each thing once, however long it goes on, until somebody asks."""
 
 from __future__ import annotations
 
+import threading
 import time
 
 __all__ = ["Events"]
@@ -13,16 +14,18 @@ KEPT = 100
 
 
 class Events:
-    """Sentences that wait to be asked for."""
+    """Sentences that wait to be asked for, by whatever thread."""
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._sentences: list[str] = []
         self._going_on: dict[object, float] = {}
 
     def say(self, sentence: str) -> None:
         """Say a sentence; of very many that nobody asks for, the newest are kept."""
-        del self._sentences[: max(0, len(self._sentences) + 1 - KEPT)]
-        self._sentences.append(sentence)
+        with self._lock:
+            del self._sentences[: max(0, len(self._sentences) + 1 - KEPT)]
+            self._sentences.append(sentence)
 
     def during(self, key: object, sentence: str, now: float | None = None) -> None:
         """Say a sentence when something begins, and not again while it goes on.
@@ -44,5 +47,6 @@ class Events:
 
     def take(self) -> tuple[str, ...]:
         """What was said since this was asked last."""
-        taken, self._sentences = tuple(self._sentences), []
+        with self._lock:
+            taken, self._sentences = tuple(self._sentences), []
         return taken

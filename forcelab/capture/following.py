@@ -21,6 +21,8 @@ Real = NDArray[np.float64]
 PATIENCE = 0.25
 #: Samples of another device that are kept from before the last stamp: they tell its period.
 KEPT = 64
+#: Seconds of another device that are kept while the first is silent, as when it is unplugged.
+SILENT = 60.0
 
 
 class Following:
@@ -99,6 +101,7 @@ class Following:
         host = self._times[self._lead]
         n = len(host) if ended else int(np.searchsorted(host, self._until(), side="right"))
         if not n:
+            self._forget(max((t[-1] for t in self._times if len(t)), default=0.0) - SILENT)
             return np.empty(0), np.empty((0, len(self.channels)))
         stamps = self._increasing(host[:n])
         columns = [
@@ -108,12 +111,16 @@ class Following:
         self._times[self._lead] = host[n:]
         self._values[self._lead] = self._values[self._lead][n:]
         self._last = float(stamps[-1])
+        self._forget(self._last)
+        return stamps, np.concatenate(columns, axis=1)
+
+    def _forget(self, until: float) -> None:
+        """Drop what the other devices told before a time (s), but for the last of it."""
         for i in range(len(self._times)):
             if i != self._lead:
-                place = int(np.searchsorted(self._times[i], self._last)) - KEPT
-                self._times[i] = self._times[i][max(place, 0) :]
-                self._values[i] = self._values[i][max(place, 0) :]
-        return stamps, np.concatenate(columns, axis=1)
+                place = max(int(np.searchsorted(self._times[i], until)) - KEPT, 0)
+                self._times[i] = self._times[i][place:]
+                self._values[i] = self._values[i][place:]
 
     def _until(self) -> float:
         """Host time (s) up to which all devices have told."""

@@ -30,7 +30,6 @@ __all__ = [
     "encoded",
     "header_bytes",
     "json_of",
-    "parsed",
     "read",
 ]
 
@@ -123,11 +122,6 @@ class Contents:
         yield from found
 
     @property
-    def records(self) -> tuple[Record, ...]:
-        """The same, all at once."""
-        return tuple(self)
-
-    @property
     def torn(self) -> int:
         """Bytes at the end that are no whole record."""
         while self._torn is None:
@@ -209,11 +203,6 @@ def read(path: Path) -> Contents:
             ) from error
 
     return Contents(pieces, str(path))
-
-
-def parsed(data: bytes, name: str) -> Contents:
-    """The contents of a journal whose bytes are all there; see :func:`read`."""
-    return Contents(lambda: iter((data,)), name)
 
 
 def _after_version(pieces: Iterator[bytes], name: str) -> bytes:

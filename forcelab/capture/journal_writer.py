@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import io
-import itertools
 import json
 import os
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
+from io import FileIO
 from pathlib import Path
 from typing import Any
 
 from forcelab.atomic import sync_folder
 from forcelab.capture.blocks import Block
+from forcelab.capture.events import Events
 from forcelab.capture.journal import (
     FLUSHED,
     PIECE,
@@ -44,8 +44,6 @@ class JournalWriter:
         A file that is not there yet, in a folder that is.
     header : dict
         What is recorded; anything that JSON can hold.
-    opener : callable
-        Opens the file, as :class:`io.FileIO` does.
 
     Attributes
     ----------
@@ -59,24 +57,19 @@ class JournalWriter:
         If the file cannot be made.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        header: dict[str, Any],
-        opener: Callable[[Path, str], io.FileIO] = io.FileIO,
-    ) -> None:
+    def __init__(self, path: Path, header: dict[str, Any]) -> None:
         self.path = path
         self.saved: Path | None = None
-        self._opener = opener
         self._lock = threading.Lock()
         self._waiting: list[bytes] = [header_bytes(header)]
-        self._unwritten = b""
-        self._remarks: list[str] = []
+        self._unwritten = b""  # what the disk has not confirmed, which begins at this place
+        self._place = 0
+        self._events = Events()
         self._refused = False
         self._tried = 0.0
         self._ended = threading.Event()
         try:
-            self._file = opener(path, "x+")
+            self._file = FileIO(path, "x+")
             _hold(self._file)
         except OSError as error:
             raise InputError(
@@ -87,7 +80,7 @@ class JournalWriter:
             self._file.close()
             with contextlib.suppress(OSError):
                 path.unlink()
-            raise InputError(f"{self._remarks[0].rpartition(';')[0]}; nothing is recorded.")
+            raise InputError(f"{self.remarks()[0].rpartition(';')[0]}; nothing is recorded.")
         self._thread = threading.Thread(target=self._run, name="forcelab journal")
         self._thread.start()
 
@@ -113,10 +106,7 @@ class JournalWriter:
 
     def remarks(self) -> tuple[str, ...]:
         """What went wrong since the last time this was asked, a sentence each."""
-        with self._lock:
-            told = tuple(self._remarks)
-            self._remarks.clear()
-        return told
+        return self._events.take()
 
     def finish(self) -> None:
         """Write what there is and let the thread end; the file stays open for :meth:`contents`."""
@@ -133,9 +123,7 @@ class JournalWriter:
         InputError
             If the disk does not give it back.
         """
-        return Contents(
-            lambda: itertools.chain(self._written(), (self._unwritten,)), str(self.path)
-        )
+        return Contents(self._all, str(self.path))
 
     def close(self, *, delete: bool = False) -> None:
         """Let go of the file; closing twice is fine.
@@ -172,16 +160,18 @@ class JournalWriter:
         try:
             if not self._in_place():
                 self._put_back()
-            while self._unwritten:
-                count = self._file.write(self._unwritten) or 0
-                self._unwritten = self._unwritten[count:]
-            os.fsync(self._file.fileno())
+            self._file.seek(self._place)  # what was written and not confirmed may be lost
+            _write(self._file, (self._unwritten,))
         except OSError as error:
             self._refuse(error)
             return
+        self._place += len(self._unwritten)
+        self._unwritten = b""
         if self._refused:
             self._refused = False
-            self._say(f"'{self.path}' can be written again; all that was kept in memory is there.")
+            self._events.say(
+                f"'{self.path}' can be written again; all that was kept in memory is there."
+            )
 
     def _save(self) -> Path | None:
         """Write all of it where there is room, as nothing of it may be lost; where that is."""
@@ -196,7 +186,7 @@ class JournalWriter:
                     copy.write(self._unwritten)
                     copy.flush()
                     os.fsync(copy.fileno())
-            except (OSError, InputError):
+            except OSError:
                 with contextlib.suppress(OSError):
                     Path(name).unlink()
                 continue
@@ -212,14 +202,10 @@ class JournalWriter:
 
     def _put_back(self) -> None:
         """Write the whole journal anew: its folder was away, and is there again."""
-        anew = self._opener(self.path, "x+")  # fails while the folder is away
+        anew = FileIO(self.path, "x+")  # fails while the folder is away
         try:
             _hold(anew)
-            for piece in self._written():
-                rest = piece
-                while rest:
-                    rest = rest[anew.write(rest) or 0 :]
-            os.fsync(anew.fileno())
+            _write(anew, self._written())
             sync_folder(self.path.parent)
         except OSError:
             anew.close()
@@ -229,36 +215,45 @@ class JournalWriter:
         self._file.close()
         self._file = anew
 
-    def _written(self) -> Iterator[bytes]:
-        """What is in the open file, which outlives its name, in pieces."""
+    def _all(self) -> Iterator[bytes]:
+        """What is on the disk, and in memory."""
         try:
-            end, at = self._file.seek(0, os.SEEK_END), 0
-            while at < end:
-                self._file.seek(at)
-                piece = self._file.read(min(PIECE, end - at)) or b""
-                self._file.seek(0, os.SEEK_END)
-                if not piece:
-                    break
-                yield piece
-                at += len(piece)
+            yield from self._written()
         except OSError as error:
             raise InputError(
                 f"The journal '{self.path}' cannot be read back ({error.strerror or error}); "
                 f"connect the disk again."
             ) from error
+        yield self._unwritten
+
+    def _written(self) -> Iterator[bytes]:
+        """What the disk has confirmed of the open file, which outlives its name, in pieces."""
+        at = 0
+        while at < self._place:
+            self._file.seek(at)
+            piece = self._file.read(min(PIECE, self._place - at))
+            if not piece:
+                break
+            yield piece
+            at += len(piece)
 
     def _refuse(self, error: OSError) -> None:
         """Go on in memory, and say so once."""
         if not self._refused:
             self._refused = True
-            self._say(
+            self._events.say(
                 f"'{self.path}' cannot be written ({error.strerror or error}); the recording goes "
                 f"on in memory and is written as soon as that is possible."
             )
 
-    def _say(self, sentence: str) -> None:
-        with self._lock:
-            self._remarks.append(sentence)
+
+def _write(file: FileIO, pieces: Iterable[bytes]) -> None:
+    """Write all of it where the file stands, and have the disk confirm it."""
+    for piece in pieces:
+        rest = memoryview(piece)
+        while rest:
+            rest = rest[file.write(rest) or 0 :]
+    os.fsync(file.fileno())
 
 
 def other_places() -> tuple[Path, ...]:
@@ -272,13 +267,13 @@ def other_places() -> tuple[Path, ...]:
 def being_written(path: Path) -> bool:
     """Whether a process that is alive writes this journal; False where that cannot be told."""
     try:
-        with io.FileIO(path, "r") as file:
+        with FileIO(path, "r") as file:
             return not _hold(file)
     except OSError:
         return False
 
 
-def _hold(file: io.FileIO) -> bool:
+def _hold(file: FileIO) -> bool:
     """Lock a file until it is closed, or the process ends; False if another one holds it."""
     try:
         import fcntl

@@ -105,10 +105,16 @@ def keep(path: Path, contents: Contents) -> Kept:
     )
     with Project.open(path) as project:
         (added,) = project.add_all([incoming])
-        beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
-        told = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
-        project.attach_stamps(added.id, gathered.stamps | told)
         heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
+        try:
+            beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
+            told = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
+            project.attach_stamps(added.id, gathered.stamps | told)
+        except BaseException:  # whatever that is: the next try begins anew
+            if added.status == "new":
+                with contextlib.suppress(InputError):
+                    project.discard(added.id, heads)
+            raise
     more = (f"The video of {c.name} lies beside the first one's: '{c.video.path}'." for c in beside)
     remarks = (*gathered.remarks, *added.remarks, *more)
     return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
@@ -142,17 +148,11 @@ def discard(path: Path, kept: Kept) -> None:
         project.discard(kept.added.id, kept.heads)
 
 
-def videos(folder: Path, contents: Contents) -> tuple[Path, ...]:
-    """The video files that belong to a journal."""
-    cameras = contents.header.get("cameras", ())
-    return tuple(folder / Path(str(camera["file"])).name for camera in cameras)
-
-
-def delete_videos(files: tuple[Path, ...]) -> None:
-    """Remove a recording's videos: they are in the project, or not wanted."""
-    for file in files:
+def delete_videos(folder: Path, contents: Contents) -> None:
+    """Remove the videos of a journal: they are in the project, or not wanted."""
+    for camera in contents.header.get("cameras", ()):
         with contextlib.suppress(OSError):  # it only takes up room
-            file.unlink(missing_ok=True)
+            (folder / Path(str(camera["file"])).name).unlink(missing_ok=True)
 
 
 def recover(path: Path) -> tuple[Recovered, ...]:
@@ -172,7 +172,7 @@ def _recovered(path: Path, journal: Path) -> Recovered:
         kept = keep(path, contents)
     except InputError as error:
         return Recovered(journal, None, str(error))
-    delete_videos(videos(journal.parent, contents))
+    delete_videos(journal.parent, contents)
     with contextlib.suppress(OSError):  # it is offered again, which does no harm
         journal.unlink()
     return Recovered(journal, kept)

@@ -7,9 +7,9 @@ players jump.
 
 from __future__ import annotations
 
-import io
+import contextlib
 import struct
-from collections.abc import Callable
+from io import FileIO
 from pathlib import Path
 
 __all__ = ["MatroskaWriter"]
@@ -53,23 +53,16 @@ class MatroskaWriter:
         A file that is not there yet.
     width, height : int
         Of the pictures, in pixels.
-    opener : callable
-        Opens the file, as :class:`io.FileIO` does.
 
     Raises
     ------
     OSError
-        If the file cannot be written; as of all methods.
+        If the file cannot be written; as of all methods. Nothing is left of it where it could not
+        be begun.
     """
 
-    def __init__(
-        self,
-        path: Path,
-        width: int,
-        height: int,
-        opener: Callable[[Path, str], io.FileIO] = io.FileIO,
-    ) -> None:
-        self._file = opener(path, "x")
+    def __init__(self, path: Path, width: int, height: int) -> None:
+        self._file = FileIO(path, "x")
         self._cues: list[tuple[int, int]] = []
         self._begun = self._last = 0
         video = _number(_WIDTH, width) + _number(_HEIGHT, height)
@@ -87,7 +80,14 @@ class MatroskaWriter:
         room = len(self._seek_head(0))
         start += _element(_VOID, bytes(room - 9))
         self._info = len(start)
-        self._write(start + self._info_element(0.0) + _element(_TRACKS, _element(_TRACK, track)))
+        start += self._info_element(0.0) + _element(_TRACKS, _element(_TRACK, track))
+        try:
+            self._write(start)
+        except OSError:
+            self._file.close()
+            with contextlib.suppress(OSError):
+                path.unlink()  # or the next try would find the name taken
+            raise
 
     def write(self, jpeg: bytes, time: float) -> float:
         """Write a picture.
@@ -104,7 +104,6 @@ class MatroskaWriter:
             The time (s) that the file keeps.
         """
         stamp = max(round(time * _PER_SECOND), self._last + 1 if self._cues else 0)
-        out = b""
         begun, cluster = self._begun, not self._cues or stamp - self._begun >= _CLUSTER
         place, out = self._file.tell() - self._segment, b""
         if cluster:

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.blocks import Block, UnpluggedError
-from forcelab.capture.calibration import Calibration, channels_of, read_calibrations
 from forcelab.capture.discovery import optoforce_ports
 from forcelab.capture.optoforce import (
     BAUD,
@@ -26,6 +25,7 @@ from forcelab.capture.optoforce_zeroed import Zeroed
 from forcelab.capture.port_device import PortDevice
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
+from forcelab.formats.optoforce.calibration import Calibration, channels_of, read_calibrations
 from forcelab.formats.optoforce.packets import Kind
 
 __all__ = ["OptoForce"]
@@ -208,6 +208,8 @@ class OptoForce(PortDevice):
             configure(self._speed, self._filter, 0), lambda reply: reply.code is not None
         )
         kind = talk.kind()
+        if self.connections and kind != self._kind:
+            raise InputError(f"The device at {where} has other sensors; connect it anew.")
         if self._calibrations is not None:
             self._calibration = self._calibrations.find(serial, kind)
         self._kind, self.serial, self._left = kind, serial, talk.left

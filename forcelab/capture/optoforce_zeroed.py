@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.calibration import Calibration
+from forcelab.formats.optoforce.calibration import Calibration
 
 __all__ = ["Zeroed"]
 

@@ -1,4 +1,4 @@
-"""Serial ports and cameras that the system knows of; none is opened."""
+"""Cameras that the system knows of; none is opened."""
 
 from __future__ import annotations
 
@@ -6,31 +6,12 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["LOOK", "Camera", "SerialPort", "cameras", "serial_ports"]
+__all__ = ["LOOK", "Camera", "cameras"]
 
 #: The cure where a device is not there; a window has a button for it.
 LOOK = "see 'forcelab capture --list' for what there is"
 
 VIDEO_CLASS = Path("/sys/class/video4linux")
-
-
-@dataclass(frozen=True, slots=True)
-class SerialPort:
-    """A serial port.
-
-    Parameters
-    ----------
-    device : str
-        Such as ``/dev/ttyACM0`` or ``COM3``.
-    description : str
-        What the device says of itself.
-    usable : bool
-        Whether this user may read and write it.
-    """
-
-    device: str
-    description: str
-    usable: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,23 +29,6 @@ class Camera:
     device: str
     name: str
     usable: bool
-
-
-def serial_ports() -> tuple[SerialPort, ...]:
-    """All serial ports, sorted by device.
-
-    Raises
-    ------
-    ImportError
-        If pyserial is not installed, or does not know this system.
-    """
-    from serial.tools import list_ports
-
-    found = sorted(list_ports.comports(), key=lambda port: str(port.device))
-    return tuple(
-        SerialPort(port.device, port.description or "", os.access(port.device, os.R_OK | os.W_OK))
-        for port in found
-    )
 
 
 def cameras(folder: Path = VIDEO_CLASS) -> tuple[Camera, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import threading
 import time
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +12,10 @@ from numpy.typing import NDArray
 from forcelab.capture.blocks import Block, Device, UnpluggedError
 from forcelab.capture.clocks import ArrivalClock
 from forcelab.capture.counting import missed
+from forcelab.capture.events import Events
 from forcelab.capture.journal import Kind
 from forcelab.capture.journal_writer import JournalWriter
+from forcelab.capture.recorder_state import DeviceState
 from forcelab.capture.ring import Ring, Window
 from forcelab.capture.wander import ZeroWander
 from forcelab.demonstration import Channel
@@ -27,7 +28,6 @@ __all__ = [
     "PLUGGED",
     "UNPLUGGED",
     "DeviceReader",
-    "DeviceState",
 ]
 
 #: What events in the journal are called.
@@ -46,50 +46,6 @@ _DRIFT, _PART = 0.002, 0.2  # s of residual, and share of a period if that is mo
 _FAST = 1e-3  # share of the rate, beyond which a clock is said to drift
 _WRONG, _SETTLED = 0.05, 5.0  # share by which a rate is off that was told wrong; s to be sure of it
 _UNKNOWN = 1000.0  # Hz, at most, of a device that was told no rate
-_PENDING = 200  # remarks that are kept for whoever asks
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceState:
-    """How a device does.
-
-    Parameters
-    ----------
-    name : str
-    channels : tuple of Channel
-    plugged : bool
-        Whether it is there.
-    samples, lost, saturated : int
-        Samples that came, were missing by the counter, and were beyond the sensor's range, since
-        the recording began; before that, since it was opened.
-    rate : float
-        Samples a second as measured, in Hz; 0 while not known.
-    offset : float
-        Host time (s) at which its counter reads zero; NaN where there is no clock.
-    clock_rate : float
-        Its seconds as told in seconds of the host: 1 + 200e-6 for a clock 200 ppm slow; NaN where
-        there is no clock.
-    residual : float
-        Root mean square distance (s) of the earliest arrivals from the clock.
-    alarms : tuple of str
-        Of ``unplugged``, ``stalled``, ``saturation``, ``lost samples``, ``drift`` (of its clock)
-        and ``zero`` (which wanders).
-    wandered : tuple of (Channel, float)
-        The channels whose zero wandered, and by how much in their unit.
-    """
-
-    name: str
-    channels: tuple[Channel, ...]
-    plugged: bool
-    samples: int
-    lost: int
-    saturated: int
-    rate: float
-    offset: float
-    clock_rate: float
-    residual: float
-    alarms: tuple[str, ...]
-    wandered: tuple[tuple[Channel, float], ...] = ()
 
 
 class DeviceReader:
@@ -115,7 +71,7 @@ class DeviceReader:
         self._lock = threading.Lock()
         self._ended, self._zero = threading.Event(), threading.Event()
         self._journal: JournalWriter | None = None
-        self._remarks: list[str] = []
+        self._events = Events()
         self._last: Block | None = None
         self._plugged = True
         self._counted = 0  # samples so far of a device without a counter: they count themselves
@@ -159,10 +115,7 @@ class DeviceReader:
 
     def remarks(self) -> tuple[str, ...]:
         """What happened since the last time this was asked, a sentence each."""
-        with self._lock:
-            told = tuple(self._remarks)
-            self._remarks.clear()
-        return told
+        return self._events.take()
 
     def state(self) -> DeviceState:
         """How the device does."""
@@ -333,9 +286,8 @@ class DeviceReader:
             self._journal.note(Kind.EVENT, self._number, at=time.monotonic(), what=what)
 
     def _say(self, sentence: str) -> None:
+        self._events.say(sentence)
         with self._lock:
-            del self._remarks[: max(0, len(self._remarks) + 1 - _PENDING)]
-            self._remarks.append(sentence)
             if self._journal is not None:
                 at = time.monotonic()
                 self._journal.note(Kind.MESSAGE, self._number, at=at, text=sentence)

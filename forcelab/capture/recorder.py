@@ -15,7 +15,7 @@ from forcelab.capture.camera_device import Capture
 from forcelab.capture.devices import number_sensors
 from forcelab.capture.journal import SUFFIX, Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name, videos
+from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name
 from forcelab.capture.opened import Opened
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.recorder_state import RecorderState
@@ -187,7 +187,7 @@ class Recorder(Opened):
         contents = journal.contents()
         kept = keep(self.path, contents)
         journal.close(delete=True)
-        delete_videos(videos(journal.path.parent, contents))
+        delete_videos(journal.path.parent, contents)
         self._journal = None
         return kept
 
@@ -200,9 +200,9 @@ class Recorder(Opened):
             If nothing is recorded.
         """
         journal = self._end()
-        files = videos(journal.path.parent, journal.contents())
+        contents = journal.contents()
         journal.close(delete=True)
-        delete_videos(files)
+        delete_videos(journal.path.parent, contents)
         self._journal = None
 
     def _end(self) -> JournalWriter:

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.calibration import Calibrations
 from forcelab.capture.opened import Opened
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_lines import VirtualTextLine
 from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.optoforce.calibration import Calibrations
 from forcelab.formats.optoforce.packets import KINDS
 from forcelab.signals.channels import channel_map
 

@@ -42,16 +42,13 @@ class Samples:
     ----------
     columns : int
         Channels of the device.
-    status : bool
-        Whether what the device said of each sample is kept.
     """
 
-    def __init__(self, columns: int, *, status: bool = True) -> None:
-        self._columns, self._wants_status = columns, status
+    def __init__(self, columns: int) -> None:
+        self._columns = columns
         # Bytes are cut and joined, and are made numbers once: that is what takes time.
         self._arrived, self._ticks, self._values = bytearray(), bytearray(), bytearray()
-        self._status = bytearray()
-        self._ticked = self._told = True
+        self._ticked = True
 
     def __len__(self) -> int:
         return len(self._arrived) // 8
@@ -70,25 +67,20 @@ class Samples:
         ticked, told = bool(flags & _TICKS), bool(flags & _STATUS)
         if len(payload) != _BLOCK.size + rows * (8 + 8 * ticked + 8 * columns + 2 * told):
             raise InputError("A block of samples in the journal has a wrong length; record again.")
-        self._ticked, self._told = self._ticked and ticked, self._told and told
+        self._ticked = self._ticked and ticked
         at = _BLOCK.size + 8 * rows
         self._arrived += payload[_BLOCK.size : at]
         if ticked:
             self._ticks += payload[at : at + 8 * rows]
             at += 8 * rows
-        end = at + 8 * rows * columns
-        self._values += payload[at:end]
-        if told and self._wants_status:
-            self._status += payload[end:]
+        self._values += payload[at : at + 8 * rows * columns]
 
     def block(self) -> Block:
-        """The samples so far as one block; counters and status only where all have them."""
-        told = self._told and self._wants_status
+        """The samples so far as one block, with counters where all have them."""
         return Block(
             np.frombuffer(self._arrived, "<f8"),
             np.frombuffer(self._ticks, "<i8") if self._ticked else None,
             np.frombuffer(self._values, "<f8").reshape(-1, self._columns),
-            np.frombuffer(self._status, "<u2") if told else None,
         )
 
 

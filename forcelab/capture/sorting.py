@@ -86,7 +86,7 @@ def sorted_records(records: Iterable[Record], columns: Sequence[int], cameras: i
     InputError
         If a record is not what it says.
     """
-    devices = [Recorded(Samples(number, status=False)) for number in columns]
+    devices = [Recorded(Samples(number)) for number in columns]
     rows: list[list[float]] = [[] for _ in range(cameras)]
     marks = []
     for record in records:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.capture.virtual_faults import Faults, spoil
-from forcelab.capture.virtual_port import BURST, VirtualPort
-from forcelab.capture.virtual_streams import Run, Source, Truth, build_packets, truth_of
+from forcelab.capture.virtual_port import BURST
+from forcelab.capture.virtual_sampler import Absent, VirtualSampler
+from forcelab.capture.virtual_streams import Source, build_packets
 from forcelab.formats.optoforce.framing import sealed
 
 __all__ = ["VirtualOptoForce"]
@@ -27,7 +27,7 @@ FILTERS = 6
 OVERLOAD = 9
 
 
-class VirtualOptoForce(VirtualPort):
+class VirtualOptoForce(VirtualSampler):
     """A DAQ with its sensors that is not there.
 
     It streams as soon as it is switched on, at `rate` until the host sets a speed, and answers
@@ -41,8 +41,6 @@ class VirtualOptoForce(VirtualPort):
         DAQ of one 3-axis sensor, of four, or of a 6-axis one.
     rate : float
         Samples a second of its own clock when it is switched on.
-    clock_ppm : float
-        How fast its clock is, in parts per million; negative for a slow one.
     faults : Faults
         What goes wrong; can be set to others at any time.
     seed : int
@@ -55,12 +53,8 @@ class VirtualOptoForce(VirtualPort):
         The counter of the first packet after each switching on.
     limit : int
         Counts at which a reading saturates; its overload is in the status then.
-    duration : float
-        Seconds of the device's clock after which it has nothing more to send; can be set later.
-    absent : callable, optional
-        Which samples never leave it, by their device times (s); the counter counts them.
-    path, burst, waits
-        As of :class:`~forcelab.capture.virtual_port.VirtualPort`.
+    clock_ppm, absent, path, burst, waits
+        As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
     """
 
     def __init__(
@@ -75,13 +69,12 @@ class VirtualOptoForce(VirtualPort):
         step: int = 1,
         first: int = 0,
         limit: int = 32_767,
-        duration: float = np.inf,
-        absent: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None,
+        absent: Absent | None = None,
         path: Path | None = None,
         burst: float = BURST,
         waits: bool = False,
     ) -> None:
-        super().__init__(path, burst=burst, waits=waits)
+        super().__init__(source, rate, clock_ppm, path, burst, waits, absent)
         self.faults = faults or Faults()
         #: Bits that are added to the status of every sample from now on.
         self.status = 0
@@ -89,31 +82,12 @@ class VirtualOptoForce(VirtualPort):
         self.answers = True
         #: Each configuration it was given: speed, filter and zero byte.
         self.configured: list[tuple[int, int, int]] = []
-        self._source, self._rate, self._serial = source, rate, serial
-        self._pace = 1.0 + 1e-6 * clock_ppm
+        self._serial = serial
         self._step, self._first, self._limit = step, first, limit
-        self.duration = duration
-        self._absent = absent
         self._rng = np.random.default_rng(seed)
-        self._runs: list[Run] = []
-        self._sent = 0
         self._counter = first
-        self._last = (0, 0)
-        self._spoiled: list[NDArray[np.int64]] = []
         self._zero: NDArray[np.int64] | int = 0
         self._asked = b""
-
-    def truth(self) -> Truth:
-        """What was measured and when, up to now; settled once the device is closed."""
-        runs, sent = list(self._runs), self._sent
-        return truth_of(
-            runs, sent, list(self._spoiled), lambda times: self._source(times).astype(np.float64)
-        )
-
-    @property
-    def begun(self) -> float | None:
-        """When its own clock began, in seconds of the host's monotonic one; None before that."""
-        return self._runs[0].start if self._runs else None
 
     def jump(self, counts: int) -> None:
         """Let the counter jump ahead."""
@@ -126,34 +100,17 @@ class VirtualOptoForce(VirtualPort):
     def _begin(self, now: float) -> None:
         """Switched on: what it was told before is forgotten, but the world went on."""
         self._zero, self._asked, self._counter = 0, b"", self._first
-        self._run_from(now, self._rate)
-
-    def _run_from(self, now: float, rate: float) -> None:
-        """Take samples from now on at a rate."""
-        origin = self._runs[0].start if self._runs else now
-        self._runs.append(Run(self._sent, now, (now - origin) * self._pace, rate, self._pace))
+        super()._begin(now)
 
     def _due(self, now: float) -> bytes:
         """Packets of the samples taken since the last time."""
-        run = self._runs[-1]
-        samples = np.arange(self._sent, run.first + run.due(now))
-        times = run.device_times(samples)
-        samples, times = samples[times < self.duration], times[times < self.duration]
-        if now - run.start + run.device >= self.duration:
-            self.ended.set()
-        self._last = (self._sent, self._sent + len(samples))
+        samples, times = self._taken(now)
         if not len(samples):
             return b""
-        packets = self._packets(times)
-        if self._absent is not None:
-            gone = self._absent(times)
-            self._spoiled.append(samples[gone])
-            self._sent += int(gone.sum())
-            samples, packets = samples[~gone], packets[~gone]
-        sent, intact = spoil(packets, self.faults, self._rng)
+        packets, left = self._packets(times), self._leaving(samples, times)
+        sent, intact = spoil(packets[left], self.faults, self._rng)
         if not intact.all():
-            self._spoiled.append(samples[~intact])
-        self._sent += len(samples)
+            self._spoiled.append(samples[left][~intact])
         return sent
 
     def _packets(self, times: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -166,11 +123,6 @@ class VirtualOptoForce(VirtualPort):
         counters = self._counter + self._step * np.arange(len(times))
         self._counter = int(counters[-1]) + self._step
         return build_packets(counters, status, np.clip(counts, -self._limit, self._limit))
-
-    def _unheard(self) -> None:
-        """The samples sent last were lost."""
-        if self._last[1] > self._last[0]:
-            self._spoiled.append(np.arange(*self._last))
 
     def _heard(self, data: bytes) -> bytes:
         """Answers to whole messages; what is none is passed over."""

@@ -2,98 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.virtual_port import BURST, VirtualPort
-from forcelab.capture.virtual_streams import Run, Truth, truth_of
+from forcelab.capture.virtual_port import BURST
+from forcelab.capture.virtual_sampler import Absent, Readings, VirtualSampler
 
-__all__ = ["Readings", "RegularPort", "VirtualTextLine"]
-
-#: Numbers at device times (s), shape (m,): shape (m, c).
-Readings = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-#: Which samples are never sent, by their device times (s), shape (m,).
-Absent = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
+__all__ = ["VirtualTextLine"]
 
 
-class RegularPort(VirtualPort):
-    """A device that takes samples at one rate, and its truth.
-
-    Parameters
-    ----------
-    source : callable
-        Readings, shape (m, c), at device times (s), shape (m,).
-    rate : float
-        Samples a second of its own clock.
-    clock_ppm, path, burst, waits
-        As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
-    absent : callable, optional
-        Which samples never leave it, by their device times (s).
-
-    Attributes
-    ----------
-    duration : float
-        Seconds of the device's clock after which it has nothing more to send; can be set later.
-    """
-
-    def __init__(
-        self,
-        source: Readings,
-        rate: float,
-        clock_ppm: float,
-        path: Path | None,
-        burst: float,
-        waits: bool,
-        absent: Absent | None = None,
-    ) -> None:
-        super().__init__(path, burst=burst, waits=waits)
-        self.duration = np.inf
-        self._absent = absent
-        self._source, self._rate, self._pace = source, rate, 1.0 + 1e-6 * clock_ppm
-        self._runs: list[Run] = []
-        self._sent = 0
-        self._last = (0, 0)
-        self._spoiled: list[NDArray[np.int64]] = []
-
-    @property
-    def begun(self) -> float | None:
-        """When its own clock began, in seconds of the host's monotonic one; None before that."""
-        return self._runs[0].start if self._runs else None
-
-    def truth(self) -> Truth:
-        """What was measured and when, up to now; settled once the device is closed."""
-        return truth_of(list(self._runs), self._sent, list(self._spoiled), self._source)
-
-    def _begin(self, now: float) -> None:
-        origin = self._runs[0].start if self._runs else now
-        device = (now - origin) * self._pace
-        self._runs.append(Run(self._sent, now, device, self._rate, self._pace))
-
-    def _next(self, now: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Device times (s) and readings of the samples taken since the last time."""
-        run = self._runs[-1]
-        samples = np.arange(self._sent, run.first + run.due(now))
-        times = run.device_times(samples)
-        samples, times = samples[times < self.duration], times[times < self.duration]
-        if run.device + (now - run.start) * run.pace >= self.duration:
-            self.ended.set()
-        self._last = (self._sent, self._sent + len(samples))
-        self._sent += len(samples)
-        if self._absent is not None and len(times):
-            gone = self._absent(times)
-            self._spoiled.append(samples[gone])
-            times = times[~gone]
-        return times, self._source(times)
-
-    def _unheard(self) -> None:
-        if self._last[1] > self._last[0]:
-            self._spoiled.append(np.arange(*self._last))
-
-
-class VirtualTextLine(RegularPort):
+class VirtualTextLine(VirtualSampler):
     """A microcontroller that prints a line for each sample.
 
     Parameters
@@ -120,7 +41,7 @@ class VirtualTextLine(RegularPort):
     seed : int
         Of the junk.
     clock_ppm, path, burst, waits, absent
-        As of :class:`~forcelab.capture.virtual.VirtualOptoForce`.
+        As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
     """
 
     def __init__(

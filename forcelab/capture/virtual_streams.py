@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,7 +141,7 @@ def truth_of(
     runs: list[Run],
     sent: int,
     spoiled: list[NDArray[np.int64]],
-    values: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    values: Callable[[NDArray[np.float64]], NDArray[Any]],
 ) -> Truth:
     """The truth about samples ``0 .. sent - 1``.
 
@@ -164,4 +165,4 @@ def truth_of(
     intact = np.ones(sent, dtype=bool)
     for numbers in spoiled:
         intact[numbers] = False
-    return Truth(times, device_times, values(device_times), intact)
+    return Truth(times, device_times, values(device_times).astype(np.float64), intact)

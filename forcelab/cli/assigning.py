@@ -7,7 +7,6 @@ import argparse
 from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, table
-from forcelab.errors import InputError
 from forcelab.project import Assignment, DemonstrationInfo, Project
 
 __all__ = ["run"]
@@ -45,11 +44,8 @@ def _chosen(
     """The ids of the demonstrations that are meant, each once."""
     ids = [project.load(key).id for key in arguments.demonstrations]
     if arguments.task is not None:
-        of_task = [info.id for info in infos.values() if info.task == arguments.task]
-        if not of_task:
-            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none"
-            raise InputError(f"There is no task '{arguments.task}' here; choose from {known}.")
-        ids += of_task
+        project.check_task(arguments.task)
+        ids += [info.id for info in infos.values() if info.task == arguments.task]
     return list(dict.fromkeys(ids))
 
 

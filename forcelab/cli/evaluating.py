@@ -31,8 +31,8 @@ def run(arguments: argparse.Namespace) -> None:
     settings = settings_from(arguments)
     if arguments.jobs is not None and arguments.jobs < 1:
         raise WrongWordError(f"--jobs is 1 or more, not {arguments.jobs}.")
-    if arguments.folds is not None and arguments.folds < 2:
-        raise WrongWordError(f"--folds is 2 or more, not {arguments.folds}.")
+    if arguments.folds is not None and (arguments.folds < 0 or arguments.folds == 1):
+        raise WrongWordError(f"--folds is 2 or more, or 0, not {arguments.folds}.")
     # More processes than cores only cost their start.
     jobs = min(arguments.jobs or cpu_count(), cpu_count())
     asked = [path for path in (arguments.figure, arguments.confusion) if path is not None]

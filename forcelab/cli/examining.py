@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from forcelab import __version__
 from forcelab.cli.output import json_text
+from forcelab.errors import InputError
 
 #: Packages without which a part of the program does not run.
 NEEDED = (
@@ -85,7 +86,7 @@ def _tried(what: str, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding
     """The findings of one look, or why it cannot be taken."""
     try:
         yield from look()
-    except ImportError as error:
+    except (ImportError, InputError) as error:
         yield Finding(what, f"cannot be tried: {error}", well=False, cure=_cure("."))
 
 
@@ -137,7 +138,8 @@ def _codecs() -> Iterator[Finding]:
 
 def _devices() -> Iterator[Finding]:
     """Cameras and serial ports, and whether this user may use them."""
-    from forcelab.capture.ports import cameras, serial_ports
+    from forcelab.capture.discovery import find_ports
+    from forcelab.capture.ports import cameras
 
     seen = cameras()
     for camera in seen:
@@ -145,9 +147,9 @@ def _devices() -> Iterator[Finding]:
         yield Finding(f"camera {camera.device}", camera.name, camera.usable, cure)
     if not seen:
         yield Finding("cameras", "none plugged in")
-    ports = serial_ports()
+    ports = find_ports()
     for port in ports:
         cure = "" if port.usable else "sudo usermod -aG dialout $USER, then log in again"
-        yield Finding(f"serial port {port.device}", port.description, port.usable, cure)
+        yield Finding(f"serial port {port.path}", port.description, port.usable, cure)
     if not ports:
         yield Finding("serial ports", "none plugged in")

@@ -6,7 +6,6 @@ import argparse
 
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text
-from forcelab.errors import InputError
 from forcelab.formats.exporting import exporting
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -33,13 +32,7 @@ def _ids(arguments: argparse.Namespace) -> set[str]:
     """The demonstrations of the tasks and names that are asked for."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations()
-        tasks = project.tasks()
         for task in arguments.task or ():
-            if task not in tasks:
-                there = ", ".join(f"'{known}'" for known in tasks) or "none at all"
-                raise InputError(
-                    f"No demonstration of '{arguments.project}' is of task '{task}'; there are "
-                    f"{there}."
-                )
+            project.check_task(task)
         named = {project.load(name).id for name in arguments.demo or ()}
     return named | {info.id for info in infos if info.task in (arguments.task or ())}

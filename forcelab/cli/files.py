@@ -11,6 +11,7 @@ from forcelab.errors import InputError
 from forcelab.formats import read
 from forcelab.formats.folders import file_names, filling, stay_out_of_projects
 from forcelab.formats.recording import ReadOptions
+from forcelab.formats.signatures import is_bag_folder
 from forcelab.project import Project
 
 __all__ = ["check_outputs", "demonstrations_in", "file_names", "filling"]
@@ -67,7 +68,7 @@ def demonstrations_in(
         If a source is neither.
     """
     for source in sources:
-        if source.is_dir():
+        if source.is_dir() and not is_bag_folder(source):
             with Project.open(source) as project:
                 for info in project.demonstrations():
                     yield project.load(info.id), ()

@@ -37,8 +37,7 @@ def _told(report: ImportReport) -> str:
     """The report for people; of what was there already, the number says enough."""
     told = [one.added for one in report.demonstrations if one.added.status != "unchanged"]
     lines = [f"{added.status:<9}  {printable(added.name)}" for added in told]
-    for path, remarks in report.remarks.items():
-        lines += [printable(f"{path.name}: {remark}") for remark in remarks]
+    lines += map(printable, report.told())
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
     total = counted(len(report.demonstrations), "recording")
     return "\n".join([*lines, f"{total}: {', '.join(counts)}."])

@@ -15,9 +15,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Print the demonstrations, recognisers and runs of a project."""
     with Project.open(arguments.project) as project:
         infos = project.demonstrations(arguments.task)
-        if arguments.task is not None and not infos:
-            known = ", ".join(f"'{task}'" for task in project.tasks()) or "none"
-            raise InputError(f"There is no task '{arguments.task}' here; choose from {known}.")
+        if arguments.task is not None:
+            project.check_task(arguments.task)
         if arguments.to_label is not None:
             infos = _left(project, infos, arguments.to_label)
         recognisers = project.recognisers()

@@ -27,7 +27,7 @@ MODULES = {
     "capture": "forcelab.measure.capture",
     "scalogram": "forcelab.measure.scalogram",
     "recognition": "forcelab.measure.recognition_tasks",
-    "view": "forcelab.gui.measuring",
+    "view": "forcelab.gui.measuring.scenes",
     "training": "forcelab.gui.measuring.training",
 }
 #: What measures how long a person waits, with bounds instead of errors: nothing to trade off.

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import NoReturn
 
+from forcelab.cli.examples import EXAMPLES
 from forcelab.errors import InputError
 from forcelab.names import tidy_name
 
@@ -87,10 +88,14 @@ def command(
     summary: str,
     details: str = "",
 ) -> argparse.ArgumentParser:
-    """A command with its summary and details."""
+    """A command with its summary, its details and its examples."""
     description = f"{summary[0].upper()}{summary[1:]}.\n\n{details}".strip()
     parser = commands.add_parser(
-        name, help=summary, description=description, formatter_class=Formatter
+        name,
+        help=summary,
+        description=description,
+        epilog="\n  ".join(("for example:", *EXAMPLES[name])),
+        formatter_class=Formatter,
     )
     parser.set_defaults(module=module)
     return parser
@@ -130,7 +135,7 @@ def column_options(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         help="name or number of a column that is one, though it was left out or taken for times or "
-        "a counter; may be repeated",
+        "a counter; of a ROS bag /topic.field; may be repeated",
     )
 
 
@@ -141,11 +146,14 @@ def add_settings(parser: argparse.ArgumentParser) -> None:
         "--task",
         action="append",
         type=name_of,
-        metavar="T",
+        metavar="TASK",
         help="task to use; given several times, the tasks are joined",
     )
     which.add_argument(
-        "--author", type=name_of, help="whose labels, where there are several coders"
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="whose labels, where there are several coders",
     )
     which.add_argument(
         "--apart",
@@ -166,7 +174,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how = parser.add_argument_group(
         "settings", "Where not given, the preset's; in brackets that of preset paper."
     )
-    how.add_argument("--preset", default="paper", help=_PRESETS)
+    how.add_argument("--preset", metavar="NAME", default="paper", help=_PRESETS)
     how.add_argument(
         "--classifier",
         metavar="NAME",
@@ -193,26 +201,14 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--step", metavar="S", help="seconds between two decisions; or off: every sample (off)"
     )
-    how.add_argument(
-        "--circular",
-        action=argparse.BooleanOptionalAction,
-        help="cosine and sine of each phase, not its angle",
-    )
-    how.add_argument(
-        "--balanced",
-        action=argparse.BooleanOptionalAction,
-        help="every action counts the same in training",
-    )
-    how.add_argument(
-        "--calibrated",
-        action=argparse.BooleanOptionalAction,
-        help="calibrate probabilities on demonstrations that were left out",
-    )
-    how.add_argument(
-        "--trimmed",
-        action=argparse.BooleanOptionalAction,
-        help="train without segments that the other demonstrations contradict",
-    )
+    for name, meaning in (
+        ("circular", "cosine and sine of each phase, not its angle"),
+        ("balanced", "every action counts the same in training"),
+        ("calibrated", "calibrate probabilities on demonstrations that were left out"),
+        ("trimmed", "train without segments that the other demonstrations contradict"),
+        ("changes", "learn where actions change, for the decoder; not live"),
+    ):
+        how.add_argument(f"--{name}", action=argparse.BooleanOptionalAction, help=meaning)
     how.add_argument("--decoder", metavar="NAME", help="filters or semi-markov (filters)")
     how.add_argument(
         "--choreography",

@@ -26,7 +26,7 @@ forcelab labels and recognises force actions. A demonstration (force channels on
 in; coders give each stretch of it an action; a recogniser learns the actions from complex-Morlet
 wavelet features; human and predicted timelines come out as pairs.
 
-A first session:
+To begin with:
   forcelab                                   (opens the window; the first time with samples)
   forcelab demo     sample.forcelab          (thirty simulated demonstrations to try things on)
   forcelab import   lab.forcelab recordings/*.csv --task stylus --videos
@@ -73,10 +73,10 @@ def build_parser() -> argparse.ArgumentParser:
     parser_projects.add_import(commands)
     parser_projects.add_list(commands)
     parser_projects.add_runs(commands)
-    parser_projects.add_assign(commands)
+    parser_arranging.add_assign(commands)
     parser_projects.add_agree(commands)
     parser_arranging.add_attach(commands)
-    parser_projects.add_sync(commands)
+    parser_arranging.add_sync(commands)
     parser_arranging.add_remove(commands)
     parser_capture.add_capture(commands)
     parser_projects.add_replay(commands)
@@ -106,16 +106,21 @@ def _add_gui(commands: Commands[argparse.ArgumentParser]) -> None:
         "when everything in it is there, and ends.",
     )
     parser.add_argument(
-        "project", metavar="PROJECT", type=Path, nargs="?", help="folder of a project"
+        "project", metavar="PROJECT", type=Path, nargs="?", help="project folder (the last one)"
     )
     parser.add_argument("--demo", metavar="NAME", help="demonstration to open (the first)")
     parser.add_argument(
-        "--workspace", choices=("label", "review", "capture", "tradeoff"), default="label"
+        "--workspace",
+        choices=("label", "review", "capture", "tradeoff"),
+        default="label",
+        help="what to open (label)",
     )
     parser.add_argument("--at", metavar="SECONDS", type=_seconds, help="where the cursor is")
     parser.add_argument("--span", metavar="SECONDS", type=_span, help="how much time is visible")
     parser.add_argument("--size", metavar="WxH", type=_size, help="of the window (1280x800)")
-    parser.add_argument("--theme", choices=("light", "dark", "system"))
+    parser.add_argument(
+        "--theme", choices=("light", "dark", "system"), help="colours (those chosen in the window)"
+    )
     parser.add_argument(
         "--author",
         metavar="NAME",
@@ -176,7 +181,9 @@ def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
         "clusters of a trapezoidal force; only magnitude and phase tell rising from falling.",
     )
     parser.add_argument("folder", metavar="DIR", type=Path, help="folder to write into")
-    parser.add_argument("--format", choices=("svg", "pdf", "png"), default="svg")
+    parser.add_argument(
+        "--format", choices=("svg", "pdf", "png"), default="svg", help="of both figures (svg)"
+    )
     json_flag(parser)
 
 
@@ -226,11 +233,14 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "--task",
         action="append",
         type=name_of,
-        metavar="T",
+        metavar="TASK",
         help="recognition: only this; may be repeated",
     )
     parser.add_argument(
-        "--author", type=name_of, help="recognition: whose labels (who labelled most)"
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="recognition: whose labels (who labelled most)",
     )
     parser.add_argument(
         "--thorough",

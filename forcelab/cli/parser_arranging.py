@@ -1,13 +1,13 @@
-"""The commands that put right what is in a project."""
+"""The commands that put in order what is in a project: videos, their clocks, who labels what."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from forcelab.cli.options import PROJECT, Commands, command, json_flag
+from forcelab.cli.options import PROJECT, Commands, command, json_flag, name_of
 
-__all__ = ["add_attach", "add_remove"]
+__all__ = ["add_assign", "add_attach", "add_remove", "add_sync"]
 
 
 def add_attach(commands: Commands[argparse.ArgumentParser]) -> None:
@@ -52,5 +52,73 @@ def add_remove(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--recogniser", metavar="ID", nargs="+", help="ids of recognisers, or how they begin"
     )
-    parser.add_argument("--yes", action="store_true", help="remove it, with all that was told")
+    parser.add_argument(
+        "--yes", action="store_true", help="remove it, with all that would go with it"
+    )
+    json_flag(parser)
+
+
+def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``assign`` to the commands."""
+    parser = command(
+        commands,
+        "assign",
+        "assigning",
+        "say who is to label what, blind to the others' labels or not",
+        "A coder who is assigned a demonstration blind sees neither the tracks of the others nor\n"
+        "predictions in the window until it is done. Without DEMO and --task: shows what is\n"
+        "assigned. Every assignment, and when it was done or opened again, is kept for ever.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument(
+        "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
+    )
+    parser.add_argument(
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="the coder; without DEMO and --task: only this one's",
+    )
+    parser.add_argument(
+        "--task", metavar="TASK", type=name_of, help="all demonstrations of this task"
+    )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--open", action="store_true", help="assign openly, not blind")
+    what.add_argument("--done", action="store_true", help="mark as done")
+    what.add_argument("--reopen", action="store_true", help="mark as not done after all")
+    what.add_argument("--remove", action="store_true", help="take the assignment back")
+    json_flag(parser)
+
+
+def add_sync(commands: Commands[argparse.ArgumentParser]) -> None:
+    """Add ``sync`` to the commands."""
+    parser = command(
+        commands,
+        "sync",
+        "synchronising",
+        "find or set the clock of a demonstration's video",
+        "Proposes from the video's motion and the force which force time a frame belongs to, with\n"
+        "its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from\n"
+        "it. Force time is offset + rate * video time; with an offset below 0 the video began so\n"
+        "much earlier than the forces.",
+    )
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
+    parser.add_argument(
+        "--accept",
+        action="store_true",
+        help="store what is proposed, if its confidence is 0.5 or more",
+    )
+    parser.add_argument(
+        "--offset",
+        metavar="S",
+        type=float,
+        help="store this: the force time at which the video's clock reads zero, s",
+    )
+    parser.add_argument(
+        "--rate",
+        metavar="R",
+        type=float,
+        help="store this: force seconds that pass in a second of the video, such as 1.00002",
+    )
     json_flag(parser)

@@ -20,7 +20,8 @@ def add_capture(commands: Commands[argparse.ArgumentParser]) -> None:
         "All devices are recorded on one clock into a project, which is made if it does not\n"
         "exist, for so many seconds or until Ctrl+C. What is recorded is on the disk within\n"
         "0.2 s: after a crash --recover makes demonstrations of what there is. A device that is\n"
-        "unplugged is waited for; what was missed is a gap.\n"
+        "unplugged is waited for; what was missed is a gap. The videos of further cameras lie\n"
+        "beside the first one's, each on the same clock; 'forcelab list' says where.\n\n"
         "A device is KIND:PORT?OPTION=VALUE&... with the kinds optoforce (rate, filter,\n"
         "calibration, serial), text (baud, rate) and encoder (scale, unit, channel, rate,\n"
         "reverse); without PORT the only one of its kind. In a PORT or VALUE write & as %26,\n"
@@ -41,8 +42,8 @@ def add_capture(commands: Commands[argparse.ArgumentParser]) -> None:
         default=[],
         help="number or device of a camera; the first one's video goes with the demonstration",
     )
-    parser.add_argument("--task", metavar="NAME", type=name_of, help="task of the demonstration")
-    parser.add_argument("--name", help="its name (the task and the next number)")
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstration")
+    parser.add_argument("--name", metavar="NAME", help="its name (the task and the next number)")
     parser.add_argument(
         "--seconds", metavar="N", type=float, help="how long to record (until Ctrl+C)"
     )

@@ -16,7 +16,6 @@ from forcelab.cli.options import (
 
 __all__ = [
     "add_agree",
-    "add_assign",
     "add_demo",
     "add_export",
     "add_import",
@@ -24,7 +23,6 @@ __all__ = [
     "add_replay",
     "add_runs",
     "add_simulate",
-    "add_sync",
 ]
 
 
@@ -93,17 +91,21 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "importing",
         "read recordings into a project",
         "The project is made if it does not exist. Formats are told apart by content: tables\n"
-        "(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, raw dumps of\n"
-        "OptoForce sensors. A video named with its recording (trial.csv trial.mp4) is attached to\n"
-        "it. A recording that is there already is updated, not doubled. If one file cannot be\n"
-        "read, nothing is imported at all. An archive alone, into a new project, brings back\n"
-        "everything it holds.",
+        "(CSV, TSV, spaces), the paper's databases (*.pdl), archives of projects, ROS bags (with\n"
+        "the package rosbags), raw dumps of OptoForce sensors. Labels of a table may stand in a\n"
+        "column of it, or beside it in NAME.labels.csv (start, end, action) or an Audacity label\n"
+        "track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached to it.\n"
+        "A recording that is there already is updated, not doubled; read with other columns it\n"
+        "is another demonstration. If one file cannot be read, nothing is imported at all. An\n"
+        "archive alone, into a new project, brings back everything it holds; into one that is\n"
+        "there, the recordings and coders' labels that this one has not got.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
-    parser.add_argument("--task", type=name_of, help="task of the demonstrations")
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
     parser.add_argument(
         "--author",
+        metavar="NAME",
         type=name_of,
         default="coder",
         help="author of the labels in files that name none (default: coder)",
@@ -117,7 +119,7 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument(
         "--format",
-        choices=("archive", "pdl", "table", "optoforce"),
+        choices=("archive", "pdl", "rosbag", "table", "optoforce"),
         help="read the files as this, whatever they look like",
     )
     parser.add_argument(
@@ -131,7 +133,7 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--videos",
         action="store_true",
-        help="attach the video beside a recording that is called as it is: trial.mp4 to trial.csv",
+        help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
     )
     parser.add_argument(
         "--strict", action="store_true", help="refuse gaps and what would be repaired"
@@ -149,7 +151,7 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
         "Demonstrations by task, with their length, rate, channels and labelled share by author.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("--task", type=name_of, help="only this task")
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
     parser.add_argument(
         "--to-label",
         metavar="NAME",
@@ -205,43 +207,16 @@ def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
         commands,
         "runs",
         "running",
-        "list what was evaluated and trained, or compare two of it",
+        "list what was evaluated and trained, or compare two runs",
         "Every evaluation is kept as a run with its settings, seed and labels, whether made by\n"
-        "'forcelab evaluate' or in the window. Two are compared over what both tested: the\n"
-        "difference is what the second has more. What each takes up on the disk is told, too, and\n"
-        "which recognisers belong to none; 'forcelab remove' removes them.",
+        "'forcelab evaluate' or in the window. Two are compared over what both tested: a\n"
+        "difference is the second's score less the first's. What each takes up on the disk is\n"
+        "told, too, and which recognisers belong to none; 'forcelab remove' removes them.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--compare", metavar=("A", "B"), type=int, nargs=2, help="numbers of two runs"
     )
-    json_flag(parser)
-
-
-def add_assign(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add ``assign`` to the commands."""
-    parser = command(
-        commands,
-        "assign",
-        "assigning",
-        "say who is to label what, blind to the others' labels or not",
-        "A coder who is assigned a demonstration blind sees neither the tracks of the others nor\n"
-        "predictions in the window until it is done. Without DEMO: what is assigned as it is.\n"
-        "Every assignment, and when it was done or opened again, is kept for ever.",
-    )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument(
-        "demonstrations", metavar="DEMO", nargs="*", help="names or ids of demonstrations"
-    )
-    parser.add_argument(
-        "--author", metavar="NAME", type=name_of, help="the coder; without DEMO: only this one's"
-    )
-    parser.add_argument("--task", metavar="T", type=name_of, help="all demonstrations of this task")
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--open", action="store_true", help="assign openly, not blind")
-    what.add_argument("--done", action="store_true", help="mark as done")
-    what.add_argument("--reopen", action="store_true", help="mark as not done after all")
-    what.add_argument("--remove", action="store_true", help="take the assignment back")
     json_flag(parser)
 
 
@@ -257,7 +232,7 @@ def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
         "and how consistent each coder is from one demonstration to the next.",
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("--task", metavar="T", type=name_of, help="only this task")
+    parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
     parser.add_argument(
         "--authors",
         metavar="NAME",
@@ -271,35 +246,6 @@ def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
         metavar=("NAME", "AGAIN"),
         nargs=2,
         help="two names of one coder, who labelled twice: how consistent that coder is",
-    )
-    json_flag(parser)
-
-
-def add_sync(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add ``sync`` to the commands."""
-    parser = command(
-        commands,
-        "sync",
-        "synchronising",
-        "find or set the clock of a demonstration's video",
-        "Proposes from the video's motion and the force which force time a frame belongs to, with\n"
-        "its confidence (0 to 1; below 0.5 it should be looked at) and how far the taps lie from\n"
-        "it. Force time is offset + rate * video time.",
-    )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
-    parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
-    parser.add_argument("--accept", action="store_true", help="store what is proposed")
-    parser.add_argument(
-        "--offset",
-        metavar="S",
-        type=float,
-        help="store this: the force time at which the video's clock reads zero, s",
-    )
-    parser.add_argument(
-        "--rate",
-        metavar="R",
-        type=float,
-        help="store this: force seconds that pass in a second of the video, such as 1.00002",
     )
     json_flag(parser)
 
@@ -328,7 +274,7 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         help="what to write (csv)",
     )
     parser.add_argument(
-        "--task", metavar="T", type=name_of, action="append", help="only this; may be repeated"
+        "--task", metavar="TASK", type=name_of, action="append", help="only this; may be repeated"
     )
     parser.add_argument(
         "--demo", metavar="NAME", action="append", help="only this; may be repeated"

@@ -42,7 +42,7 @@ what the scores are:
                   is cut out, and then a segment that goes on behind it is one
   boundary        how far the edges of segments matched at 10 % overlap lie apart, with unlabelled
                   time cut out; the first and the last edge of a demonstration are left out
-  kappa           Cohen's, over samples; predicted as unlabelled is one more category
+  kappa           Cohen's, over samples; predicted as unlabelled counts as one more action
   Brier score     squared differences between probabilities and truth, summed over the actions,
                   mean over the samples: 0 (best) to 2
   expected calibration error
@@ -61,24 +61,26 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "evaluate",
         "evaluating",
         "recognise each demonstration by a recogniser that has not seen it",
-        "Leaves one demonstration of a task out at a time; with --test-task trains on one task\n"
-        "and tests on the other; with --test-names on some demonstrations of a task, such as\n"
-        "those of another person. Each task by itself unless --task is given several times.\n"
-        "The result is kept in the project as a run, unless an option says otherwise.",
+        "Leaves one demonstration of a task out at a time, of more than 20 a group (--folds);\n"
+        "with --test-task trains on one task and tests on the other; with --test-names on some\n"
+        "demonstrations of a task, such as those of another person. Each task by itself unless\n"
+        "--task is given several times. The result is kept in the project as a run for a review,\n"
+        "unless an option says otherwise: a review trains again what it explains, and would do so\n"
+        "without that option.",
     )
-    parser.epilog = _SCORES
+    parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     add_settings(parser)
     parser.add_argument(
         "--train-task",
-        metavar="T1",
+        metavar="TASK",
         type=name_of,
         action="append",
         dest="task",
         help="the same as --task",
     )
     parser.add_argument(
-        "--test-task", metavar="T2", type=name_of, help="train on --task, test on this one"
+        "--test-task", metavar="TASK", type=name_of, help="train on --task, test on this one"
     )
     parser.add_argument(
         "--test-names",
@@ -90,8 +92,8 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "--folds",
         metavar="K",
         type=int,
-        help="leave demonstrations out in K groups, not one at a time: of many, each is still "
-        "recognised by a recogniser that has not seen it, but only K are trained",
+        help="leave demonstrations out in K groups, for which K recognisers are trained; 0: one at "
+        "a time (0, of more than 20 ten groups)",
     )
     parser.add_argument(
         "--adapt",
@@ -147,16 +149,23 @@ def add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
         "Prints the segments, or writes them: one file for one demonstration, a folder of files\n"
         "for several. No track of a project is changed.",
     )
-    parser.add_argument("recogniser", metavar="RECOGNISER", type=Path, help="from train")
+    parser.add_argument("recogniser", metavar="RECOGNISER", type=Path, help="file that train wrote")
     parser.add_argument(
         "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
     )
-    parser.add_argument("--out", metavar="FILE", type=Path, help="file, or folder for several")
+    parser.add_argument(
+        "--out", metavar="FILE", type=Path, help="file (printed), or folder for several"
+    )
     parser.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"
     )
     column_options(parser)
-    parser.add_argument("--format", choices=("csv", "audacity"), default="csv")
+    parser.add_argument(
+        "--format",
+        choices=("csv", "audacity"),
+        default="csv",
+        help="start,end,action,author (csv), or a label track",
+    )
     json_flag(parser)
 
 
@@ -175,7 +184,10 @@ def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
-        "--recogniser", metavar="FILE", type=Path, help="with this one's settings, from train"
+        "--recogniser",
+        metavar="FILE",
+        type=Path,
+        help="with the settings of this one, a file that train wrote",
     )
     parser.add_argument(
         "--measure", action="store_true", help="measure time and memory, taken and saved"
@@ -199,7 +211,7 @@ def add_why(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
-        "--at", metavar="SECONDS", type=float, required=True, help="a time of the place"
+        "--at", metavar="SECONDS", type=float, required=True, help="a time within the segment"
     )
     parser.add_argument(
         "--run", metavar="N", type=int, help="the run (the latest one that tested it)"
@@ -221,7 +233,7 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
     parser.add_argument(
-        "--task", metavar="T", type=name_of, help="the latest evaluation of this task"
+        "--task", metavar="TASK", type=name_of, help="the latest evaluation of this task"
     )
     parser.add_argument(
         "--kind",
@@ -246,7 +258,10 @@ def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
-        "--author", type=name_of, help="whose labels, where there are several coders"
+        "--author",
+        metavar="NAME",
+        type=name_of,
+        help="whose labels, where there are several coders",
     )
     parser.add_argument(
         "--count", metavar="N", type=int, default=10, help="demonstrations to simulate (10)"

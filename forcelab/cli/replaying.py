@@ -8,12 +8,12 @@ import time
 from collections.abc import Sequence
 
 from forcelab.assets import asset
-from forcelab.capture.calibration import read_calibrations
 from forcelab.capture.devices import said
 from forcelab.capture.replaying import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable
 from forcelab.cli.stopping import stoppable
+from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.project import Project
 from forcelab.wording import counted
 

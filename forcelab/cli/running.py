@@ -9,6 +9,7 @@ from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, look_up
 from forcelab.recognition.resampling import METRICS
+from forcelab.recognition.run_results import title_of
 from forcelab.review.comparing import STAGES, Comparison, compare
 from forcelab.review.outcome import load, tasks_of
 from forcelab.wording import counted
@@ -56,12 +57,11 @@ def _row(run: RunSummary, use: RunUse) -> list[str]:
     """A run's line."""
     digest = run.digest
     tasks, test_task = tasks_of(run.settings)
-    named = " + ".join(tasks) + (f" → {test_task}" if test_task is not None else "")
     return [
         str(run.id),
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
-        str(digest.get("title", named)),
+        str(digest.get("title", title_of(tasks, test_task))),
         str(run.settings.get("classifier", "")),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),

@@ -16,6 +16,15 @@ if TYPE_CHECKING:
 
 __all__ = ["choice_from", "settings_from"]
 
+#: Settings whose option gives the value itself, and those that may be ``off``.
+_AS_GIVEN = (
+    *("classifier", "features", "amplitude", "decoder", "choreography", "wavelet", "parameter"),
+    *("rate", "min_scale", "max_scale", "spacing", "stride", "seed"),
+    *("circular", "peaks", "balanced", "calibrated", "trimmed", "changes"),
+)
+_SWITCHABLE: dict[str, type[float] | type[int]]
+_SWITCHABLE = {"threshold": float, "median": int, "drop": float, "step": float}
+
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
     """A preset's settings with what the command line changes.
@@ -27,46 +36,20 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     InputError
         If the file of spellings cannot be used.
     """
-    merge = None if arguments.merge is None else MergeMap.read(arguments.merge)
     changes: dict[str, Any] = {
-        name: getattr(arguments, name)
-        for name in (
-            "classifier",
-            "rate",
-            "wavelet",
-            "parameter",
-            "min_scale",
-            "max_scale",
-            "spacing",
-            "stride",
-            "seed",
-            "features",
-            "amplitude",
-            "decoder",
-            "choreography",
-        )
-        if getattr(arguments, name) is not None
+        name: getattr(arguments, name) for name in _AS_GIVEN if getattr(arguments, name) is not None
     }
-    for name in ("circular", "peaks", "balanced", "calibrated", "trimmed"):
-        if getattr(arguments, name) is not None:
-            changes[name] = getattr(arguments, name)
     if arguments.windows is not None:
         changes["windows"] = _windows(arguments.windows)
     if arguments.no_phase:
         changes["phase"] = False
     if arguments.channels is not None:
         changes["channels"] = tuple(name.strip() for name in arguments.channels.split(","))
-    for name, kind in (
-        ("threshold", float),
-        ("median", int),
-        ("drop", float),
-        ("step", float),
-    ):
-        text = getattr(arguments, name)
-        if text is not None:
+    for name, kind in _SWITCHABLE.items():
+        if (text := getattr(arguments, name)) is not None:
             changes[name] = _switchable(name, text, kind)
-    if merge is not None:
-        changes["merge"] = merge
+    if arguments.merge is not None:
+        changes["merge"] = MergeMap.read(arguments.merge)
     try:
         return preset(arguments.preset).replace(**changes)
     except InputError as error:
@@ -97,13 +80,12 @@ def choice_from(arguments: argparse.Namespace) -> Choice:
     # Loads what trains and evaluates; the settings alone, which plan reads, need none of that.
     from forcelab.recognition.choice import Choice
 
-    test_task = getattr(arguments, "test_task", None)
     return Choice(
-        tuple(arguments.task or ()),
-        test_task,
-        arguments.author,
-        arguments.apart,
-        getattr(arguments, "test_names", None),
-        getattr(arguments, "adapt", False),
-        getattr(arguments, "folds", None),
+        tasks=tuple(arguments.task or ()),
+        author=arguments.author,
+        apart=arguments.apart,
+        test_task=getattr(arguments, "test_task", None),  # these are of evaluate alone
+        test_names=getattr(arguments, "test_names", None),
+        adapt=getattr(arguments, "adapt", False),
+        folds=getattr(arguments, "folds", None),
     )

@@ -36,6 +36,8 @@ def run(arguments: argparse.Namespace) -> None:
             with progress_bar() as watch:
                 proposal = finish(proposing_for(demonstration), watch)
             clock = proposal.clock
+            if arguments.accept and proposal.doubtful:
+                raise InputError(_refusal(demonstration, before, proposal))
         stored = bool(given or arguments.accept)
         if stored:
             project.set_video_clock(demonstration.id, clock)
@@ -43,6 +45,21 @@ def run(arguments: argparse.Namespace) -> None:
         print(json_text(_content(demonstration, before, clock, proposal, stored)))
     else:
         print(_told(demonstration, before, clock, proposal, stored))
+
+
+def _refusal(demonstration: Demonstration, before: ClockMap, proposal: Proposal) -> str:
+    """Why a clock is not stored unseen, and how it is after a look."""
+    return (
+        f"The clock found for the video of '{demonstration.name}' is not stored, as its confidence "
+        f"is only {proposal.confidence:.2f}; compare the frames at a tap, and if they fit give "
+        f"{_options(proposal.clock, before)} instead of --accept."
+    )
+
+
+def _options(clock: ClockMap, before: ClockMap) -> str:
+    """The options that store a clock in the place of another one."""
+    rate = "" if clock.rate == before.rate else f" --rate {clock.rate:.9g}"
+    return f"--offset {clock.offset:.4f}{rate}"
 
 
 def _content(
@@ -81,7 +98,11 @@ def _told(
         f"  {'now' if stored else 'proposed':<10}  {_clock(clock)}",
     ]
     if proposal is not None:
-        low = "  low: look at the frames at a tap before you accept" if proposal.doubtful else ""
+        low = (
+            "  low: look at the frames at a tap; --accept does not take it"
+            if proposal.doubtful
+            else ""
+        )
         lines.append(f"  confidence  {proposal.confidence:.2f}{low}")
         for seen, felt in proposal.taps:
             away = 1000 * (float(clock.to_force(seen)) - felt)
@@ -91,7 +112,8 @@ def _told(
         if proposal.taps:
             lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
         if not stored:
-            lines.append("Nothing is stored; give --accept to store it.")
+            how = _options(clock, before) if proposal.doubtful else "--accept"
+            lines.append(f"Nothing is stored; give {how} to store it.")
     return "\n".join(lines)
 
 

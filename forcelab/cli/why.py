@@ -83,7 +83,7 @@ def _probable(why: Why) -> str:
 
 def _bands(why: Why) -> str:
     """The strongest bands."""
-    lines = [f"What speaks most for {why.favoured} and against {why.against}, in log-odds:"]
+    lines = [f"What tells {why.favoured} from {why.against} most, in log-odds:"]
     for band in why.strongest():
         which = "for" if band.weight >= 0 else "against"
         error = f" ± {band.error:.2f}" if band.error else ""

@@ -13,7 +13,7 @@ from typing import Final, Protocol, cast
 
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.formats.signatures import announced_kind, seems_to_be
+from forcelab.formats.signatures import BAG_METADATA, announced_kind, is_bag_folder, seems_to_be
 
 __all__ = ["HEAD_BYTES", "Format", "format_names", "identify", "read"]
 
@@ -68,6 +68,12 @@ _FORMATS: Final = (
         description="the paper's databases (*.pdl)",
         module="forcelab.formats.pdl",
         starts=(b"\x80", b"]", b"}", b"(", b"c"),
+    ),
+    Format(
+        name="rosbag",
+        description="ROS bags",
+        module="forcelab.formats.rosbag",
+        starts=(b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00", b"rosbag2_bagfile_information:"),
     ),
     Format(
         name="table",
@@ -160,7 +166,9 @@ def _as_told(path: Path, name: str) -> Format:
 
 
 def _head(path: Path) -> bytes:
-    """The first bytes of a regular file, at least one."""
+    """The first bytes of a regular file, at least one; of a bag's folder, those of its metadata."""
+    if is_bag_folder(path):
+        path = path / BAG_METADATA
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
         raise InputError(f"'{path}' is a folder; name the files in it, such as {path}/*.csv.")

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.formats.elan import to_elan
 from forcelab.formats.events import Coded, to_boris, to_table
 from forcelab.formats.folders import file_names, filling
-from forcelab.formats.tracks import write_audacity, write_csv
+from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
@@ -188,24 +188,25 @@ def _apart(
     names = file_names([title for _, _, title in wanted])
     written = tuple(out / f"{name}{suffix}" for name in names)
     _check(written, replacing)
-    # All before the first one is written: what ELAN cannot hold leaves no half of an export.
-    made = [_elan(project, info, part, out) for info, part, _ in wanted] if kind == "elan" else []
+    made = []
+    for done, (info, tracks, _) in enumerate(wanted):
+        yield Progress(done, len(wanted), written[done].name)
+        made.append(_content(project, info, kind, tracks, out))
+    # All were made before: what a format cannot hold leaves no half of an export.
     with filling(out, [project.path]):
-        for done, (file, (_, tracks, _)) in enumerate(zip(written, wanted, strict=True)):
-            yield Progress(done, len(wanted), file.name)
-            if kind == "elan":
-                write_atomically(file, made[done])
-            elif kind == "csv":
-                write_csv(file, tracks)
-            else:
-                write_audacity(file, tracks[0])
+        for file, content in zip(written, made, strict=True):
+            write_atomically(file, content)
     return written
 
 
-def _elan(project: Project, info: DemonstrationInfo, tracks: tuple[Track, ...], out: Path) -> bytes:
-    """A demonstration for ELAN, or which one it is that cannot be."""
+def _content(
+    project: Project, info: DemonstrationInfo, kind: Format, tracks: tuple[Track, ...], out: Path
+) -> bytes:
+    """What a file holds, or which demonstration it is that cannot be written so."""
     try:
-        return to_elan(tracks, project.load(info.id).video, out)
+        if kind == "elan":
+            return to_elan(tracks, project.load(info.id).video, out)
+        return (to_csv(tracks) if kind == "csv" else to_audacity(tracks[0])).encode()
     except InputError as error:
         raise InputError(f"'{info.name}': {error}") from error
 

@@ -21,6 +21,11 @@ from forcelab.project.records import Keepable
 
 __all__ = ["ImportReport", "Imported", "import_files", "importing"]
 
+#: So many files that cannot be read are named.
+NAMED = 20
+#: So many files of which the same is to be remarked are named.
+SHARING = 3
+
 
 @dataclass(frozen=True, slots=True)
 class Imported:
@@ -60,6 +65,14 @@ class ImportReport:
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
         return sum(one.added.status == status for one in self.demonstrations)
+
+    def told(self) -> tuple[str, ...]:
+        """A line for each remark; where it is the same for several files, one line for all."""
+        files: dict[str, list[str]] = {}
+        for path, remarks in self.remarks.items():
+            for remark in dict.fromkeys(remarks):
+                files.setdefault(remark, []).append(path.name)
+        return tuple(f"{_listed(names, SHARING)}: {remark}" for remark, names in files.items())
 
 
 def import_files(
@@ -156,7 +169,7 @@ def importing(
             except InputError as error:
                 failures[path] = error
         if failures:
-            raise _refusal(list(failures.values()), len(paths))
+            raise _refusal(failures, len(paths))
         if options.videos:
             near = {path: video for path in paths if (video := beside(path)) is not None}
             videos = near | videos
@@ -203,21 +216,32 @@ def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
 
 def _companion(path: Path) -> Path | None:
-    """The labels file that is read together with a table, if there is one."""
+    """The labels file that is read together with a table or bag, if there is one."""
     try:
-        return lies_beside(path) if identify(path).name == "table" else None
+        return lies_beside(path) if identify(path).name in {"table", "rosbag"} else None
     except (InputError, OSError):
         return None  # what is wrong is told when the file is read
 
 
-def _refusal(failures: Sequence[InputError], total: int) -> InputError:
+def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
     """One sentence for an import that did not take place, of the kind of the first error."""
-    first = failures[0]
-    if len(failures) == 1:
-        return first
-    return type(first)(
-        f"{len(failures)} of {total} files cannot be read, so none was imported; first: {first}"
-    )
+    refusal, *others = failures.values()
+    if others:
+        names = _listed([path.name for path in failures], NAMED)
+        refusal = type(refusal)(
+            f"{len(failures)} of {total} files cannot be read ({names}), so none was imported; "
+            f"first: {refusal}"
+        )
+    elif total > 1:
+        refusal = type(refusal)(f"{refusal} None of the {total} files was imported.")
+    refusal.files = tuple(failures)
+    return refusal
+
+
+def _listed(names: Sequence[str], most: int) -> str:
+    """The first names, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Final
 
-__all__ = ["announced_kind", "seems_to_be"]
+__all__ = ["BAG_METADATA", "announced_kind", "is_bag_folder", "seems_to_be"]
+
+#: What the folder of a ROS 2 bag holds besides its data.
+BAG_METADATA: Final = "metadata.yaml"
 
 #: First bytes and what they announce; the first match counts.
 _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
@@ -13,7 +17,6 @@ _STARTS: Final[tuple[tuple[bytes, str], ...]] = (
     (b"GIF89a", "a GIF picture"),
     (b"%PDF-", "a PDF document"),
     (b"SQLite format 3\x00", "an SQLite database"),
-    (b"#ROSBAG V", "a ROS 1 bag"),
     (b"\x93NUMPY", "a NumPy array"),
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
     (b"MATLAB 5.0 MAT-file", "a MATLAB file"),
@@ -40,6 +43,11 @@ _ZIPPED: Final[tuple[tuple[bytes, str], ...]] = (
     (b"[Content_Types].xml", "an Office document, which can be saved as CSV"),
     (b".npy", "a NumPy archive"),
 )
+
+
+def is_bag_folder(path: Path) -> bool:
+    """Whether a folder is a ROS 2 bag, which is read as a file is."""
+    return (path / BAG_METADATA).is_file()
 
 
 def announced_kind(head: bytes) -> str:

@@ -1,20 +1,18 @@
-"""Writing tracks: as CSV with every author, and as a label track for Audacity."""
+"""Tracks as text: as CSV with every author, and as a label track for Audacity."""
 
 from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Iterable
 
 import numpy as np
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.formats.times import plain_times
 from forcelab.labels import Track
 
-__all__ = ["to_audacity", "to_csv", "write_audacity", "write_csv"]
+__all__ = ["to_audacity", "to_csv"]
 
 #: The columns of the CSV, in this order.
 COLUMNS = ("start", "end", "action", "author")
@@ -83,25 +81,3 @@ def to_audacity(track: Track) -> str:
         start, end = (np.format_float_positional(time, unique=True, min_digits=6) for time in times)
         lines.append(f"{start}\t{end}\t{segment.action}\n")
     return "".join(lines)
-
-
-def write_csv(path: str | os.PathLike[str], tracks: Iterable[Track]) -> None:
-    """Write :func:`to_csv` to a file in UTF-8, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written; what was there before is untouched.
-    """
-    write_atomically(path, to_csv(tracks).encode("utf-8"))
-
-
-def write_audacity(path: str | os.PathLike[str], track: Track) -> None:
-    """Write :func:`to_audacity` to a file in UTF-8, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If an action cannot be written, or the file; what was there before is untouched.
-    """
-    write_atomically(path, to_audacity(track).encode("utf-8"))

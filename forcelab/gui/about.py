@@ -7,7 +7,7 @@ from importlib.metadata import metadata
 
 import PySide6
 from PySide6.QtCore import QSize, Qt, qVersion
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtGui import QGuiApplication, QTextCharFormat, QTextCursor, QTextDocument
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -28,6 +28,8 @@ __all__ = ["AboutDialog", "ManualDialog", "facts", "manual"]
 
 #: A picture alone in its line, which the installed manual comes without.
 _PICTURE = re.compile(r"^\s*(?:!\[[^\]]*\]\([^)]*\)|<img[^>]*>)\s*$", re.MULTILINE)
+#: A link to a file that lies beside the manual in a checkout only: following it empties the page.
+_FILE = re.compile(r"\[([^\[\]]*)\]\((?!#|https?:)[^)]*\)")
 
 
 def facts() -> dict[str, str]:
@@ -40,16 +42,12 @@ def facts() -> dict[str, str]:
 
 def manual() -> str:
     """The manual as Markdown, which is installed with the program; empty where it is not."""
-    return _PICTURE.sub("", metadata("forcelab")["Description"] or "").strip()
+    pictured = metadata("forcelab")["Description"] or ""
+    return _FILE.sub(r"\1", _PICTURE.sub("", pictured)).strip()
 
 
 class AboutDialog(QDialog):
-    """Which version this is, of what, and where it writes: all that a report of a fault needs.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
-    """
+    """Which version this is, of what, and where it writes: all that a report of a fault needs."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -102,7 +100,6 @@ class ManualDialog(QDialog):
     ----------
     text : str
         As of :func:`manual`.
-    parent : QWidget, optional
     """
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
@@ -112,6 +109,7 @@ class ManualDialog(QDialog):
         self.pages.setAccessibleName(self.tr("Manual"))
         self.pages.setOpenExternalLinks(True)
         self.pages.setMarkdown(text)
+        _name_headings(self.pages.document())
         column = QVBoxLayout(self)
         column.addWidget(self.pages)
         self.resize(self.sizeHint())
@@ -121,6 +119,21 @@ class ManualDialog(QDialog):
         metrics = self.fontMetrics()
         room = self.screen().availableGeometry().size() * 0.92
         return QSize(metrics.averageCharWidth() * 116, metrics.lineSpacing() * 46).boundedTo(room)
+
+
+def _name_headings(document: QTextDocument) -> None:
+    """Let links such as ``#from-python`` find their headings, which Qt gives no names."""
+    block = document.begin()
+    while block.isValid():
+        if block.blockFormat().headingLevel():
+            named = QTextCharFormat()
+            name = re.sub(r"[^\w -]", "", block.text()).lower().replace(" ", "-")
+            named.setAnchor(True)
+            named.setAnchorNames([name])
+            cursor = QTextCursor(block)
+            cursor.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor)
+            cursor.mergeCharFormat(named)
+        block = block.next()
 
 
 def _copied(value: str, name: str) -> QLabel:

@@ -30,11 +30,14 @@ def run(start: Start) -> int:
                 "picture with --screenshot FILE.png."
             )
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    from PySide6.QtCore import QSize
     from PySide6.QtWidgets import QApplication
 
     from forcelab import __version__
-    from forcelab.gui import faults, settings, theme
+    from forcelab.gui import settings, theme
+    from forcelab.gui.arranging import resize_on_screen
     from forcelab.gui.ending import ended_by_signals, put_away
+    from forcelab.gui.faults import Faults
     from forcelab.gui.memory import tidy_between_demonstrations
     from forcelab.gui.window import Window
 
@@ -56,8 +59,8 @@ def run(start: Start) -> int:
         window = Window(start.author)
         windows.append(window)
         tidy_between_demonstrations(window.document)
-        faults.install(window, lambda sentence: window.document.say(sentence, True))
-        window.resize(1280, 800)
+        Faults(window, lambda sentence: window.document.say(sentence, True))
+        resize_on_screen(window, QSize(1280, 800))
         window.restore_layout()
         if start.size is not None:  # what is asked for counts for more than what was last time
             window.resize(*start.size)

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
     QHeaderView,
     QLabel,
+    QLineEdit,
     QScrollArea,
     QTableView,
     QWidget,
 )
 
-__all__ = ["placeholder", "rule", "scrolled", "whole_rows"]
+__all__ = [
+    "muted",
+    "placeholder",
+    "resize_on_screen",
+    "rule",
+    "scrolled",
+    "search_field",
+    "whole_rows",
+]
 
 #: Height of a table's row, in heights of its letters.
 ROW = 1.6
 #: Free room around a placeholder, in pixels.
 AROUND = 16
+#: What a window's frame adds to its width and height at most, in pixels.
+FRAME = QSize(16, 44)
 
 
 def scrolled(page: QWidget) -> QScrollArea:
@@ -56,6 +67,33 @@ def placeholder(text: str = "") -> QLabel:
     return label
 
 
+def muted(text: str = "") -> QLabel:
+    """A sentence that is said in passing, on as many lines as it needs."""
+    label = QLabel(text)
+    label.setWordWrap(True)
+    label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+    return label
+
+
+def resize_on_screen(window: QWidget, size: QSize) -> None:
+    """Give a window a size, or as much of it as its screen has room for, frame and all.
+
+    Parameters
+    ----------
+    window : QWidget
+    size : QSize
+        In pixels, without the frame.
+    """
+    window.resize(size.boundedTo(window.screen().availableGeometry().size() - FRAME))
+
+
+def search_field(placeholder: str, name: str) -> QLineEdit:
+    """A line to type into that can be emptied by a click; `name` is for screen readers."""
+    field = QLineEdit(placeholderText=placeholder, clearButtonEnabled=True)
+    field.setAccessibleName(name)
+    return field
+
+
 def rule() -> QFrame:
     """A line between two groups."""
     line = QFrame()
@@ -69,10 +107,6 @@ def whole_rows(table: QTableView) -> None:
     """Let a table be one of whole rows that are chosen one at a time, and read.
 
     It scrolls smoothly, draws no grid, and leaves the Tab key to the window.
-
-    Parameters
-    ----------
-    table : QTableView
     """
     modes = QAbstractItemView.ScrollMode
     table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)

@@ -30,7 +30,6 @@ def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | Non
 
     Parameters
     ----------
-    parent : QWidget
     title, filters : str
         Of the dialog.
     kind : str

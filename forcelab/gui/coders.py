@@ -7,26 +7,21 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWid
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.naming import settled_name
+from forcelab.gui.review.narrow_list import NarrowList
 
 __all__ = ["CoderChoice"]
 
 #: How many letters of a name are shown at most; the tooltip has all of it.
-WIDEST = 32
+WIDEST = 44
 
 
 class CoderChoice(QWidget):
-    """The coders of the project, and a way to become another one.
+    """The coders of the project, and a way to become another one."""
 
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
-    """
-
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
-        self._box = QComboBox()
+        self._box = NarrowList()
         self._box.setAccessibleName(self.tr("Coder"))
         self._box.setMinimumContentsLength(10)
         self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)

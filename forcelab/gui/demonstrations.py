@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QModelIndex, QPoint, Qt, QTimer, Signal
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QPoint, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
-    QComboBox,
     QHBoxLayout,
     QLabel,
     QStackedWidget,
@@ -22,8 +21,17 @@ from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.listing_menu import ListingMenu
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_painting import RowPainter
-from forcelab.gui.listing_parts import Empty, Search, Tree
-from forcelab.gui.listing_rows import SHOWN, Row, Shown, grouped, next_to_do, rows_of
+from forcelab.gui.listing_parts import Empty, OrderButton, Search, Tree
+from forcelab.gui.listing_rows import (
+    SHOWN,
+    Row,
+    Shown,
+    grouped,
+    next_to_do,
+    ordered,
+    rows_of,
+)
+from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.theme import themes
 from forcelab.project import Assignment
 
@@ -31,6 +39,8 @@ __all__ = ["DemonstrationList"]
 
 #: The share of the open demonstration is added up when nothing was painted for so many ms.
 PAUSE = 100
+#: Letters of what is shown that are always seen.
+NARROW = 4
 #: Keys that with a click choose several demonstrations, and open none.
 CHOOSING = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
@@ -51,14 +61,12 @@ class DemonstrationList(QWidget):
 
     importing = Signal()
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document = document
         self._rows: tuple[Row, ...] = ()
         self._folded: set[str] = set()
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(PAUSE)
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self.model = ListingModel(self)
         self.view = Tree(self)
         self.view.setModel(self.model)
@@ -69,7 +77,8 @@ class DemonstrationList(QWidget):
         self.search.setPlaceholderText(self.tr("Search names and tasks"))
         self.search.setAccessibleName(self.tr("Search names and tasks"))
         self.search.setClearButtonEnabled(True)
-        self.shown = QComboBox()
+        self.shown = NarrowList()
+        self.shown.setMinimumContentsLength(NARROW)
         self.shown.setAccessibleName(self.tr("Which demonstrations are shown"))
         names = {
             "all": self.tr("All"),
@@ -80,6 +89,9 @@ class DemonstrationList(QWidget):
         }
         for what in SHOWN:
             self.shown.addItem(names[what], what)
+        self._order = OrderButton()
+        self._ranks: dict[str, int] = {}  # by id, the place in the list
+        self._sorted: object = None  # whose view of what the ranks are
         self._count = QLabel()
         self._empty = Empty()
         self._lay_out()
@@ -92,6 +104,11 @@ class DemonstrationList(QWidget):
         """Begin to search."""
         self.search.setFocus(Qt.FocusReason.ShortcutFocusReason)
         self.search.selectAll()
+
+    def choose_all(self) -> None:
+        """Choose every demonstration that is listed, for the menu of them all."""
+        self.view.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        self.view.selectAll()
 
     def open_next(self) -> None:
         """Open the demonstration below the open one."""
@@ -128,6 +145,7 @@ class DemonstrationList(QWidget):
         choice = QHBoxLayout()
         choice.addWidget(self.shown, 1)
         choice.addWidget(self._count)
+        choice.addWidget(self._order)
         self._tools = QWidget()
         tools = QVBoxLayout(self._tools)
         tools.setContentsMargins(6, 6, 6, 6)
@@ -153,6 +171,8 @@ class DemonstrationList(QWidget):
         self.search.returnPressed.connect(self._open_first)
         self.search.leaving.connect(self._enter_list)
         self.shown.currentIndexChanged.connect(self._filter)
+        self._order.changed.connect(self._sort)
+        self._order.changed.connect(self._show)
         self.view.clicked.connect(self._clicked)
         self.view.selectionModel().selectionChanged.connect(self._tell_count)
         self.view.opening.connect(self._open)
@@ -174,6 +194,10 @@ class DemonstrationList(QWidget):
         """Take over what the project tells."""
         self._rows = rows_of(self._document.infos, self._assignments(), self._document.author)
         self._update_own(show=False)
+        now = (self._document.author, [(row.info.id, row.info.task) for row in self._rows])
+        if self._sorted != now:
+            self._sorted = now
+            self._sort()
         self._show()
 
     def _assignments(self) -> Sequence[Assignment]:
@@ -194,6 +218,11 @@ class DemonstrationList(QWidget):
                         self._show()
                 return
 
+    def _sort(self) -> None:
+        """Give each demonstration its place; none moves while the open one is being labelled."""
+        rows = ordered(self._rows, self._order.order)
+        self._ranks = {row.info.id: rank for rank, row in enumerate(rows)}
+
     def _filter(self) -> None:
         """Show what is searched for now; nothing of it seems open that is not."""
         self.view.selectionModel().clear()
@@ -203,7 +232,8 @@ class DemonstrationList(QWidget):
     def _show(self) -> None:
         """Show what is searched for."""
         what: Shown = self.shown.currentData()
-        groups = grouped(self._rows, self.search.text(), what, self._document.id)
+        rows = sorted(self._rows, key=lambda row: self._ranks[row.info.id])
+        groups = grouped(rows, self.search.text(), what, self._document.id)
         selected = self._selected()
         if self.model.show(groups):
             for g, group in enumerate(groups):
@@ -241,7 +271,10 @@ class DemonstrationList(QWidget):
         """Put the keyboard's cursor on a demonstration and bring it into view."""
         index = self.model.index_of(id_)
         if index.isValid():
-            self.view.setCurrentIndex(index)
+            # Said outright: the view would add to what is chosen while a shortcut's Ctrl is down.
+            alone = QItemSelectionModel.SelectionFlag.ClearAndSelect
+            rows = QItemSelectionModel.SelectionFlag.Rows
+            self.view.selectionModel().setCurrentIndex(index, alone | rows)
             self.view.scrollTo(index, QAbstractItemView.ScrollHint.EnsureVisible)
 
     def _mark_opened(self) -> None:
@@ -249,6 +282,7 @@ class DemonstrationList(QWidget):
         if self.model.opened != self._document.id:
             self.model.set_opened(self._document.id)
             self._update_own(show=False)
+            self._sort()
             self._show()  # what was open until now is shown only if it fits
             self._select(self._document.id)
 

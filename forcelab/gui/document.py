@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
@@ -16,6 +16,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.looking import Snap
 from forcelab.gui.reviewing import Reviewing
+from forcelab.gui.seen_labels import Seen, seen_by
 from forcelab.labels import Segments, is_model
 from forcelab.names import tidy_name
 from forcelab.project import DemonstrationInfo, Project
@@ -28,20 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Document", "Snap"]
 
-
 #: What is shown on either side of a place: a share of its length, and at least so many seconds.
 AROUND, LEAST_AROUND = 1.0, 1.5
-
-
-class _Seen(NamedTuple):
-    """What a coder may see of a demonstration."""
-
-    others: dict[str, Segments]
-    #: The task's actions as stored, and those that segments have.
-    listed: Vocabulary
-    painted: tuple[str, ...]
-    #: How those look in a review that are not among the task's.
-    like: Vocabulary
 
 
 class Document(Reviewing):
@@ -51,7 +40,6 @@ class Document(Reviewing):
     ----------
     author : str
         The coder whose tracks are painted.
-    parent : QObject, optional
 
     Attributes
     ----------
@@ -73,6 +61,7 @@ class Document(Reviewing):
         self.infos: tuple[DemonstrationInfo, ...] = ()
         self.others: dict[str, Segments] = {}
         self.hidden_authors: frozenset[str] = frozenset()
+        self._behind = False  # what was changed elsewhere could not be read yet
 
     def open_project(self, path: Path) -> None:
         """Open a project in place of the one that is open.
@@ -90,7 +79,7 @@ class Document(Reviewing):
             project.close()
             raise
         self.close()
-        self.project, self.infos = project, infos
+        self.project, self.infos, self._behind = project, infos, False
         self.project_changed.emit()
         self.listing_changed.emit()
 
@@ -162,10 +151,7 @@ class Document(Reviewing):
             self._take_up(self.id, labelling)
             self._take_in(seen)
         self.author = name
-        if self.examined is not None and self.coding_blind:  # it tells where others differ
-            self.examined = None
-            self.clear_range()
-            self.examined_changed.emit()
+        self._look_away()
         self.selection_changed.emit()
         self.stroke_changed.emit()
         self.author_changed.emit()
@@ -174,19 +160,25 @@ class Document(Reviewing):
         self.tracks_changed.emit()
 
     def refresh(self) -> None:
-        """Take over what other windows or processes have changed."""
+        """Take over what other windows or processes have changed; tried again where that fails."""
         if self.project is None:
             return
         with self._telling():
-            if self.project.changed_elsewhere():
-                self.reread()
+            self._behind = self.project.changed_elsewhere() or self._behind
+        if self._behind:
+            old = self.demonstration
+            self._behind = not self.reread()
+            if old is not None and self.demonstration is None:
+                self.say(self.tr("'{0}' was removed elsewhere.").format(old.name))
 
-    def refresh_listing(self) -> None:
-        """Read the list of demonstrations again."""
-        if self.project is not None:
-            with self._telling():
-                self.infos = self.project.demonstrations()
-            self.listing_changed.emit()
+    def refresh_listing(self) -> bool:
+        """Read the list of demonstrations again; gives whether that could be done."""
+        if self.project is None:
+            return False
+        with self._telling() as told:
+            self.infos = self.project.demonstrations()
+        self.listing_changed.emit()
+        return not told
 
     def refresh_info(self) -> None:
         """Read again what the list tells of the open demonstration, and of no other one."""
@@ -200,14 +192,17 @@ class Document(Reviewing):
         new = project.info(self.id)
         self.infos = tuple(new if info.id == new.id else info for info in self.infos)
 
-    def reread(self) -> None:
-        """Take over what is stored by now: names, videos, assignments, labels, actions."""
-        self.refresh_listing()
+    def reread(self) -> bool:
+        """Take over what is stored by now: names, videos, assignments, labels, actions.
+
+        Gives whether all of it could be read.
+        """
+        listed = self.refresh_listing()
         if self.project is None or self.demonstration is None or self._labelling is None:
-            return
+            return listed
         if all(info.id != self.id for info in self.infos):  # a recording that was discarded
             self._put_down()
-            return
+            return listed
         old = self.demonstration
         with self._telling() as told:
             new = self.project.load(self.id)
@@ -215,13 +210,15 @@ class Document(Reviewing):
             if self._labelling.refresh():
                 self.select(None)
         if told:
-            return
+            return False
         self._take_in(seen)
+        self._look_away()
         if (old.name, old.task, old.video) != (new.name, new.task, new.video):
             self.demonstration = new
             self.demonstration_changed.emit()
         self.vocabulary_changed.emit()
         self.tracks_changed.emit()
+        return listed
 
     def set_video_clock(self, clock: ClockMap) -> bool:
         """Map the video's clock onto the force clock anew."""
@@ -259,9 +256,7 @@ class Document(Reviewing):
         self.outcome = outcome
         self.examined = None
         if self.demonstration is not None:
-            with self._telling():
-                self._take_in(self._seen_by(self.author, self.demonstration))
-            self.tracks_changed.emit()
+            self._look_again(self.demonstration)
             self.vocabulary_changed.emit()
         self.outcome_changed.emit()
         self.examined_changed.emit()
@@ -283,14 +278,25 @@ class Document(Reviewing):
         if authors != self.hidden_authors:
             self.hidden_authors = authors
             if self.demonstration is not None:
-                with self._telling():
-                    self._take_in(self._seen_by(self.author, self.demonstration))
-            self.tracks_changed.emit()
+                self._look_again(self.demonstration)
 
     # Inside
 
-    def _seen_by(self, author: str, demonstration: Demonstration) -> _Seen:
-        """What a coder may see of a demonstration; what is hidden does not show in actions either.
+    def _look_away(self) -> None:
+        """Examine nothing while coding blind: a place tells where others begin and end."""
+        if self.examined is not None and self.coding_blind:
+            self.examined = None
+            self.clear_range()
+            self.examined_changed.emit()
+
+    def _look_again(self, demonstration: Demonstration) -> None:
+        """Show what may be seen by now."""
+        with self._telling():
+            self._take_in(self._seen_by(self.author, demonstration))
+        self.tracks_changed.emit()
+
+    def _seen_by(self, author: str, demonstration: Demonstration) -> Seen:
+        """What a coder may see of a demonstration.
 
         Raises
         ------
@@ -298,27 +304,9 @@ class Document(Reviewing):
             If it cannot be read.
         """
         assert self.project is not None
-        tracks = self.project.tracks(demonstration.id)
-        blind = self.project.is_blind(demonstration.id, author)
-        if blind:
-            tracks = tuple(track for track in tracks if track.author == author)
-        painted = tuple(action for track in tracks for action in track.actions)
-        others = {track.author: track.segments for track in tracks if track.author != author}
-        reviewed = None if self.outcome is None else self.outcome.find(demonstration.id)
-        if reviewed is not None and not blind and self.outcome is not None:
-            from forcelab.review.differences import spelt_as_coded
+        return seen_by(author, demonstration, self.project, self.outcome)
 
-            predicted = spelt_as_coded(reviewed.predicted, self.outcome, reviewed)
-            others[self.outcome.proposer] = predicted
-            painted += tuple(segment.action for segment in predicted)
-        listed, like = self.project.vocabulary(demonstration.task), Vocabulary()
-        if self.outcome is not None and any(action not in listed for action in painted):
-            from forcelab.review.looks import vocabulary_of
-
-            like = vocabulary_of(self.project, self.outcome)
-        return _Seen(others, listed, painted, like)
-
-    def _take_in(self, seen: _Seen) -> None:
+    def _take_in(self, seen: Seen) -> None:
         """Show what may be seen; nobody is told yet."""
         self.others = {
             author: segments

@@ -54,8 +54,10 @@ class Editing(Looking):
         What a key has begun.
     refused : bool
         Whether what was asked of the store last could not be done: it may be asked once more.
-    edit_said : str
-        What was said of the latest edit, which is of the demonstration that was open then.
+    said_here : str
+        What was said last of the demonstration that was open then.
+    copied_from : str
+        The author whose segments were copied last.
     """
 
     tracks_changed = Signal()
@@ -71,7 +73,7 @@ class Editing(Looking):
         self.project: Project | None = None
         self.action: str | None = None
         self.refused = False
-        self.edit_said = ""
+        self.said_here = self.copied_from = ""
         self._list_actions(Vocabulary())
         self._take_up("", None)
 
@@ -216,6 +218,7 @@ class Editing(Looking):
         if self.coding_blind:
             self.say(self.tr("Other labels are hidden until you are done; nothing copied."), True)
             return False
+        self.copied_from = author
         return self._edit(lambda track: track.copy_from(author, start, end))
 
     def undo(self) -> bool:
@@ -238,6 +241,11 @@ class Editing(Looking):
             return self.project.origins(self.id, self.author)
         except ForcelabError:  # what keeps the store busy is told where labels are read or written
             return {}
+
+    def say_here(self, sentence: str, trouble: bool = False) -> None:
+        """Say a sentence about the open demonstration, which is not left standing for another."""
+        self.said_here = sentence
+        self.say(sentence, trouble)
 
     def begin_stroke(self, action: str, at: float) -> None:
         """Begin a segment that :meth:`end_stroke` ends."""
@@ -281,15 +289,14 @@ class Editing(Looking):
             edit = verb(self._labelling)
         if edit is None:
             if nothing and not told:
-                self.say(nothing)
+                self.say_here(nothing)
             return False
         if chosen is not None:
             self.select(self._followed(chosen, edit))
         # Undoing may bring back an action that has left the vocabulary since.
         self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
-        self.edit_said = edit.what
-        self.say(edit.what)
+        self.say_here(edit.what)
         return True
 
     def _leave_selection(self) -> None:

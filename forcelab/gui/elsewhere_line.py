@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QToolButton, QWidget
+from PySide6.QtWidgets import QToolButton
 
 __all__ = ["ElsewhereLine"]
 
 
 class ElsewhereLine(QToolButton):
-    """Seen while another workspace is in front; a click on it is to lead there.
+    """Seen while another workspace is in front; a click on it is to lead there."""
 
-    Parameters
-    ----------
-    parent : QWidget, optional
-    """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._elsewhere = True
         self.setAutoRaise(True)
         self.hide()

@@ -21,6 +21,7 @@ from forcelab.formats.exporting import FORMATS, exporting
 from forcelab.gui.choosing import ask_folder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.jobs import Progress
 
 __all__ = ["ExportDialog"]
@@ -37,7 +38,6 @@ class ExportDialog(QDialog):
         Writes in the background.
     shown : sequence of str
         Ids of the demonstrations that the list shows.
-    parent : QWidget, optional
     """
 
     def __init__(
@@ -50,11 +50,8 @@ class ExportDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(self.tr("Export labels"))
         self._document, self._jobs = document, jobs
-        self.which = QComboBox()
         # The name of a demonstration may be longer than the screen is wide.
-        self.which.setSizeAdjustPolicy(
-            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-        )
+        self.which = NarrowList()
         if document.demonstration is not None:
             here = self.tr("The open one, '{0}'").format(document.demonstration.name)
             self.which.addItem(here, (document.id,))

@@ -36,7 +36,6 @@ class FaultDialog(QDialog):
         For whoever mends it; can be copied.
     log_file : Path
         Where more is written.
-    parent : QWidget, optional
     """
 
     def __init__(

@@ -35,7 +35,7 @@ from PySide6.QtWidgets import QWidget
 from forcelab import __version__
 from forcelab.errors import ForcelabError
 
-__all__ = ["Faults", "install", "log_file"]
+__all__ = ["Faults", "log_file"]
 
 log = logging.getLogger("forcelab")
 
@@ -58,8 +58,8 @@ def log_file() -> Path:
     return Path(folder) / "forcelab" / "forcelab.log"
 
 
-def install(window: QWidget | None = None, say: Callable[[str], object] | None = None) -> Faults:
-    """Take over what nobody else catches, in all threads, until the window is gone.
+class Faults(QObject):
+    """Takes over what nobody else catches, in all threads, until the window is gone.
 
     Parameters
     ----------
@@ -68,12 +68,6 @@ def install(window: QWidget | None = None, say: Callable[[str], object] | None =
     say : callable, optional
         Told the sentence of a :class:`ForcelabError`, which is no fault of the program; without it
         such a sentence is shown in a dialog, too.
-    """
-    return Faults(window, say)
-
-
-class Faults(QObject):
-    """What receives unexpected errors while it lives.
 
     Attributes
     ----------

@@ -14,13 +14,13 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QLabel,
-    QLineEdit,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.arranging import resize_on_screen, search_field
 from forcelab.gui.commands import translated
 from forcelab.gui.document import Document
 from forcelab.gui.gestures import MOUSE, PAINTING
@@ -50,7 +50,6 @@ class HelpPage(QDialog):
         Whose task's actions come first.
     keys : Keys
         The keys that count now.
-    parent : QWidget, optional
     offered : collection of str, optional
         The ids of the commands that do something; by default all.
     """
@@ -67,10 +66,7 @@ class HelpPage(QDialog):
         self.setWindowTitle(self.tr("Keys and mouse"))
         self._document = document
         self._keys = keys
-        self._search = QLineEdit()
-        self._search.setPlaceholderText(self.tr("Search"))
-        self._search.setAccessibleName(self.tr("Search keys and gestures"))
-        self._search.setClearButtonEnabled(True)
+        self._search = search_field(self.tr("Search"), self.tr("Search keys and gestures"))
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
@@ -88,7 +84,7 @@ class HelpPage(QDialog):
         layout.addWidget(self._search)
         layout.addWidget(self._area, 1)
         layout.addWidget(buttons)
-        self.resize(self.sizeHint())
+        resize_on_screen(self, self.sizeHint())
         self._columns = self._fitting()
         self._fill()
         keys.changed.connect(self._fill)
@@ -96,10 +92,9 @@ class HelpPage(QDialog):
         self._search.setFocus()
 
     def sizeHint(self) -> QSize:
-        """Room for three columns, within the screen."""
+        """Room for three columns."""
         metrics = self.fontMetrics()
-        room = self.screen().availableGeometry().size() * 0.92
-        return QSize(metrics.averageCharWidth() * 176, metrics.lineSpacing() * 46).boundedTo(room)
+        return QSize(metrics.averageCharWidth() * 210, metrics.lineSpacing() * 56)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Lay out as many columns as there is room for."""
@@ -170,7 +165,7 @@ class HelpPage(QDialog):
         across.setContentsMargins(4, 4, 12, 4)
         across.setSpacing(28)
         sections = self._matching()
-        for group in _shared_out(sections, self._columns):
+        for group in _shared_out(sections, self._columns) if sections else ():
             column = QVBoxLayout()
             column.setSpacing(18)
             for section in group:

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QCoreApplication, Qt
-from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
+    QHBoxLayout,
     QHeaderView,
     QLabel,
     QTableWidget,
@@ -24,19 +24,18 @@ from forcelab.formats import identify
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.preview import ColumnUse, Use, preview
 from forcelab.gui.theme import colours
+from forcelab.gui.wheel_guard import guard_from_wheel
 
 __all__ = ["ImportColumns"]
 
-#: What any column can be made, besides what it is taken for.
-_CHOICES: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
+#: Formats whose files have columns, or fields that are like them.
+_WITH_COLUMNS = frozenset(["table", "rosbag"])
+#: Free room above and below a choice, in pixels.
+AROUND = 3
 
 
 class ImportColumns(QWidget):
-    """The columns of one table among the files, first of the first; hidden where there is none.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
+    """The columns of one table or bag among the files, of the first one first; else hidden.
 
     Attributes
     ----------
@@ -44,8 +43,8 @@ class ImportColumns(QWidget):
         A row a column: its name, its first cells, and a choice of what it is.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._path: Path | None = None
         self._wishes: dict[str, Use] = {}
         self._untouched: tuple[ColumnUse, ...] = ()
@@ -68,6 +67,8 @@ class ImportColumns(QWidget):
         self.table.setShowGrid(False)
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
+        high = QComboBox().sizeHint().height() + 2 * AROUND
+        self.table.verticalHeader().setDefaultSectionSize(high)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.heading)
@@ -75,16 +76,16 @@ class ImportColumns(QWidget):
         self.setVisible(False)
 
     def show_first(self, files: Sequence[Path]) -> None:
-        """Show the columns of the first file that is a table."""
+        """Show the columns of the first file that has any."""
         if self._path in files:
             return
-        self._path = next((file for file in files if _is_table(file)), None)
+        self._path = next((file for file in files if _format(file) in _WITH_COLUMNS), None)
         self._wishes.clear()
         self._fill()
 
     def show_file(self, path: Path) -> None:
-        """Show the columns of another file, if it is a table; what was chosen is for all."""
-        if path != self._path and _is_table(path):
+        """Show the columns of another file, if it has any; what was chosen is for all."""
+        if path != self._path and _format(path) in _WITH_COLUMNS:
             self._path = path
             self._fill()
 
@@ -138,7 +139,7 @@ class ImportColumns(QWidget):
                 item = QTableWidgetItem(text)
                 item.setToolTip(text)
                 self.table.setItem(row, place, item)
-            self.table.setCellWidget(row, 2, self._choice(one))
+            self.table.setCellWidget(row, 2, _with_room(self._choice(one)))
         self._trouble = trouble
         self._say()
 
@@ -158,6 +159,10 @@ class ImportColumns(QWidget):
         if self._path is None:
             return (), ""
         try:
+            if _format(self._path) == "rosbag":
+                from forcelab.formats.rosbag.preview import preview as of_bag
+
+                return of_bag(self._path, options), ""
             return preview(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)
@@ -176,22 +181,24 @@ class ImportColumns(QWidget):
 
     def _choice(self, one: ColumnUse) -> QComboBox:
         """What a column is read as, and what else it could be."""
-        box = _Choice()
+        box = QComboBox()
+        guard_from_wheel(box)  # it scrolls the table
         box.setAccessibleName(self.tr("{0} is read as").format(one.name))
         taken = next((t.use for t in self._untouched if t.name == one.name), one.use)
-        for use in dict.fromkeys((taken, one.use, *_CHOICES)):
+        for use in dict.fromkeys((taken, one.use, *one.choices)):
             box.addItem(_word(use), use)
         box.setCurrentIndex(box.findData(one.use))
         box.activated.connect(lambda index: self.wish(one.name, box.itemData(index)))
         return box
 
 
-class _Choice(QComboBox):
-    """A choice that the wheel passes by, as it scrolls the table."""
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave it to the table."""
-        event.ignore()
+def _with_room(choice: QComboBox) -> QWidget:
+    """A choice that does not touch those above and below it."""
+    cell = QWidget()
+    row = QHBoxLayout(cell)
+    row.setContentsMargins(0, AROUND, 2 * AROUND, AROUND)
+    row.addWidget(choice)
+    return cell
 
 
 def _word(use: Use) -> str:
@@ -206,9 +213,9 @@ def _word(use: Use) -> str:
     return words[use]
 
 
-def _is_table(path: Path) -> bool:
-    """Whether a file is a text table."""
+def _format(path: Path) -> str:
+    """The format of a file; empty where it has none."""
     try:
-        return identify(path).name == "table"
+        return identify(path).name
     except (InputError, OSError):
-        return False  # what is wrong is told when the file is read
+        return ""  # what is wrong is told when the file is read

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
@@ -24,8 +24,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.errors import InputError
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
+from forcelab.gui.arranging import resize_on_screen
 from forcelab.gui.choosing import ask_files
 from forcelab.gui.document import Document
 from forcelab.gui.import_columns import ImportColumns
@@ -46,7 +48,6 @@ class ImportDialog(QDialog):
         Its project receives the recordings.
     jobs : Jobs
         Reads and writes in the background.
-    parent : QWidget, optional
     files : sequence of Path
         Chosen already, such as by dropping them on the window.
     """
@@ -60,10 +61,13 @@ class ImportDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self.setWindowTitle(self.tr("Import recordings"))
-        self.resize(680, 560)
+        resize_on_screen(self, QSize(680, 560))
         self._document, self._jobs = document, jobs
         self._files = QListWidget()
         self._files.setAccessibleName(self.tr("Files to import"))
+        # The end of a path tells files apart.
+        self._files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._make_removable()
         self.setAcceptDrops(True)
         self.columns = ImportColumns()
@@ -76,6 +80,7 @@ class ImportDialog(QDialog):
         column.addWidget(self._files, 1)
         column.addWidget(self.columns, 3)
         column.addLayout(self._form())
+        column.addWidget(self._taskless)
         column.addWidget(self._bar)
         column.addWidget(self._result(), 3)
         column.addWidget(self._button_row())
@@ -90,8 +95,8 @@ class ImportDialog(QDialog):
         choose.setAutoDefault(False)  # Enter imports
         choose.clicked.connect(self._choose)
         kinds = self.tr(
-            "Recordings, chosen or dropped here: tables (CSV, TSV), raw OptoForce dumps, *.pdl, "
-            "archives of projects"
+            "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
+            "dumps, *.pdl, archives of projects"
         )
         told = QLabel(kinds)
         told.setWordWrap(True)
@@ -120,7 +125,6 @@ class ImportDialog(QDialog):
         self._taskless = self._warning()
         form = QFormLayout()
         form.addRow(self.tr("Task"), self._task)
-        form.addRow("", self._taskless)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
         form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
         form.addRow("", self.videos)
@@ -133,6 +137,7 @@ class ImportDialog(QDialog):
         self._told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._told.setMargin(4)
+        self._troubled = False
         self._report = QScrollArea()
         self._report.setWidgetResizable(True)
         self._report.setWidget(self._told)
@@ -152,6 +157,8 @@ class ImportDialog(QDialog):
         """Add to what will be imported."""
         known = set(self._chosen())
         self._files.addItems([str(path) for path in files if str(path) not in known])
+        for row in range(len(known), self._files.count()):
+            self._files.item(row).setToolTip(self._files.item(row).text())
         self._changed()
 
     def reject(self) -> None:
@@ -163,8 +170,8 @@ class ImportDialog(QDialog):
         """What is said where no task is named."""
         label = QLabel(
             self.tr(
-                "Without a task, files that name none go under 'No task', all together. Name what "
-                "is done in them, such as stylus; recordings of another task are imported apart."
+                "Without a task, files that name none go under 'No task'. Name what is done in "
+                "them, such as stylus, and import each task by itself."
             )
         )
         label.setWordWrap(True)
@@ -214,6 +221,8 @@ class ImportDialog(QDialog):
         """Other files are to be imported than before."""
         files = self._chosen()
         self._go.setEnabled(bool(files))
+        if self._troubled:  # of files that were in the list before
+            self._tell("")
         self.columns.show_first([Path(name) for name in files])
 
     def _import(self) -> None:
@@ -266,23 +275,33 @@ class ImportDialog(QDialog):
         self._files.clear()
         self._changed()
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
-        lines = [self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)]
-        for path, remarks in report.remarks.items():
-            lines += [f"{path.name}: {remark}" for remark in remarks]
-        self._tell("\n".join(lines))
+        told = self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)
+        self._tell("\n".join((told, *report.told())))
         self._document.refresh_listing()
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
         self._buttons.button(QDialogButtonBox.StandardButton.Close).setFocus()
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way; nothing was imported."""
+        """Say what stands in the way; nothing was imported. Of many files, show which."""
         self._bar.setVisible(False)
         self._go.setEnabled(True)
-        self._tell(str(error), trouble=True)
+        lines = [str(error)]
+        unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
+        items = [self._files.item(row) for row in range(self._files.count())]
+        wrong = [item for item in items if item.text() in unread]
+        if wrong and len(wrong) < len(items):
+            self._files.clearSelection()
+            for item in wrong:
+                item.setSelected(True)
+            self._files.scrollToItem(wrong[0])
+            self._files.setFocus()
+            lines.append(self.tr("Delete leaves out what is selected in the list."))
+        self._tell("\n".join(lines), trouble=True)
 
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
+        self._troubled = trouble
         self._told.setText(text)
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))

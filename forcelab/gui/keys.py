@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QKeySequenceEdit,
     QLabel,
-    QLineEdit,
     QPushButton,
     QTreeWidget,
     QTreeWidgetItem,
@@ -26,6 +25,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
+from forcelab.gui.arranging import search_field
 from forcelab.gui.document import Document
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
 from forcelab.gui.theme import colours
@@ -52,7 +52,6 @@ class KeysDialog(QDialog):
         Whose actions' keys can be changed, too.
     keys : Keys
         The commands' keys.
-    parent : QWidget, optional
     offered : collection of str, optional
         The ids of the commands that do something; by default all.
     """
@@ -70,10 +69,9 @@ class KeysDialog(QDialog):
         self._document = document
         self._keys = keys
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search = QLineEdit()
-        self._search.setPlaceholderText(self.tr("Search for a command, an action or a key"))
-        self._search.setAccessibleName(self.tr("Search keys"))
-        self._search.setClearButtonEnabled(True)
+        self._search = search_field(
+            self.tr("Search for a command, an action or a key"), self.tr("Search keys")
+        )
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._filter)
         self._table = self._made_table()

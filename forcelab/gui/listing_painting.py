@@ -27,8 +27,8 @@ from forcelab.gui.theme import Colours, colours
 
 __all__ = ["RowPainter"]
 
-#: The bar's width and thickness, in heights of the smaller line.
-BAR_WIDTH, BAR_THICKNESS = 3.6, 0.32
+#: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
+BAR_WIDTH, BAR_THICKNESS, BAR_SHARE = 3.6, 0.32, 0.18
 
 MIDDLE = Qt.TextElideMode.ElideMiddle
 
@@ -123,7 +123,8 @@ def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_ope
     small = smaller(option.font)
     sizes = QFontMetricsF(small)
     line = QRectF(left, top + height + ABOVE * height, right - left, sizes.height())
-    bar = QRectF(line.left(), 0, BAR_WIDTH * height, BAR_THICKNESS * height)
+    wide = min(BAR_WIDTH * height, BAR_SHARE * box.width())
+    bar = QRectF(line.left(), 0, wide, BAR_THICKNESS * height)
     bar.moveCenter(QPointF(bar.center().x(), line.center().y()))
     _paint_bar(painter, bar, row.share, theme)
     digits = sizes.horizontalAdvance("100 %")

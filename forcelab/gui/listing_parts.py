@@ -2,45 +2,94 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QModelIndex, QPoint, Qt, Signal
+from PySide6.QtGui import QAction, QActionGroup, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QLabel,
     QLineEdit,
+    QMenu,
     QPushButton,
+    QToolButton,
     QTreeView,
     QVBoxLayout,
     QWidget,
 )
 
-__all__ = ["Empty", "Search", "Tree"]
+from forcelab.gui import settings
+from forcelab.gui.icons import icon
+from forcelab.gui.listing_rows import ORDERS, Order
+
+__all__ = ["Empty", "OrderButton", "Search", "Tree"]
+
+#: Where the settings keep what the list is sorted by.
+ORDER = "list/order"
 
 
 class Search(QLineEdit):
-    """The search; Escape clears it, Down leaves it for what was found."""
+    """The search; Escape empties it and leaves it, Down leaves it for what was found."""
 
     leaving = Signal()
 
-    def event(self, event: QEvent) -> bool:
-        """Keep Escape from the window, where it means something else."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Escape is for the search; in the window it means something else."""
+        return event.key() == Qt.Key.Key_Escape
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Escape and Down; everything else edits."""
-        if event.key() == Qt.Key.Key_Escape and self.text():
-            self.clear()
-        elif event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
+        if event.key() in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
+            if event.key() == Qt.Key.Key_Escape:
+                self.clear()
             self.leaving.emit()
         else:
             super().keyPressEvent(event)
+
+
+class OrderButton(QToolButton):
+    """The choice of what the list is sorted by, which is remembered."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setIcon(icon("sort"))
+        self.setStyleSheet("QToolButton::menu-indicator { image: none; }")  # it lies on the icon
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        names: dict[Order, str] = {
+            "name": self.tr("By name"),
+            "share": self.tr("Least labelled by me first"),
+            "edit": self.tr("Last labelled by me first"),
+        }
+        menu = QMenu(self)
+        self._choices = QActionGroup(menu)
+        stored = settings.text(ORDER)
+        for order in ORDERS:
+            choice = menu.addAction(names[order])
+            choice.setData(order)
+            choice.setCheckable(True)
+            choice.setChecked(order in (stored, ORDERS[0]))  # of two the later counts
+            self._choices.addAction(choice)
+        self.setMenu(menu)
+        self._choices.triggered.connect(self._chosen)
+        self._tell()
+
+    @property
+    def order(self) -> Order:
+        """What the list is sorted by."""
+        chosen: Order = self._choices.checkedAction().data()
+        return chosen
+
+    def _chosen(self, choice: QAction) -> None:
+        """Sort by something else from now on."""
+        settings.put(ORDER, str(choice.data()))
+        self._tell()
+        self.changed.emit()
+
+    def _tell(self) -> None:
+        """Say what the list is sorted by."""
+        self.setAccessibleName(self.tr("Order of the demonstrations"))
+        chosen = self._choices.checkedAction().text()
+        self.setToolTip(self.tr("Order within each task: {0}").format(chosen))
 
 
 class Tree(QTreeView):
@@ -108,8 +157,8 @@ class Empty(QWidget):
             text = self.tr("No demonstration is of this kind.")
         elif has_project:
             text = self.tr(
-                "This project has no demonstrations yet. Import recordings: tables (CSV), the "
-                "paper's databases or archives."
+                "This project has no demonstrations yet. Import recordings: tables (CSV, TSV), ROS "
+                "bags, raw OptoForce dumps, *.pdl or archives."
             )
         else:
             text = self.tr("No project is open. Open one, or make a new one, from the menu.")

@@ -4,18 +4,33 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Literal
 
 from forcelab.project import Assignment, DemonstrationInfo, left_to_label
 
-__all__ = ["SHOWN", "Group", "Row", "Shown", "grouped", "next_to_do", "percent", "rows_of"]
+__all__ = [
+    "ORDERS",
+    "SHOWN",
+    "Group",
+    "Order",
+    "Row",
+    "Shown",
+    "grouped",
+    "next_to_do",
+    "ordered",
+    "percent",
+    "rows_of",
+]
 
 Shown = Literal["all", "unlabelled", "begun", "assigned", "done"]
+Order = Literal["name", "share", "edit"]
 
 #: What of the list can be shown.
 SHOWN: tuple[Shown, ...] = ("all", "unlabelled", "begun", "assigned", "done")
+#: What the list can be sorted by.
+ORDERS: tuple[Order, ...] = ("name", "share", "edit")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +49,8 @@ class Row:
         The coder's own.
     assigned_to : tuple of Assignment
         The other coders'; empty while the coder is blind to them.
+    edited : int
+        The coder's last edit of it: the larger, the later; 0 where there was none.
     """
 
     info: DemonstrationInfo
@@ -41,6 +58,7 @@ class Row:
     others: tuple[tuple[str, float], ...] = ()
     assignment: Assignment | None = None
     assigned_to: tuple[Assignment, ...] = ()
+    edited: int = 0
 
     @property
     def done(self) -> bool:
@@ -111,6 +129,25 @@ def rows_of(
     return tuple(_row(info, assigned.get(info.id, ()), author) for info in infos)
 
 
+def ordered(rows: Sequence[Row], order: Order) -> tuple[Row, ...]:
+    """The same rows in another order, those of a task still one after the other.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        By task and name.
+    order : "name", "share" or "edit"
+        ``"share"``: what the coder has labelled least comes first in its task. ``"edit"``: what the
+        coder edited last comes first, and so does its task. What is alike stays by name.
+    """
+    if order == "edit":
+        rows = sorted(rows, key=lambda row: -row.edited)
+    tasks = {task: i for i, task in enumerate(dict.fromkeys(row.info.task for row in rows))}
+    if order == "share":
+        rows = sorted(rows, key=lambda row: row.share)
+    return tuple(sorted(rows, key=lambda row: tasks[row.info.task]))
+
+
 def grouped(rows: Iterable[Row], search: str, shown: Shown, opened: str = "") -> tuple[Group, ...]:
     """What is to be shown, by task, in the order of the rows.
 
@@ -162,12 +199,13 @@ def _row(info: DemonstrationInfo, assigned: Iterable[Assignment], author: str) -
     # Whoever painted past the end of the recording has labelled all of it, and not more.
     shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
     own = next((one for one in assigned if one.author == author), None)
-    row = Row(info, shares.pop(author, 0.0), assignment=own)
+    edited = info.edited.get(author, 0)
+    row = Row(info, shares.pop(author, 0.0), assignment=own, edited=edited)
     if row.blind:
         return row
     others = tuple((name, share) for name, share in shares.items() if share > 0)
     elsewhere = tuple(one for one in assigned if one.author != author)
-    return Row(info, row.share, others, own, elsewhere)
+    return replace(row, others=others, assigned_to=elsewhere)
 
 
 def _found(row: Row, words: list[str]) -> bool:

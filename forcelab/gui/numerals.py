@@ -6,10 +6,5 @@ __all__ = ["thousands"]
 
 
 def thousands(number: int) -> str:
-    """A whole number with its thousands apart.
-
-    Parameters
-    ----------
-    number : int
-    """
+    """A whole number with its thousands apart."""
     return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
+from forcelab.gui.choosing import last_folder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress
@@ -143,14 +144,14 @@ class Opening(QObject):
     def ask_open(self) -> None:
         """Let the user choose a project's folder."""
         chosen = QFileDialog.getExistingDirectory(
-            self._window, self.tr("Open a project"), _last_folder()
+            self._window, self.tr("Open a project"), str(last_folder("project"))
         )
         if chosen:
             self.open(Path(chosen))
 
     def ask_new(self) -> None:
         """Let the user name a new project's folder."""
-        suggested = str(Path(_last_folder()) / "study.forcelab")
+        suggested = str(last_folder("project") / "study.forcelab")
         chosen, _ = QFileDialog.getSaveFileName(self._window, self.tr("New project"), suggested)
         if not chosen:
             return
@@ -185,12 +186,6 @@ def sample_place() -> Path:
     return folder / "sample.forcelab"
 
 
-def _last_folder() -> str:
-    """Where the user's projects lie, as far as known."""
-    recent = settings.recent_projects()
-    return str(recent[0].parent if recent else Path.home())
-
-
 def _last_key(project: Path) -> str:
     """Where the settings keep which demonstration of a project was open last."""
-    return "last/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
+    return settings.key_of("last", project)

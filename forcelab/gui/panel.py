@@ -47,9 +47,6 @@ class TimePanel(QWidget):
     ----------
     document : Document
         What is shown.
-    title : str
-        For people: the panel's name in menus and to screen readers.
-    parent : QWidget, optional
     """
 
     #: Pixels left of the time axis, for names and vertical axes; and right of it.
@@ -59,11 +56,9 @@ class TimePanel(QWidget):
     beside_cursor: float = LINE
     gutter_follows: bool = False
 
-    def __init__(self, document: Document, title: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
-        self.title = title
-        self.setAccessibleName(title)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMouseTracking(True)

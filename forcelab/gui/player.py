@@ -35,7 +35,6 @@ class Player(QObject):
     ----------
     document : Document
         Whose cursor is moved.
-    parent : QObject, optional
     clock : callable
         Seconds of a clock that never jumps; tests give their own.
 
@@ -58,9 +57,7 @@ class Player(QObject):
         self.document = document
         self.loop = False
         self._clock = clock
-        self._timer = QTimer(self)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.setInterval(TICK)
+        self._timer = QTimer(self, timerType=Qt.TimerType.PreciseTimer, interval=TICK)
         self._timer.timeout.connect(self.tick)
         self._own = False
         self._stretch: tuple[float, float] | None = None

@@ -20,7 +20,6 @@ class RecentProjects(QMenu):
     ----------
     opening : callable
         Opens the project at a path.
-    parent : QWidget, optional
     """
 
     def __init__(self, opening: Callable[[Path], object], parent: QWidget | None = None) -> None:

@@ -34,7 +34,6 @@ class Removal(QDialog):
     title, text : str
     others : str
         What has to be agreed to apart; ``""`` where nothing has.
-    parent : QWidget, optional
     """
 
     def __init__(self, title: str, text: str, others: str, parent: QWidget | None = None) -> None:
@@ -71,7 +70,6 @@ class RemoveDialog(Removal):
         The demonstrations as the coder may see them, at least one.
     author : str
         The coder.
-    parent : QWidget, optional
     """
 
     def __init__(self, rows: Sequence[Row], author: str, parent: QWidget | None = None) -> None:
@@ -156,7 +154,6 @@ def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Rem
     name : str
         As the list has it.
     use : RunUse
-    parent : QWidget, optional
     """
     goes = translate("forcelab", "With it go its predictions and scores ({0}).")
     if use.recogniser:

@@ -15,8 +15,8 @@ class SampleProgress(QWidget):
 
     cancelled = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.bar = QProgressBar()
         self.bar.setAccessibleName(self.tr("Progress of the sample project"))
         self.bar.setMinimumWidth(480)

@@ -19,7 +19,6 @@ def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
 
     Parameters
     ----------
-    parent : QWidget
     title : str
         Of the dialog.
     name : str

@@ -30,6 +30,7 @@ __all__ = [
     "flag",
     "forget",
     "hold_ms",
+    "key_of",
     "number",
     "put",
     "reaction_ms",
@@ -159,7 +160,7 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
         one given last anywhere of those that the project knows; or else that of the account.
         Nobody labels in a new project under the name of a coder of another one.
     """
-    own = tidy_name(text(_coder_key(project))) if project is not None else ""
+    own = tidy_name(text(key_of("coders", project))) if project is not None else ""
     given = (tidy_name(name) for name in (text("coder/name"), *strings("coder/names")))
     return own or next((name for name in given if name in known), "") or _account()
 
@@ -167,15 +168,15 @@ def coder(project: Path | None = None, known: Collection[str] = ()) -> str:
 def remember_coder(project: Path | None, name: str) -> None:
     """Keep who labels in a project, and the last names that were given in any."""
     if project is not None:
-        put(_coder_key(project), name)
+        put(key_of("coders", project), name)
     others = [known for known in strings("coder/names") if known != name]
     put("coder/names", [name, *others][:RECENT])
     put("coder/name", name)
 
 
-def _coder_key(project: Path) -> str:
-    """Where the coder of a project is kept."""
-    return "coders/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
+def key_of(section: str, project: Path) -> str:
+    """Where something of a project is kept."""
+    return f"{section}/" + str(project.resolve()).replace("/", "|").replace("\\", "|")
 
 
 def reaction_ms() -> float:

@@ -95,8 +95,8 @@ class Keys(QObject):
 
     changed = Signal()
 
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._bound: dict[str, tuple[str, ...]] = {}
         self.reload()
 

@@ -12,13 +12,7 @@ __all__ = ["ShownTracks"]
 
 
 class ShownTracks(QMenu):
-    """A check mark for each other author of the open demonstration.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
-    """
+    """A check mark for each other author of the open demonstration."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(parent)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QStatusBar, QWidget
+from PySide6.QtWidgets import QStatusBar
 
 from forcelab.gui import theme
 from forcelab.gui.document import Document
@@ -20,14 +20,13 @@ class StatusLine(QStatusBar):
     ----------
     document : Document
         Its sentences are said.
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self._document, self._trouble = document, False
         document.said.connect(self.say)
-        document.demonstration_changed.connect(self._forget_edit)
+        document.demonstration_changed.connect(self._forget_former)
         theme.themes().changed.connect(self._colour)
 
     def say(self, sentence: str, trouble: bool = False) -> None:
@@ -43,7 +42,7 @@ class StatusLine(QStatusBar):
         if self.styleSheet() != style:  # putting one on takes longer than a stroke
             self.setStyleSheet(style)
 
-    def _forget_edit(self) -> None:
-        """Say of another demonstration no more what was done to the one before."""
-        if self.currentMessage() == self._document.edit_said:
+    def _forget_former(self) -> None:
+        """Say of another demonstration no more what was said of the one before."""
+        if self.currentMessage() == self._document.said_here:
             self.clearMessage()

@@ -79,7 +79,7 @@ class KeyKeeper(Protocol):
     """A part of the window with keys of its own, which hold while the keyboard is in it."""
 
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of them; then no action is painted with it."""
+        """Whether a key is one of them; then it is no command, and no action is painted with it."""
 
 
 def kept(widget: QWidget | None, event: QKeyEvent) -> bool:
@@ -126,7 +126,7 @@ class _Guard(KeyFollower):
             event.type() == QEvent.Type.ShortcutOverride
             and isinstance(event, QKeyEvent)
             and isinstance(watched, QWidget)
-            and wants(watched, event)
+            and (wants(watched, event) or kept(watched, event))
         ):
             event.accept()
             return True

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.icons import icon
 from forcelab.gui.sampling import SampleProgress
 from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
@@ -34,8 +35,8 @@ class Welcome(QWidget):
     cancelled = Signal()
     chosen = Signal(object)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         title = QLabel(self.tr("Label and recognise force actions"))
         face = title.font()
         face.setPointSizeF(face.pointSizeF() * 1.7)
@@ -56,16 +57,19 @@ class Welcome(QWidget):
                 self.tr("Try the sample project"),
                 self.tr("Thirty simulated demonstrations with video; made once, in a minute."),
                 self.sampling.emit,
+                "play",
             ),
             self._button(
                 self.tr("Open a project…"),
                 self.tr("A folder that forcelab made, such as study.forcelab."),
                 self.opening.emit,
+                "folder",
             ),
             self._button(
                 self.tr("New project…"),
                 self.tr("An empty one; recordings are imported into it."),
                 self.creating.emit,
+                "plus",
             ),
         ]
         self._recent = QVBoxLayout()
@@ -93,7 +97,7 @@ class Welcome(QWidget):
                 old.deleteLater()
         for path in projects[:SHOWN]:
             here = partial(self.chosen.emit, path)
-            self._recent.addWidget(self._button(path.name, str(path.parent), here))
+            self._recent.addWidget(self._button(path.name, str(path.parent), here, "folder"))
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened, for as long as none is; ``""`` for nothing."""
@@ -109,9 +113,13 @@ class Welcome(QWidget):
         self._sample.show_progress(progress)
         self._buttons[0].setEnabled(progress is None)
 
-    def _button(self, text: str, more: str, press: Callable[[], object]) -> QCommandLinkButton:
-        """A large button with a line of explanation."""
+    def _button(
+        self, text: str, more: str, press: Callable[[], object], mark: str
+    ) -> QCommandLinkButton:
+        """A large button with a line of explanation and an icon."""
         button = QCommandLinkButton(text, more)
+        # The style's own arrow is black on any ground.
+        button.setIcon(icon(mark))
         button.setAccessibleName(f"{text}: {more}")
         button.clicked.connect(lambda _checked: press())
         return button

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.coders import CoderChoice
@@ -49,6 +50,8 @@ LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
 LOOK_MS, LIST_MS = 1000, 600
+#: The list's width at first, at least and at most, in pixels.
+NARROWEST, WIDEST = 180, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
 LOOK_SHARE = 0.05
 
@@ -104,7 +107,7 @@ class Window(QMainWindow):
         self._dock.setObjectName("demonstrations")
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
-        self.resizeDocks([self._dock], [250], Qt.Orientation.Horizontal)
+        self._shared_out = False
         self.commands = bind(self, self._handlers())
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
         tracks, recent = ShownTracks(self.document, self), RecentProjects(self.opening.open, self)
@@ -120,8 +123,7 @@ class Window(QMainWindow):
         self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
-        self._listing = QTimer(self)
-        self._listing.setSingleShot(True)
+        self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look = QTimer(self)
         self._connect()
         self._project_changed()
@@ -147,14 +149,14 @@ class Window(QMainWindow):
 
     def show_workspace(self, name: str) -> None:
         """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""
-        self._tabs.setCurrentIndex([workspace.name for workspace in WORKSPACES].index(name))
+        self._tabs.setCurrentIndex(_place_of(name))
 
     def restore_layout(self) -> None:
         """Look as when the window was last closed."""
         if geometry := settings.data("window/geometry"):
             self.restoreGeometry(QByteArray(geometry))
         if state := settings.data("window/layout"):
-            self.restoreState(QByteArray(state), LAYOUT)
+            self._shared_out = self.restoreState(QByteArray(state), LAYOUT)
         self._dock.setVisible(self.document.project is not None)
         self.label.restore_layout()
 
@@ -201,6 +203,13 @@ class Window(QMainWindow):
         self.document.close()
         super().closeEvent(event)
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Share out the room once there is some, unless a layout was remembered."""
+        super().showEvent(event)
+        if not self._shared_out:
+            self._shared_out = True
+            self._share_out()
+
     def changeEvent(self, event: QEvent) -> None:
         """Show in the menu whether the window fills the screen, whoever made it so."""
         super().changeEvent(event)
@@ -215,7 +224,7 @@ class Window(QMainWindow):
     def dropEvent(self, event: QDropEvent) -> None:
         """Open a project that was dropped, or import recordings."""
         paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
-        folders = [path for path in paths if path.is_dir()]
+        folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
         if folders:
             self.opening.open(folders[0])
         elif paths:
@@ -230,7 +239,7 @@ class Window(QMainWindow):
         document.demonstration_changed.connect(opening.remember_demonstration)
         document.demonstration_changed.connect(self._title)
         document.demonstration_changed.connect(self._focus_tracks)
-        document.tracks_changed.connect(lambda: self._listing.start(LIST_MS))
+        document.tracks_changed.connect(self._listing.start)
         document.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
@@ -259,7 +268,8 @@ class Window(QMainWindow):
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
             "next_to_label": self.demonstrations.open_to_label,
-            "search": self.demonstrations.focus_search,
+            "search": partial(self._in_list, self.demonstrations.focus_search),
+            "choose_all": partial(self._in_list, self.demonstrations.choose_all),
             "quit": lambda: self.capture.may_close(self) and self.close(),
             "full_screen": self._toggle_full_screen,
             "reset_layout": self._reset_layout,
@@ -283,21 +293,28 @@ class Window(QMainWindow):
 
     def _workspace_changed(self, index: int) -> None:
         """Lend timeline and video to the workspace in front; build it, the first time."""
-        self.review.come_to_front(WORKSPACES[index].name == "review")
-        self.capture.come_to_front(WORKSPACES[index].name == "capture")
-        self.tradeoff.come_to_front(WORKSPACES[index].name == "tradeoff")
+        name = WORKSPACES[index].name
+        self.review.come_to_front(name == "review")
+        self.capture.come_to_front(name == "capture")
+        self.tradeoff.come_to_front(name == "tradeoff")
         # Panels that were put back have handed the keyboard on, to whatever came next.
-        if WORKSPACES[index].name == "label":
+        if name == "label":
             self.label.tracks.setFocus()
 
+    def _in_list(self, verb: Callable[[], object]) -> None:
+        """Do something in the list, which may have been closed."""
+        self._dock.setVisible(self.document.project is not None)
+        verb()
+
     def _focus_tracks(self) -> None:
-        """Let the next key paint, and not be typed into a search field.
+        """Let the next key paint, or choose what to paint on, and not be typed into a search field.
 
         Who goes through a list of the review, which leaves such keys to the window, goes on in it.
         """
         now = QApplication.focusWidget()
         if not (isinstance(now, QAbstractItemView) and self.review.isAncestorOf(now)):
-            self.label.tracks.setFocus()
+            there = self.document.demonstration is not None
+            (self.label.tracks if there else self.demonstrations.view).setFocus()
 
     def _project_changed(self) -> None:
         """Show the project, or how to open one."""
@@ -333,7 +350,7 @@ class Window(QMainWindow):
 
     def _recording_changed(self) -> None:
         """Say in the tab and in the title that something is recorded."""
-        place = [workspace.name for workspace in WORKSPACES].index("capture")
+        place = _place_of("capture")
         self._tabs.setTabText(place, self.capture.title(WORKSPACES[place].title()))
         self._title()
 
@@ -353,11 +370,22 @@ class Window(QMainWindow):
     def _reset_layout(self) -> None:
         """Put every panel back."""
         self.restoreState(self._standard, LAYOUT)
+        self._share_out()
         self._dock.setVisible(self.document.project is not None)
         self.label.reset_layout()
         self.review.reset_layout()
         self.tradeoff.reset_layout()
 
+    def _share_out(self) -> None:
+        """Give the list a fifth of the width, and no more than any workspace leaves it."""
+        width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
+        self.resizeDocks([self._dock], [width], Qt.Orientation.Horizontal)
+
     def _toggle_full_screen(self) -> None:
         """Fill the screen, or no longer."""
         self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
+
+
+def _place_of(name: str) -> int:
+    """Which tab a workspace is."""
+    return [workspace.name for workspace in WORKSPACES].index(name)

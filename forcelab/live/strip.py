@@ -14,8 +14,9 @@ Sizes = NDArray[np.float32]
 
 #: Decades from the first to the last colour at most, and the share of values below the last.
 DECADES, TOP = 3.0, 0.998
-#: Decades by which the last colour's value falls with each picture, where less would do.
-CALM = 0.02
+#: Decades by which the last colour's value falls with each picture, where less would do, and by how
+#: many it may stay above: after a glitch of many decades the rest must not wait for it to fall.
+CALM, ABOVE = 0.02, 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ class Ring:
         known = values[np.isfinite(values)]
         if known.size:
             high = float(np.partition(known, place := int(TOP * (known.size - 1)))[place])
-            self._high = max(high, self._high - CALM)
+            self._high = max(high, min(self._high - CALM, high + ABOVE))
         high = self._high if np.isfinite(self._high) else 0.0
         start = float(order[0]) * self._width
         return Strip(start, start + self.seconds, values, hertz, complete, high - DECADES, high)

@@ -11,8 +11,9 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import Segments
-from forcelab.measure.realism import PUBLISHED, Comparison, realism, recognition
+from forcelab.measure.realism import Comparison, realism, recognition
 from forcelab.measure.statistics import figures
+from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.corpus import corpus
 from forcelab.recognition.examples import Labelled
@@ -21,12 +22,25 @@ from forcelab.simulation.origin import Origin, origins
 from forcelab.simulation.production import Order, producing
 from forcelab.simulation.scene import TASKS, Task
 
-__all__ = ["Beside", "comparing", "simulated_beside"]
+__all__ = ["PUBLISHED", "Beside", "comparing", "simulated_beside"]
 
 #: Real recordings start and end this long before and after what is labelled, s.
 LEAD = 0.08
 #: Leaving one demonstration out leaves something to learn from.
 FEWEST = 2
+#: How the recordings published with the paper spell the actions.
+PUBLISHED = MergeMap(
+    {
+        "grab_pen": "grab",
+        "pull_pen": "pull",
+        "slip_pen": "slip",
+        "sliptransition_pen": "slip transition",
+        "slipped_pen": "slipped",
+        "grab_soft": "grab",
+        "hold_soft": "hold",
+        "release_soft": "release",
+    }
+)
 
 
 @dataclass(frozen=True)
@@ -65,10 +79,6 @@ def comparing(
     jobs : int
         Processes that share the work.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Beside
@@ -91,14 +101,14 @@ def comparing(
     result = []
     for task, real in recorded.items():
         simulated = yield from simulated_beside(wanted[task], jobs)
-        rows = realism(simulated, real, PUBLISHED)
-        rows += yield from recognition(simulated, real, PUBLISHED, jobs=jobs)
+        rows = realism(simulated, real)
+        rows += yield from recognition(simulated, real, jobs=jobs)
         result.append(Beside(task, len(simulated), len(real), rows))
     return tuple(result)
 
 
 def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
-    """The labelled demonstrations of a project, by task; each can be compared."""
+    """The labelled demonstrations of a project, by task, spelled as ours; each can be compared."""
     result: dict[Task, list[Labelled]] = {}
     with Project.open(path) as project:
         tasks = [task for task in TASKS if any(i.authors for i in project.demonstrations(task))]
@@ -108,7 +118,8 @@ def _recorded(path: Path, author: str | None) -> dict[Task, list[Labelled]]:
                 f"({', '.join(TASKS)}); import some as a task of one of these names."
             )
         for task in tasks:
-            real = [one for one in corpus(project, (task,), author).labelled if one.segments]
+            found = corpus(project, (task,), author, merge=PUBLISHED)
+            real = [one for one in found.labelled if one.segments]
             if len(real) < FEWEST:
                 raise InputError(
                     f"'{path}' has too few labelled demonstrations of the task '{task}', "
@@ -129,10 +140,6 @@ def simulated_beside(
     wanted : sequence of Origin
     jobs : int
         Processes that share the work.
-
-    Yields
-    ------
-    Progress
 
     Returns
     -------

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.contact_cases import Case, Problem, contact_cases
-from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.simulation.solvers import (
     Explicit,
@@ -110,10 +109,6 @@ def measuring(
     references : tuple of two Setting
         Methods of different kind, much tighter than `settings`; errors are told from the first.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Row
@@ -129,8 +124,8 @@ def measuring(
     ways = [
         Way(
             f"{case.name}, {setting.name}, {setting.setting}",
-            partial(integrate, problem.system, problem.start, problem.times, setting.solver),
-            partial(_errors, problem, reference),
+            partial(_solved, problem, setting.solver),
+            partial(_judged, problem, reference),
         )
         for case, problem, reference in known
         for setting in settings
@@ -179,29 +174,17 @@ def _rms(differences: Array) -> float:
     return float(np.sqrt((differences**2).mean(axis=0)).max())
 
 
-def _errors(problem: Problem, reference: _Reference, solution: Solution) -> tuple[float, float]:
+def _judged(problem: Problem, reference: _Reference, solution: Solution) -> Judgement:
     """The error of a solution, rms and at its largest, N."""
     differences = _forces(problem, solution) - reference.forces
-    return max(_rms(differences), reference.accuracy), float(np.abs(differences).max())
+    error = max(_rms(differences), reference.accuracy)
+    return error, {"largest (N)": float(np.abs(differences).max())}
 
 
 def _row(
-    case: Case, problem: Problem, reference: _Reference, setting: Setting, timed: Timed[Any]
+    case: Case, problem: Problem, reference: _Reference, setting: Setting, timed: Timed[Judgement]
 ) -> Row:
     """A solver's row."""
     lanes, seconds = problem.system.lanes, problem.simulated
     size = f"{case.name}, {counted(lanes, 'lane')} x {seconds / lanes:g} s"
-    if timed.seen is None:
-        return Row(setting.name, setting.setting, size, reference.words, refusal=timed.refusal)
-    error, largest = timed.seen
-    return Row(
-        setting.name,
-        setting.setting,
-        size,
-        reference.words,
-        error=error,
-        seconds=timed.seconds / seconds,
-        spread=timed.spread / seconds,
-        peak_bytes=timed.peak_bytes,
-        further={"largest (N)": largest},
-    )
+    return timed_row(setting.name, setting.setting, size, reference.words, timed, 1 / seconds)

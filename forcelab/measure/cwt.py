@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Timed, Way, timed_ways
-from forcelab.measure.wavelet_ways import Features, Peer, ours, ours_anew, peers_of_tapered
+from forcelab.measure.wavelet_ways import Features, P, Peer, ours, ours_anew, peers_of_tapered
 from forcelab.signals.cwt import usual_scales
 from forcelab.signals.engine.design import TOLERANCES
 from forcelab.signals.engine.plan import plan_for
@@ -154,12 +154,8 @@ def _measured(
     yield Progress(0, 1, "direct sums")
     wanted = direct_sums(x, scales[looked], places)
     size = f"{n} samples x {c} channels x {told}"
-    row = Row(
-        "",
-        "",
-        size,
-        f"direct sums at {len(places)} places of {len(looked)} scales from {FIRST:g} samples on",
-        refusal="to be measured",
+    reference = (
+        f"direct sums at {len(places)} places of {len(looked)} scales from {FIRST:g} samples on"
     )
     rows = ours(x, scales, 1e-7)[0]
     largest = np.exp(rows[:, looked].max(axis=2, keepdims=True).astype(np.float64))
@@ -193,12 +189,12 @@ def _measured(
         if not found.refusal:
             spent[peer.name] = found.seconds / (x.size * len(scales))
     return tuple(
-        _row(replace(row, name=name, setting=setting), found)
+        _row(name, setting, size, reference, found)
         for (name, setting), found in zip(told_as, timed, strict=True)
     )
 
 
-def direct_sums(x: Real, scales: Real, places: NDArray[np.int_], p: float = 5.0) -> Complex:
+def direct_sums(x: Real, scales: Real, places: NDArray[np.int_]) -> Complex:
     """``a^-1/2 sum_n x_n conj(psi((n - b) / a))`` as it stands, of channels that are 0 outside.
 
     Returns
@@ -213,8 +209,8 @@ def direct_sums(x: Real, scales: Real, places: NDArray[np.int_], p: float = 5.0)
             part = slice(max(0, b - reach), min(n, b + reach + 1))
             t = (np.arange(part.start, part.stop) - b) / a
             bell = math.pi**-0.25 / math.sqrt(a) * np.exp(-0.5 * t * t)
-            out[:, j, i] = x[:, part] @ ((np.cos(p * t) - math.exp(-0.5 * p * p)) * bell)
-            out[:, j, i] -= 1j * (x[:, part] @ (np.sin(p * t) * bell))
+            out[:, j, i] = x[:, part] @ ((np.cos(P * t) - math.exp(-0.5 * P * P)) * bell)
+            out[:, j, i] -= 1j * (x[:, part] @ (np.sin(P * t) * bell))
     return out
 
 
@@ -287,16 +283,11 @@ def _peers_errors(judged: _Judged, given: Features) -> _Seen:
     return judged.seen(made * factor[:, None], given)
 
 
-def _row(row: Row, found: Timed[_Seen]) -> Row:
-    """The row of one way; milliseconds."""
-    if found.refusal or found.seen is None:
-        return replace(row, refusal=found.refusal)
-    return replace(
-        row,
-        error=found.seen.error,
-        seconds=1e3 * found.seconds,
-        spread=1e3 * found.spread,
-        peak_bytes=found.peak_bytes - found.seen.size,
-        further={f"scales to n / {NARROW}": found.seen.narrow},
-        refusal="",
-    )
+def _row(name: str, setting: str, size: str, reference: str, found: Timed[_Seen]) -> Row:
+    """The row of one way; milliseconds, and the memory beside the result."""
+    judged: Timed[Judgement] = Timed(None, refusal=found.refusal)
+    if found.seen is not None:
+        figures = {f"scales to n / {NARROW}": found.seen.narrow}
+        memory = found.peak_bytes - found.seen.size
+        judged = Timed((found.seen.error, figures), found.seconds, found.spread, memory)
+    return timed_row(name, setting, size, reference, judged, 1e3)

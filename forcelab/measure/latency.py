@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -151,7 +151,7 @@ class Latencies:
     title: str
     rows: tuple[Latency, ...]
     loads: tuple[float, ...] = ()
-    remarks: tuple[str, ...] = field(default=())
+    remarks: tuple[str, ...] = ()
     levels: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:

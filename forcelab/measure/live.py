@@ -17,7 +17,6 @@ from forcelab.measure.endless import endless
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.latency import with_latency
 from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
@@ -71,9 +70,8 @@ def measuring(
 ) -> Generator[Progress, None, tuple[Row, ...]]:
     """Measure a recogniser on a demonstration, as if it came live.
 
-    The error is the share of labels unlike those of
-    :func:`~forcelab.recognition.latency.with_latency`; beside it the share unlike those of the
-    whole demonstration seen at once, and the CPU time of a block in two ways:
+    The error is the share of labels unlike those of the whole demonstration seen at once; beside
+    it the CPU time of a block in two ways:
 
     * p50 and p99 over the blocks of each block's median over repetitions: what the recogniser
       itself takes for its costliest blocks, without what the machine adds now and then;
@@ -95,9 +93,6 @@ def measuring(
     yield Progress(0, 1, "offline")
     offline = recogniser.predict(demonstration).filtered
     settings = [(latency, block) for latency in latencies for block in blocks]
-    stated = {
-        latency: with_latency(recogniser, demonstration, latency / 1e3) for latency in latencies
-    }
     peaks = {setting: _peak(recogniser, demonstration, *setting) for setting in settings}
     runs: dict[tuple[int, int], list[_Run]] = {setting: [] for setting in settings}
     total = repetitions * len(settings)
@@ -109,15 +104,7 @@ def measuring(
             runs[latency, block].append(_streamed(recogniser, demonstration, latency, block))
     name = recogniser.settings.preset
     rows = [
-        _row(
-            name,
-            demonstration,
-            setting,
-            runs[setting],
-            peaks[setting],
-            stated[setting[0]].codes,
-            offline,
-        )
+        _row(name, demonstration, setting, runs[setting], peaks[setting], offline)
         for setting in settings
     ]
     return with_front(rows)
@@ -163,7 +150,6 @@ def _row(
     setting: tuple[int, int],
     runs: Sequence[_Run],
     peak: int,
-    stated: NDArray[np.int64],
     offline: NDArray[np.int64],
 ) -> Row:
     latency, block = setting
@@ -179,13 +165,12 @@ def _row(
         f"latency {latency} ms",
         f"{len(demonstration.channels)} channels at {1 / demonstration.period:.0f} Hz, "
         f"blocks of {block} ms",
-        "the labels stated for the latency (recognition/latency.py)",
-        error=float(np.mean(runs[0].codes != stated)),
+        "the labels of the whole demonstration seen at once",
+        error=float(np.mean(runs[0].codes != offline)),
         seconds=middle,
         spread=high - low,
         peak_bytes=peak,
         further={
-            "unlike all at once": float(np.mean(runs[0].codes != offline)),
             "p50 of medians (ms)": float(half),
             "p99 of medians (ms)": float(most),
             "p99 of a run (ms)": single,

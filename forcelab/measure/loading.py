@@ -58,10 +58,6 @@ def loading(
     repetitions : int
         Processes; medians are given.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Loaded, length of `stages`
@@ -80,13 +76,18 @@ def loading(
 
 def _run(stages: Sequence[str]) -> list[Loaded]:
     """Load the stages in one fresh process."""
-    done = subprocess.run(
-        [sys.executable, "-m", __name__, *stages],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", __name__, *stages],
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise InputError(
+            f"Loading modules takes more than {PATIENCE:g} s; measure when the machine does less."
+        ) from error
     if done.returncode:
         raise InputError(
             f"The process that loaded modules for the measurement ended with {done.returncode}: "

@@ -105,10 +105,6 @@ def measuring_needs(
     repetitions : int
         Medians are given.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Cost

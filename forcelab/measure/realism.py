@@ -9,31 +9,16 @@ import numpy as np
 
 from forcelab.jobs import Progress
 from forcelab.measure.statistics import figures
-from forcelab.merging import MergeMap
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
-__all__ = ["FACTOR", "MARK", "PUBLISHED", "Comparison", "cells", "realism", "recognition"]
+__all__ = ["FACTOR", "MARK", "Comparison", "cells", "realism", "recognition"]
 
 #: Figures further apart than this factor are marked.
 FACTOR = 2.0
 MARK = "!"
-
-#: How the recordings published with the paper spell the actions.
-PUBLISHED = MergeMap(
-    {
-        "grab_pen": "grab",
-        "pull_pen": "pull",
-        "slip_pen": "slip",
-        "sliptransition_pen": "slip transition",
-        "slipped_pen": "slipped",
-        "grab_soft": "grab",
-        "hold_soft": "hold",
-        "release_soft": "release",
-    }
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,16 +53,13 @@ class Comparison:
         return 1 / FACTOR <= self.ratio <= FACTOR
 
 
-def realism(
-    simulated: Sequence[Labelled], real: Sequence[Labelled], names: MergeMap | None = None
-) -> tuple[Comparison, ...]:
+def realism(simulated: Sequence[Labelled], real: Sequence[Labelled]) -> tuple[Comparison, ...]:
     """Compare simulated with real recordings of one task.
 
     Parameters
     ----------
     simulated, real : sequence of Labelled
-    names : MergeMap, optional
-        How actions are spelled, such as :data:`PUBLISHED`; applied to both sides.
+        Which spell the actions alike.
 
     Returns
     -------
@@ -90,7 +72,7 @@ def realism(
     InputError
         If a side is empty, or a demonstration has no labels or no 3-axis force sensor.
     """
-    sides = [[item.merged(names) for item in side] for side in (simulated, real)]
+    sides = simulated, real
     spelled = [segment.action for side in sides for item in side for segment in item.segments]
     ours, theirs = (figures(side, tuple(dict.fromkeys(spelled))) for side in sides)
     return tuple(
@@ -103,7 +85,6 @@ def realism(
 def recognition(
     simulated: Sequence[Labelled],
     real: Sequence[Labelled],
-    names: MergeMap | None = None,
     settings: Settings | None = None,
     jobs: int = 1,
 ) -> Generator[Progress, None, tuple[Comparison, ...]]:
@@ -114,20 +95,10 @@ def recognition(
     Parameters
     ----------
     simulated, real : sequence of Labelled
-    names : MergeMap, optional
-        As of :func:`realism`.
     settings : Settings, optional
         By default the preset ``paper``, trained on every tenth sample, which scores the same.
     jobs : int
         Processes that share the folds.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    tuple of Comparison
 
     Raises
     ------
@@ -137,8 +108,7 @@ def recognition(
     chosen = settings or preset("paper").replace(stride=10)
     scores = []
     for side in (simulated, real):
-        items = [item.merged(names) for item in side]
-        evaluation = yield from leave_one_out(items, chosen, jobs=jobs)
+        evaluation = yield from leave_one_out(side, chosen, jobs=jobs)
         scores.append(
             {
                 f"{which}: {measure.replace('_', ' ')}": getattr(

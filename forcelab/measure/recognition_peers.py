@@ -2,8 +2,9 @@
 
 A peer says how probable each action is at each time step. What is made of that is measured twice:
 its most probable actions as they come, and decoded as presets ``fast`` and ``best`` are, so that
-what a decoder brings is not taken for what a classifier brings. The memory of networks and of
-LightGBM is that which Python is told of: their own is not seen.
+what a decoder brings is not taken for what a classifier brings; where actions change our presets
+learn with trees of their own, and peers do not. The memory of networks and of LightGBM is that
+which Python is told of: their own is not seen.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from forcelab.measure.recognition_spent import (
 from forcelab.measure.rows import Row
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.examples import Examples, Labelled, actions_of, common_rate, prepare
-from forcelab.recognition.folds import groups
+from forcelab.recognition.grouping import groups
 from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
@@ -47,7 +48,7 @@ Real = NDArray[np.float64]
 PEERS = (MINIROCKET, LIGHTGBM, CNN, MS_TCN)
 
 #: What is made of a peer's probabilities.
-DECODED = PRESETS["fast"]
+DECODED = PRESETS["fast"].replace(changes=False)
 WAYS = {
     "as it comes": DECODED.replace(decoder="filters"),
     "with our decoder": DECODED,

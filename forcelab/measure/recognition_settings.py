@@ -35,6 +35,7 @@ class Variant:
 #: wavelet variants differ from, as training on all of them takes minutes.
 _PAPER = PRESETS["paper"].replace(stride=50)
 _FAST = PRESETS["fast"]
+_NO_CHANGES = _FAST.replace(changes=False)
 _OFF: dict[str, Any] = {"threshold": None, "median": None, "drop": None}
 
 #: All wavelet variants but the presets train on every fiftieth sample unless they say otherwise.
@@ -53,7 +54,8 @@ VARIANTS: tuple[Variant, ...] = (
     Variant("filters", "none", _PAPER.replace(**_OFF)),
     Variant("filters", "median of 101", _PAPER.replace(threshold=None, median=101)),
     Variant("decoder", "order", _PAPER.replace(**_OFF, decoder="semi-markov")),
-    Variant("windows", "filters", _FAST.replace(decoder="filters", median=5, drop=0.125)),
+    Variant("windows", "filters", _NO_CHANGES.replace(decoder="filters", median=5, drop=0.125)),
+    Variant("windows", "changes not learnt", _NO_CHANGES),
     Variant("windows", "durations only", _FAST.replace(choreography="durations")),
     Variant("windows", "logistic", _FAST.replace(classifier="logistic")),
 )
@@ -74,7 +76,7 @@ QUICK: tuple[Variant, ...] = tuple(
 
 #: What is done after the classifier, and what a fit needs besides features.
 _AFTER = frozenset({"preset", "threshold", "median", "drop", "decoder", "choreography"})
-_FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "trimmed"})
+_FIT = frozenset({"classifier", "stride", "seed", "balanced", "calibrated", "trimmed", "changes"})
 
 
 def with_data_of(settings: Settings, data: Settings) -> Settings:

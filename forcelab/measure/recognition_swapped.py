@@ -30,8 +30,10 @@ from forcelab.recognition.metrics import Counts, pool
 from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
+from forcelab.review.differences import compared
+from forcelab.review.hearing import Heard, heard
 from forcelab.review.outcome import Reviewed
-from forcelab.review.suspicion import Heard, heard, suspect_segments
+from forcelab.review.suspicion import suspects
 
 __all__ = [
     "DRAWS",
@@ -207,10 +209,16 @@ def _drawn(
         everything.append(_heard(item, learnt[i].segments, prediction, actions))
     found.accuracies.append(pool("", counts).accuracy or 0.0)
     found.seconds.append(taken)
-    suspects = [(d.demonstration, d.start) for d in suspect_segments(everything, actions)]
     looked = math.ceil(LOOKED * sum(len(one.segments) for one in everything))
+    segments = {one.demonstration: one.segments for one in everything}
+    seen = {
+        (suspect.demonstration, segment.start)
+        for suspect in suspects(everything, actions)[:looked]
+        for segment in segments[suspect.demonstration]
+        if segment.start <= suspect.start < segment.end
+    }
     found.wrong += len(places)
-    found.noticed += len(places & set(suspects[:looked]))
+    found.noticed += len(places & seen)
 
 
 def _heard(
@@ -228,4 +236,5 @@ def _heard(
         {"filtered": prediction.segments},
         prediction.certainty,
     )
-    return heard(seen, segments, actions)
+    found = compared(seen.id, segments, prediction.segments, prediction.certainty)
+    return heard(seen, segments, actions, found)

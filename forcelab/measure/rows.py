@@ -8,14 +8,17 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.measure.timing import machine
+from forcelab.measure.timing import Timed, machine
 from forcelab.versions import versions
 
-__all__ = ["FRONT", "Row", "Table", "with_front"]
+__all__ = ["FRONT", "Judgement", "Row", "Table", "timed_row", "with_front"]
 
 #: Marks a row of the Pareto front in the text table.
 FRONT = "*"
 MEGABYTE = 1e6
+
+#: What is kept of a result that was timed: its error, and further figures by name and unit.
+Judgement = tuple[float, dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,26 @@ class Row:
         if self.seconds is None or self.error is None:
             return None
         return self.seconds, self.error
+
+
+def timed_row(
+    name: str, setting: str, size: str, reference: str, timed: Timed[Judgement], scale: float
+) -> Row:
+    """The row of what was timed, or of what it was refused for.
+
+    Parameters
+    ----------
+    name, setting, size, reference
+        As of :class:`Row`.
+    timed : Timed
+    scale : float
+        What turns a second into the table's unit.
+    """
+    if timed.seen is None:
+        return Row(name, setting, size, reference, refusal=timed.refusal)
+    (error, further), seconds = timed.seen, scale * timed.seconds
+    spread = scale * timed.spread
+    return Row(name, setting, size, reference, error, seconds, spread, timed.peak_bytes, further)
 
 
 def with_front(rows: Sequence[Row]) -> tuple[Row, ...]:

@@ -8,6 +8,7 @@ those with the channel's means ready; the very first one shows narrow wavelets a
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import Progress, finish
-from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.signals.cwt import cwt
 from forcelab.signals.scalogram import (
@@ -74,21 +75,13 @@ def measuring(
     repetitions : int
     columns : int
         Of the screen.
-
-    Yields
-    ------
-    Progress
-
-    Returns
-    -------
-    tuple of Row
     """
     demonstration = Demonstration(
         "scalogram", "scalogram", np.arange(len(x)) / RATE, x[:, np.newaxis], (Channel("f", "N"),)
     )
     yield Progress(0, 1, "survey")
     view = finish(survey(demonstration, "f", LARGEST))
-    ways: list[tuple[int, str, Way[Scalogram, float]]] = []
+    ways: list[tuple[int, str, Way[Scalogram, Judgement]]] = []
     for span in spans:
         first = (len(x) - span) // 2
         kinds = [FIRST_IMAGE, EXACT]
@@ -98,7 +91,7 @@ def measuring(
             finish(_job(view, first, span, columns))
         for kind in kinds:
             run = partial(_picture, view, first, span, columns, kind)
-            ways.append((span, kind, Way(f"{kind}, {span}", run, partial(_error, x, first, span))))
+            ways.append((span, kind, Way(f"{kind}, {span}", run, partial(_judged, x, first, span))))
     timed = yield from timed_ways([way for _, _, way in ways], repetitions)
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
@@ -160,7 +153,7 @@ def _picture(view: Survey, first: int, span: int, columns: int, kind: str) -> Sc
     return next(step.picture for step in job if step.picture is not None)
 
 
-def _error(x: Real, first: int, span: int, picture: Scalogram) -> float:
+def _judged(x: Real, first: int, span: int, picture: Scalogram) -> Judgement:
     """How far columns are off, the worst of them; those of which nothing is known are left out."""
     columns = picture.values.shape[1]
     grid = Columns(first, span / columns, columns)
@@ -174,22 +167,13 @@ def _error(x: Real, first: int, span: int, picture: Scalogram) -> float:
         if known.any():
             expected = _largest(x, float(picture.scales[row]), edges)
             worst = max(worst, float(np.max(np.abs(found - expected)[known]) / expected.max()))
-    return worst
+    return worst, {}
 
 
-def _row(span: int, kind: str, timed: Timed[float], megabytes: float | None) -> Row:
+def _row(span: int, kind: str, timed: Timed[Judgement], megabytes: float | None) -> Row:
     """One way's row."""
     size, reference = f"{span} visible samples", "the transform at the full rate, of some rows"
-    if timed.seen is None:
-        return Row(kind, "magnitude", size, reference, refusal=timed.refusal)
-    return Row(
-        kind,
-        "magnitude",
-        size,
-        reference,
-        error=timed.seen,
-        seconds=timed.seconds,
-        spread=timed.spread,
-        peak_bytes=timed.peak_bytes,
-        further={} if megabytes is None else {"tiles (MB)": megabytes},
-    )
+    row = timed_row(kind, "magnitude", size, reference, timed, 1.0)
+    if megabytes is None or row.refusal:
+        return row
+    return replace(row, further={"tiles (MB)": megabytes})

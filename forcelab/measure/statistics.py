@@ -17,7 +17,7 @@ from forcelab.errors import InputError
 from forcelab.measure.felt import REST, SHORTEST, Felt, felt, within
 from forcelab.recognition.examples import Labelled
 
-__all__ = ["BANDS", "Figures", "figures"]
+__all__ = ["Figures", "figures"]
 
 Array = NDArray[np.float64]
 

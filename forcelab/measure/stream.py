@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
-from forcelab.measure.rows import Row, Table, with_front
+from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Way, timed_ways
 from forcelab.signals.cwt import cwt, geometric_scales
@@ -97,24 +97,12 @@ def measuring(
     timed = yield from timed_ways(ways, repetitions)
     rows = []
     for run, found in zip(runs, timed, strict=True):
-        if found.seen is None:
-            rows.append(Row("stream", run.name, size, "offline", refusal=found.refusal))
-            continue
-        error, further = found.seen
-        per_sample = 1e6 / x.size
-        rows.append(
-            Row(
-                "early" if run.name.startswith("after") else "complete",
-                run.name,
-                size,
-                "the offline transform (signals/cwt.py)",
-                error=error,
-                seconds=found.seconds * per_sample,
-                spread=found.spread * per_sample,
-                peak_bytes=found.peak_bytes,
-                further=further | (run.block_times() if block else {}),
-            )
-        )
+        name = "early" if run.name.startswith("after") else "complete"
+        reference = "the offline transform (signals/cwt.py)"
+        row = timed_row(name, run.name, size, reference, found, 1e6 / x.size)
+        if block and not row.refusal:
+            row = replace(row, further={**row.further, **run.block_times()})
+        rows.append(row)
     return tuple(rows)
 
 
@@ -176,7 +164,7 @@ class _Run:
         self.taken.append(taken)
         return self.out
 
-    def look(self, wanted: Complex, found: Complex) -> tuple[float, dict[str, float]]:
+    def look(self, wanted: Complex, found: Complex) -> Judgement:
         """Largest error; median rms error, and the largest delay over scale."""
         largest, rms = 0.0, []
         for j, delay in enumerate(self.transform.delays.tolist()):

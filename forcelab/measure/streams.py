@@ -60,7 +60,7 @@ def performed(seconds: float, rate: float, seed: int) -> tuple[Demonstration, Se
     return Demonstration(name, "made up", times, np.stack(columns, axis=1), CHANNELS), segments
 
 
-def forces(n: int, channels: int, rate: float = 1000.0, seed: int = 0) -> Real:
-    """The first `n` samples of `channels` such forces, shape (n, channels)."""
-    whole = performed(n / rate + 1.0, rate, seed)[0].signals
+def forces(n: int, channels: int) -> Real:
+    """The first `n` samples of `channels` such forces at 1 kHz, shape (n, channels)."""
+    whole = performed(n / 1000.0 + 1.0, 1000.0, 0)[0].signals
     return whole[:n, np.arange(channels) % whole.shape[1]]

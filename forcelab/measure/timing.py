@@ -96,10 +96,6 @@ def timed_ways(
         Seconds that the repetitions of one way may take: what takes long has fewer of them, but
         one at least.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Timed, length of `ways`

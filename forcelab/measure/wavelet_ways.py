@@ -38,6 +38,9 @@ Complex = NDArray[np.complexfloating[Any, Any]]
 #: Log magnitudes and phases, shape (c, k, n).
 Features = tuple[Floats, Floats]
 
+#: Of the Morlet wavelet that everybody takes, :class:`Morlet` by default.
+P = 5.0
+
 
 @dataclass(frozen=True)
 class Peer:
@@ -49,7 +52,7 @@ class Peer:
     module : str
         What is imported.
     transform : callable
-        Takes channels, shape (c, n), scales in samples (rising, equally spaced in octaves) and p;
+        Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
         gives coefficients, shape (c, k, n), but for a factor of each scale.
     setting : str
         How it is called.
@@ -57,7 +60,7 @@ class Peer:
 
     name: str
     module: str
-    transform: Callable[[Real, Real, float], Complex]
+    transform: Callable[[Real, Real], Complex]
     setting: str = "as it comes"
 
     @property
@@ -65,7 +68,7 @@ class Peer:
         """Whether it can be imported."""
         return find_spec(self.module) is not None
 
-    def coefficients(self, x: Real, scales: Real, p: float = 5.0) -> Complex:
+    def coefficients(self, x: Real, scales: Real) -> Complex:
         """Transform channels.
 
         Raises
@@ -76,7 +79,7 @@ class Peer:
         if not self.installed:
             raise InputError(f"{self.name} is not installed; pip install 'forcelab[peers]' has it.")
         try:
-            return self.transform(x, scales, p)
+            return self.transform(x, scales)
         except ImportError as error:
             raise InputError(f"{self.name} cannot be loaded: {error}.") from error
 
@@ -102,27 +105,25 @@ def features_of(coefficients: Complex) -> Features:
         return np.log(np.abs(coefficients)), np.angle(coefficients)
 
 
-def _pywavelets(x: Real, scales: Real, p: float) -> Complex:
+def _pywavelets(x: Real, scales: Real) -> Complex:
     """cmorB-C with B = 2 and C = p / 2 pi is ours but for a constant; by FFT, the faster way."""
     import pywt
 
-    wavelet = pywt.ContinuousWavelet(f"cmor2-{p / (2 * np.pi):.17g}")
+    wavelet = pywt.ContinuousWavelet(f"cmor2-{P / (2 * np.pi):.17g}")
     found, _ = pywt.cwt(x, scales, wavelet, method="fft", axis=-1)
     return np.asarray(np.moveaxis(found, 0, 1))
 
 
 @cache
-def kept_wavelet(p: float) -> Any:
+def kept_wavelet() -> Any:
     """The wavelet as an object of ssqueezepy, which keeps the spectra of its last scales."""
     import ssqueezepy
 
     with _one_thread_of_ssqueezepy():
-        return ssqueezepy.Wavelet(("morlet", {"mu": p}))
+        return ssqueezepy.Wavelet(("morlet", {"mu": P}))
 
 
-def _ssqueezepy(
-    x: Real, scales: Real, p: float, padding: str = "reflect", *, anew: bool = False
-) -> Complex:
+def _ssqueezepy(x: Real, scales: Real, padding: str = "reflect", *, anew: bool = False) -> Complex:
     """As its performance guide advises: all channels in one call, with a wavelet that is kept.
 
     Single precision, normalisation and padding to a power of two are its defaults. With `anew`
@@ -130,7 +131,7 @@ def _ssqueezepy(
     """
     import ssqueezepy
 
-    wavelet = ("morlet", {"mu": p}) if anew else kept_wavelet(p)
+    wavelet = ("morlet", {"mu": P}) if anew else kept_wavelet()
     with _one_thread_of_ssqueezepy():
         return np.asarray(ssqueezepy.cwt(x, wavelet, scales=scales, padtype=padding)[0])
 
@@ -149,7 +150,7 @@ def _one_thread_of_ssqueezepy() -> Iterator[None]:
             os.environ["SSQ_PARALLEL"] = before
 
 
-def _fcwt(x: Real, scales: Real, p: float) -> Complex:
+def _fcwt(x: Real, scales: Real) -> Complex:
     """Its Morlet has p = 2 pi times its bandwidth; a single thread, as for all others.
 
     In version 0.1.18 all rows but the first are wrong, and are so of its own ``cwt`` as well.
@@ -157,13 +158,13 @@ def _fcwt(x: Real, scales: Real, p: float) -> Complex:
     import fcwt
 
     # Its C++ side does not keep the wavelet alive.
-    wavelet = fcwt.Morlet(p / (2 * np.pi))
+    wavelet = fcwt.Morlet(P / (2 * np.pi))
     scale = fcwt.Scales(
         wavelet,
         fcwt.FCWT_LOGSCALES,
         1_000_000,
-        1e6 * p / (2 * np.pi * scales[-1]),
-        1e6 * p / (2 * np.pi * scales[0]),
+        1e6 * P / (2 * np.pi * scales[-1]),
+        1e6 * P / (2 * np.pi * scales[0]),
         len(scales),
     )
     engine = fcwt.FCWT(wavelet, 1, False, False)

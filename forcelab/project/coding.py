@@ -1,24 +1,29 @@
-"""Who is to label what in a project: assignments, blind ones among them."""
+"""Who is to label what, blind or not, and what is done: append-only, as the edits are.
+
+An assignment follows from its events, the latest of which counts. So it stays known when a coder
+who saw the others' labels, because the assignment was done or open, labels on.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
+from dataclasses import replace
+from datetime import datetime
 
-from forcelab.project.assignments import Assignments
-from forcelab.project.database import Database
-from forcelab.project.decisions import Assignment, AssignmentEvent
+from forcelab.errors import InputError
+from forcelab.labels import Track, is_model
+from forcelab.project.decisions import Assignment, AssignmentEvent, AssignmentKind
 from forcelab.project.folder import ProjectFolder
+from forcelab.project.loading import known_ids, row_of
+from forcelab.project.records import utc_now
 
 __all__ = ["ProjectCoding"]
+
+_Key = tuple[str, str]
 
 
 class ProjectCoding(ProjectFolder):
     """The assignments of a :class:`~forcelab.project.Project`."""
-
-    def __init__(self, path: Path, database: Database) -> None:
-        super().__init__(path, database)
-        self._assignments = Assignments(database)
 
     def assign(self, demonstration: str, author: str, blind: bool = True) -> Assignment:
         """Assign a demonstration to a coder.
@@ -39,7 +44,16 @@ class ProjectCoding(ProjectFolder):
         InputError
             If there is no such demonstration, or the author has no name or is a model.
         """
-        return self._assignments.assign(demonstration, author, blind)
+        Track(author)  # refuses an author without a name
+        with self._db.writing():
+            row_of(self._db, demonstration)
+            known = self._db.one("SELECT kind FROM author WHERE name = ?", author)
+            if is_model(author) or (known is not None and known["kind"] == "model"):
+                raise InputError(f"'{author}' is a model; only coders are assigned to label.")
+            one = self._assignment(demonstration, author)
+            if one is None or one.blind != blind:
+                self._note_assignment(demonstration, author, "blind" if blind else "open")
+            return self._standing_assignment(demonstration, author)
 
     def unassign(self, demonstration: str, author: str) -> None:
         """Take an assignment back; no label changes.
@@ -49,7 +63,9 @@ class ProjectCoding(ProjectFolder):
         InputError
             If the demonstration is not assigned to the author.
         """
-        self._assignments.unassign(demonstration, author)
+        with self._db.writing():
+            self._standing_assignment(demonstration, author)
+            self._note_assignment(demonstration, author, "removed")
 
     def set_done(self, demonstration: str, author: str, done: bool = True) -> Assignment:
         """Mark an assignment as done, or open it again; both are kept for ever.
@@ -59,19 +75,29 @@ class ProjectCoding(ProjectFolder):
         InputError
             If the demonstration is not assigned to the author.
         """
-        return self._assignments.set_done(demonstration, author, done)
+        with self._db.writing():
+            one = self._standing_assignment(demonstration, author)
+            if (one.done is not None) != done:
+                self._note_assignment(demonstration, author, "done" if done else "reopened")
+            return self._standing_assignment(demonstration, author)
 
     def assignments(self, author: str | None = None) -> tuple[Assignment, ...]:
         """The assignments that stand, of everybody or of one coder, the first one first."""
-        return self._assignments.all(author)
+        events = (
+            self._assignment_events("")
+            if author is None
+            else self._assignment_events("author = ?", author)
+        )
+        return tuple(_standing(events).values())
 
     def is_blind(self, demonstration: str, author: str) -> bool:
         """Whether the other tracks and all predictions are to be hidden from a coder now."""
-        return self._assignments.is_blind(demonstration, author)
+        one = self._assignment(demonstration, author)
+        return one is not None and one.blind and one.done is None
 
     def assignment_events(self) -> tuple[AssignmentEvent, ...]:
         """Everything that ever happened to assignments, the first event first."""
-        return self._assignments.events()
+        return self._assignment_events("")
 
     def replay_assignments(self, events: Iterable[AssignmentEvent]) -> None:
         """Let events happen again as they did, with their times, all or nothing.
@@ -86,4 +112,70 @@ class ProjectCoding(ProjectFolder):
         InputError
             If a demonstration is not here, or an event befalls what was never assigned.
         """
-        self._assignments.replay(events)
+        events = tuple(events)
+        with self._db.writing():
+            if missing := {event.demonstration for event in events} - known_ids(self._db):
+                raise InputError(
+                    f"There is no demonstration '{min(missing)}' in '{self._db.folder}'."
+                )
+            _standing(events)
+            for event in events:
+                Track(event.author)
+                self._note_assignment(event.demonstration, event.author, event.kind, event.time)
+
+    def _standing_assignment(self, demonstration: str, author: str) -> Assignment:
+        """An assignment that must be there."""
+        row = row_of(self._db, demonstration)
+        one = self._assignment(demonstration, author)
+        if one is None:
+            raise InputError(f"'{row['name']}' is not assigned to '{author}'; assign it first.")
+        return one
+
+    def _assignment(self, demonstration: str, author: str) -> Assignment | None:
+        """An assignment, if it stands."""
+        events = self._assignment_events("demonstration = ? AND author = ?", demonstration, author)
+        return _standing(events).get((demonstration, author))
+
+    def _assignment_events(self, where: str, *values: str) -> tuple[AssignmentEvent, ...]:
+        """The events of some assignments."""
+        condition = f"WHERE {where}" if where else ""
+        return tuple(
+            AssignmentEvent(
+                demonstration=row["demonstration"],
+                author=row["author"],
+                kind=row["kind"],
+                time=datetime.fromisoformat(row["time"]),
+            )
+            for row in self._db.all(f"SELECT * FROM assignment {condition} ORDER BY id", *values)
+        )
+
+    def _note_assignment(
+        self, demonstration: str, author: str, kind: AssignmentKind, time: datetime | None = None
+    ) -> None:
+        """Write an event down."""
+        self._db.execute(
+            "INSERT INTO assignment (demonstration, author, kind, time) VALUES (?, ?, ?, ?)",
+            demonstration,
+            author,
+            kind,
+            (time or utc_now()).isoformat(),
+        )
+
+
+def _standing(events: Iterable[AssignmentEvent]) -> dict[_Key, Assignment]:
+    """What the events lead to."""
+    found: dict[_Key, Assignment] = {}
+    for event in events:
+        key = (event.demonstration, event.author)
+        one = found.get(key)
+        if event.kind in ("blind", "open"):
+            blind = event.kind == "blind"
+            new = Assignment(event.demonstration, event.author, blind, event.time)
+            found[key] = new if one is None else replace(one, blind=blind)
+        elif one is None:
+            raise InputError(f"What was never assigned to '{event.author}' cannot be {event.kind}.")
+        elif event.kind == "removed":
+            del found[key]
+        else:
+            found[key] = replace(one, done=event.time if event.kind == "done" else None)
+    return found

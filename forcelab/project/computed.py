@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from forcelab.project import clearing
 from forcelab.project.clearing import RunUse
 from forcelab.project.coding import ProjectCoding
 from forcelab.project.database import Database
+from forcelab.project.loading import known_ids
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.runs import Making, Runs
 
@@ -142,6 +143,14 @@ class ProjectComputed(ProjectCoding):
     def run_summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
         """Every run, or every run of a kind, without its result; the first one first."""
         return self._runs.summaries(kind)
+
+    def still_there(self, labels: Iterable[LabelsUsed]) -> list[LabelsUsed]:
+        """Those of some labels whose demonstrations have not been removed meanwhile.
+
+        What took minutes to compute from the others is worth keeping.
+        """
+        there = known_ids(self._db)
+        return [used for used in labels if used.demonstration in there]
 
     def edits_since(self, labels: Sequence[LabelsUsed], tasks: Sequence[str] = ()) -> int:
         """How many edits some labels have had since, and how many demonstrations are new.

@@ -7,16 +7,13 @@ import os
 import sqlite3
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Final
 
 from forcelab.errors import InputError
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
 from forcelab.project.syncing import Syncing
+from forcelab.project.troubles import FILE, sentence_of, told_of_store
 
 __all__ = ["FILE", "Database", "Value"]
-
-#: Name of the SQLite file inside the project's folder.
-FILE = "project.sqlite"
 
 #: What a column holds.
 Value = str | int | float | None
@@ -27,15 +24,6 @@ _SETTINGS = (
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
 )
-
-
-#: Kinds of trouble: SQLite's numbers of them, and words of its texts.
-_TROUBLES: Final = {
-    "busy": ((5, 6), ("is locked", "busy")),
-    "disk": ((10, 13), ("is full", "disk I/O")),
-    "rights": ((3, 8, 14), ("readonly", "unable to open", "permission denied")),
-    "damaged": ((11, 26), ("malformed", "not a database", "corrupt")),
-}
 
 
 class Database:
@@ -80,9 +68,10 @@ class Database:
         try:
             if self.read_only:
                 self._connection = self._up_to_date_copy()
-            with _told(folder, timeout):
+            with told_of_store(folder, timeout):
                 migrate(self._connection, str(folder))
             self._seen = self._data_version()
+            self._place = _place(file)
         except BaseException:
             self._connection.close()
             raise
@@ -90,7 +79,7 @@ class Database:
     @staticmethod
     def create(folder: Path) -> None:
         """Make the file in an empty folder, without tables yet."""
-        with _told(folder, 0):
+        with told_of_store(folder, 0):
             new = sqlite3.connect(folder / FILE, isolation_level=None)
             with contextlib.closing(new):
                 new.execute("PRAGMA journal_mode = WAL")
@@ -116,12 +105,12 @@ class Database:
 
     def execute(self, sql: str, *values: Value) -> sqlite3.Cursor:
         """Carry out one statement."""
-        with _told(self.folder, self._timeout):
+        with told_of_store(self.folder, self._timeout):
             return self._connection.execute(sql, values)
 
     def all(self, sql: str, *values: Value) -> list[sqlite3.Row]:
         """All rows of a query."""
-        with _told(self.folder, self._timeout):
+        with told_of_store(self.folder, self._timeout):
             return self._connection.execute(sql, values).fetchall()
 
     def one(self, sql: str, *values: Value) -> sqlite3.Row | None:
@@ -150,20 +139,31 @@ class Database:
 
     def _data_version(self) -> int:
         """A number that SQLite changes when another connection commits."""
-        with _told(self.folder, self._timeout):
+        with told_of_store(self.folder, self._timeout):
             return int(self._connection.execute("PRAGMA data_version").fetchone()[0])
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:
         """A transaction that alone may write: all of it is committed at the end, or nothing."""
         self.refuse_read_only()
+        self._refuse_gone()
         if self._syncing is not None and self._syncing.failed:
             self._syncing = None
             self.execute("PRAGMA synchronous = FULL")  # should the disk refuse again, it is told
         with self._transaction("BEGIN IMMEDIATE"):
+            version = int(self.execute("PRAGMA user_version").fetchone()[0])
+            check_version(APPLICATION_ID, version, len(MIGRATIONS), str(self.folder))
             yield
         if self._syncing is not None:
             self._syncing.ask()
+
+    def _refuse_gone(self) -> None:
+        """Make sure that the open file is the one under its name: what it gets would be lost."""
+        if _place(self.folder / FILE) != self._place:
+            raise InputError(
+                f"'{self.folder}' was removed, moved or replaced while it was open, so nothing was "
+                f"changed; put it back or open it where it is now."
+            )
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[None]:
@@ -196,7 +196,7 @@ class Database:
 
         Of a file that is up to date, the connection as it is.
         """
-        with _told(self.folder, self._timeout):
+        with told_of_store(self.folder, self._timeout):
             version = int(self._connection.execute("PRAGMA user_version").fetchone()[0])
             if version == len(MIGRATIONS):
                 return self._connection
@@ -212,7 +212,7 @@ class Database:
 
     def _connect(self, mode: str) -> sqlite3.Connection:
         """Connect to the file without ever making one."""
-        with _told(self.folder, self._timeout):
+        with told_of_store(self.folder, self._timeout):
             uri = (self.folder / FILE).absolute().as_uri()
             connection = sqlite3.connect(
                 f"{uri}?mode={mode}", uri=True, timeout=self._timeout, isolation_level=None
@@ -227,50 +227,13 @@ class Database:
             return connection
 
 
-@contextlib.contextmanager
-def _told(folder: Path, timeout: float) -> Iterator[None]:
-    """Turn what SQLite says about the outside world into one sentence."""
+def _place(file: Path) -> tuple[int, int] | None:
+    """What tells a file from every other one; None where there is none, or it cannot be seen."""
     try:
-        yield
-    except UnicodeEncodeError as error:
-        raise InputError(
-            f"The text {error.object!r} holds characters that are not valid Unicode, so it was "
-            f"not stored; rename it."
-        ) from error
-    except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
-        raise  # the program's own mistakes
-    except sqlite3.DatabaseError as error:
-        raise InputError(_sentence(folder, error, timeout)) from error
-
-
-def _sentence(folder: Path, error: sqlite3.DatabaseError, timeout: float) -> str:
-    """What happened to the file of a project, and the cure."""
-    text, kind = str(error), _kind(error)
-    if kind == "busy":
-        return (
-            f"'{folder}' has been kept busy by another program for more than {timeout:g} s; "
-            f"try again when that is done."
-        )
-    if kind == "disk":
-        return (
-            f"'{folder}' cannot be written or read ({text}), so nothing was changed; "
-            f"make room on the disk or check it."
-        )
-    if kind == "rights":
-        return f"'{folder}' cannot be opened for writing ({text}); check who may write there."
-    if kind == "damaged":
-        return f"The store of '{folder}' is damaged ({text}); restore {FILE} from a copy."
-    return f"The store of '{folder}' could not be used; SQLite says '{text}'."
-
-
-def _kind(error: sqlite3.DatabaseError) -> str:
-    """Which kind of trouble SQLite is in; empty for one that users seldom meet."""
-    # SQLite's number tells best; Python 3.10 has only the text.
-    code = getattr(error, "sqlite_errorcode", None)
-    for kind, (codes, words) in _TROUBLES.items():
-        if code & 0xFF in codes if code is not None else any(word in str(error) for word in words):
-            return kind
-    return ""
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _probe(folder: Path) -> None:
@@ -303,4 +266,4 @@ def _probe(folder: Path) -> None:
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
         if not (journal.is_file() and journal.stat().st_size):
-            raise InputError(_sentence(folder, error, 0)) from error
+            raise InputError(sentence_of(folder, error, 0)) from error

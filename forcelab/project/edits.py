@@ -15,9 +15,8 @@ from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, Track, is_model, ordered
 from forcelab.project.database import Database
 from forcelab.project.history import Line, edit_of, edits_of, line_of
-from forcelab.project.ownership import authors, kind_of, track_for, track_of
+from forcelab.project.ownership import kind_of, track_for, track_of
 from forcelab.project.records import (
-    Author,
     AuthorKind,
     Edit,
     EditKind,
@@ -58,10 +57,6 @@ class Tracks:
         self._known: dict[int, tuple[int, Segments]] = {}
         # The number of an edit that was rolled back is given out again.
         database.on_rollback = self._known.clear
-
-    def authors(self) -> tuple[Author, ...]:
-        """Everybody who made an edit, in order of first appearance."""
-        return authors(self._db)
 
     def kind(self, author: str) -> AuthorKind | None:
         """What an author is, if known."""

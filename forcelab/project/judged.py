@@ -1,18 +1,21 @@
-"""What became of predictions: verdicts on them, and which labels come from them."""
+"""What became of predictions: verdicts on them, append-only, and which labels come from them."""
 
 from __future__ import annotations
 
+import math
+import sqlite3
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from pathlib import Path
 
-from forcelab.labels import Segment
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
 from forcelab.project.database import Database
-from forcelab.project.decisions import StoredVerdict, Verdict
+from forcelab.project.decisions import VERDICT_KINDS, StoredVerdict, Verdict
 from forcelab.project.folder import ProjectFolder
-from forcelab.project.loading import known_id
+from forcelab.project.loading import known_id, row_of
 from forcelab.project.origins import Origins
-from forcelab.project.records import Origin
-from forcelab.project.verdicts import Verdicts
+from forcelab.project.records import Origin, utc_now
 
 __all__ = ["ProjectJudged"]
 
@@ -22,7 +25,6 @@ class ProjectJudged(ProjectFolder):
 
     def __init__(self, path: Path, database: Database) -> None:
         super().__init__(path, database)
-        self._verdicts = Verdicts(database)
         self._origins = Origins(database)
 
     def add_verdict(self, verdict: Verdict) -> StoredVerdict:
@@ -43,11 +45,13 @@ class ProjectJudged(ProjectFolder):
         InputError
             If there is no such demonstration or run, the stretch is empty, or a name is blank.
         """
-        return self._verdicts.add((verdict,))[0]
+        return self.add_verdicts((verdict,))[0]
 
     def add_verdicts(self, verdicts: Iterable[Verdict]) -> tuple[StoredVerdict, ...]:
         """Keep several verdicts as one transaction, all or nothing; see :meth:`add_verdict`."""
-        return self._verdicts.add(verdicts)
+        verdicts = tuple(verdicts)
+        with self._db.writing():
+            return tuple(_added(self._db, verdict) for verdict in verdicts)
 
     def verdicts(self, demonstration: str | None = None) -> tuple[StoredVerdict, ...]:
         """The verdicts that count: of each place the latest, unless it was withdrawn.
@@ -65,11 +69,13 @@ class ProjectJudged(ProjectFolder):
         tuple of StoredVerdict
             In the order in which they were given.
         """
-        return self._verdicts.counting(demonstration)
+        latest = {verdict.place: verdict for verdict in self._verdicts(demonstration)}
+        kept = (verdict for verdict in latest.values() if verdict.verdict != "withdrawn")
+        return tuple(sorted(kept, key=lambda verdict: verdict.id))
 
     def verdict_events(self) -> tuple[StoredVerdict, ...]:
         """Every verdict ever given, the first one first."""
-        return self._verdicts.events(None)
+        return self._verdicts(None)
 
     def origins(self, demonstration: str, author: str) -> Mapping[Segment, Origin]:
         """Which segments of a track, as it is now, a model proposed; what is human is left out.
@@ -99,3 +105,82 @@ class ProjectJudged(ProjectFolder):
             known_id(self._db, demonstration)
             return {}
         return origins
+
+    def _verdicts(self, demonstration: str | None) -> tuple[StoredVerdict, ...]:
+        """Every verdict on a demonstration, or on all of them, the first one first."""
+        which, values = (
+            ("", []) if demonstration is None else ("WHERE demonstration = ?", [demonstration])
+        )
+        rows = self._db.all(f"SELECT * FROM verdict {which} ORDER BY id", *values)
+        return tuple(_verdict(row) for row in rows)
+
+
+def _added(database: Database, verdict: Verdict) -> StoredVerdict:
+    """Write one verdict down."""
+    _check(database, verdict)
+    number = database.execute(
+        "INSERT INTO verdict (demonstration, author, coder, start, end, human, predicted, "
+        "verdict, run, time) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        verdict.demonstration,
+        verdict.author,
+        verdict.coder,
+        float(verdict.start),
+        float(verdict.end),
+        verdict.human,
+        verdict.predicted,
+        verdict.verdict,
+        verdict.run if verdict.run is None or _has_run(database, verdict.run) else None,
+        (verdict.time or utc_now()).isoformat(),
+    ).lastrowid
+    row = database.one("SELECT * FROM verdict WHERE id = ?", number)
+    assert row is not None
+    return _verdict(row)
+
+
+def _check(database: Database, verdict: Verdict) -> None:
+    """Refuse a verdict on what is not there."""
+    name = row_of(database, verdict.demonstration)["name"]
+    Track(verdict.author)  # refuses an author without a name
+    Track(verdict.coder)
+    if verdict.verdict not in VERDICT_KINDS:
+        raise InputError(
+            f"'{verdict.verdict}' is no verdict; use one of {', '.join(VERDICT_KINDS)}."
+        )
+    start, end = verdict.start, verdict.end
+    if not (math.isfinite(start) and math.isfinite(end) and start < end):
+        raise InputError(
+            f"A verdict on '{name}' must last some time, not go from {start} s to {end} s."
+        )
+    if verdict.human == "" or verdict.predicted == "":
+        raise InputError(f"A verdict on '{name}' names no action; use None for unlabelled.")
+    if verdict.run is not None and not _had_run(database, verdict.run):
+        raise InputError(f"There is no run {verdict.run} in '{database.folder}'.")
+
+
+def _had_run(database: Database, number: int) -> bool:
+    """Whether there is such a run, or was one: another window may have let go of it."""
+    newest = database.one("SELECT seq FROM sqlite_sequence WHERE name = 'run'")
+    return _has_run(database, number) or (newest is not None and 0 < number <= newest["seq"])
+
+
+def _has_run(database: Database, number: int) -> bool:
+    """Whether there is such a run; a number that SQLite cannot hold is none."""
+    fits = -(2**63) <= number < 2**63
+    return fits and database.one("SELECT 1 FROM run WHERE id = ?", number) is not None
+
+
+def _verdict(row: sqlite3.Row) -> StoredVerdict:
+    """A verdict as stored."""
+    return StoredVerdict(
+        demonstration=row["demonstration"],
+        author=row["author"],
+        coder=row["coder"],
+        start=row["start"],
+        end=row["end"],
+        human=row["human"],
+        predicted=row["predicted"],
+        verdict=row["verdict"],
+        run=row["run"],
+        time=datetime.fromisoformat(row["time"]),
+        id=row["id"],
+    )

@@ -6,6 +6,7 @@ import json
 import re
 import sqlite3
 from collections import defaultdict
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -44,29 +45,28 @@ _SHORTEST_PREFIX = 6
 
 _LABELLED = """
     SELECT track.demonstration AS id, author.name AS author,
-           coalesce((SELECT sum(end - start) FROM segment WHERE track = track.id), 0.0) AS seconds
+           coalesce((SELECT sum(end - start) FROM segment WHERE track = track.id), 0.0) AS seconds,
+           coalesce((SELECT max(id) FROM edit WHERE track = track.id), 0) AS edit
     FROM track JOIN author ON author.id = track.author
 """
 
 
 def infos(database: Database, task: str | None) -> tuple[DemonstrationInfo, ...]:
     """What there is, sorted by task and name."""
-    labelled: dict[str, dict[str, float]] = defaultdict(dict)
+    tracks: dict[str, list[sqlite3.Row]] = defaultdict(list)
     for row in database.all(f"{_LABELLED} ORDER BY author.id"):
-        labelled[row["id"]][row["author"]] = row["seconds"]
+        tracks[row["id"]].append(row)
     rows = database.all("SELECT * FROM demonstration")
     rows.sort(key=lambda row: (natural_order(row["task"]), natural_order(row["name"])))
     return tuple(
-        _info(row, labelled.get(row["id"], {}))
-        for row in rows
-        if task is None or row["task"] == task
+        _info(row, tracks.get(row["id"], ())) for row in rows if task is None or row["task"] == task
     )
 
 
 def info(database: Database, id_: str) -> DemonstrationInfo:
     """What there is of one demonstration."""
     rows = database.all(f"{_LABELLED} WHERE track.demonstration = ? ORDER BY author.id", id_)
-    return _info(row_of(database, id_), {row["author"]: row["seconds"] for row in rows})
+    return _info(row_of(database, id_), rows)
 
 
 @lru_cache(maxsize=1 << 14)
@@ -134,7 +134,7 @@ def truth(database: Database, id_: str) -> dict[str, Any] | None:
     return read_json(database.folder / DEMONSTRATIONS / known_id(database, id_) / TRUTH)
 
 
-def _info(row: sqlite3.Row, labelled: dict[str, float]) -> DemonstrationInfo:
+def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:
     """A stored demonstration's row in a list."""
     return DemonstrationInfo(
         id=row["id"],
@@ -144,7 +144,8 @@ def _info(row: sqlite3.Row, labelled: dict[str, float]) -> DemonstrationInfo:
         channels=_channels(row),
         rate=row["grid_rate"] or 1.0 / row["period"],
         duration=row["duration"],
-        labelled=labelled,
+        labelled={track["author"]: track["seconds"] for track in tracks},
+        edited={track["author"]: track["edit"] for track in tracks},
         has_video=row["video"] is not None,
         source=row["source"],
     )

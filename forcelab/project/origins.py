@@ -32,11 +32,12 @@ _NONE: Mapping[Segment, Origin] = MappingProxyType({})
 class _Followed:
     """The origins after the edit `head`, and what the edits up to there did to them.
 
-    As long as nothing of the track was proposed, `head` is None.
+    Whatever came before the edit `first`, which a model proposed first, is human, and so is what
+    taking it back brings back.
     """
 
-    track: int
-    head: int | None = None
+    first: int
+    head: int
     now: _Some = field(default_factory=dict)
     # For each edit that touched an origin: those that it took away, and those that it gave.
     done: dict[int, tuple[_Some, _Some]] = field(default_factory=dict)
@@ -46,7 +47,7 @@ class _Followed:
 class Origins:
     """The origins of all tracks, followed from where they were asked for last.
 
-    Costs one query and one pass over the edits since then; the first time, over those since the
+    Costs two queries and one pass over the edits since then; the first time, over those since the
     first one that a model proposed.
     """
 
@@ -56,36 +57,30 @@ class Origins:
 
     def of(self, demonstration: str, author: str) -> Mapping[Segment, Origin] | None:
         """Each segment of a track that was proposed, with its origin; None without a track."""
+        row = self._db.one(
+            "SELECT track.id AS track, (SELECT min(edit.id) FROM edit WHERE edit.track = track.id "
+            "AND proposed_by IS NOT NULL) AS first "
+            "FROM track JOIN author ON author.id = track.author "
+            "WHERE demonstration = ? AND name = ?",
+            demonstration,
+            author,
+        )
+        if row is None or row["first"] is None:
+            return None if row is None else _NONE
         followed = self._known.get((demonstration, author))
-        if followed is None:
-            row = self._db.one(
-                "SELECT track.id FROM track JOIN author ON author.id = track.author "
-                "WHERE demonstration = ? AND name = ?",
-                demonstration,
-                author,
-            )
-            if row is None:
-                return None
-            followed = self._known[demonstration, author] = _Followed(row["id"])
-        if followed.head is None:
-            first = self._db.all(
-                "SELECT id FROM edit WHERE track = ? AND proposed_by IS NOT NULL "
-                "ORDER BY id LIMIT 1",
-                followed.track,
-            )
-            if not first:
-                return _NONE
-            # Whatever came before is human, and so is what taking it back brings back.
-            followed.head = first[0]["id"] - 1
+        # Numbers of edits are given once: with another first one, what was followed was removed.
+        if followed is None or followed.first != row["first"]:
+            followed = _Followed(row["first"], head=row["first"] - 1)
+            self._known[demonstration, author] = followed
         rows = self._db.all(
             "SELECT id, removed, inserted, reverts, proposed_by FROM edit "
             "WHERE track = ? AND id > ? ORDER BY id",
-            followed.track,
+            row["track"],
             followed.head,
         )
         touched = False
-        for row in rows:
-            touched |= _follow(followed, row)
+        for edit in rows:
+            touched |= _follow(followed, edit)
         if touched:
             # A copy, so that who was told before keeps what was told.
             followed.told = MappingProxyType(dict(followed.now))

@@ -12,6 +12,7 @@ from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_id, known_ids
+from forcelab.project.ownership import authors
 from forcelab.project.records import Author, Edit
 from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
@@ -36,7 +37,7 @@ class ProjectPainted(ProjectFolder):
 
     def authors(self) -> tuple[Author, ...]:
         """Everybody who made an edit, in order of first appearance."""
-        return self._tracks.authors()
+        return authors(self._db)
 
     def coders(self) -> tuple[str, ...]:
         """The people who made an edit, by name, in order of first appearance: no models."""

@@ -130,6 +130,9 @@ class DemonstrationInfo:
         Whether the project holds its video.
     source : str
         Where it was read from, as told when it was added.
+    edited : mapping of str to int
+        For every author with a track the id of its last edit, which grows with each edit of the
+        project; 0 where there was none.
     """
 
     id: str
@@ -142,6 +145,7 @@ class DemonstrationInfo:
     labelled: Mapping[str, float]
     has_video: bool
     source: str
+    edited: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def authors(self) -> tuple[str, ...]:

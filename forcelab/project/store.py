@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project.adding import add_all
 from forcelab.project.arranging import attach_video, rename, set_task, set_video_clock
@@ -22,6 +23,7 @@ from forcelab.project.loading import info, infos, load, natural_order, truth
 from forcelab.project.painted import ProjectPainted
 from forcelab.project.records import Added, DemonstrationInfo, Incoming
 from forcelab.project.stamps import attach_beside, attach_stamps, files_beside, stamps
+from forcelab.wording import unknown_word
 
 __all__ = ["Project"]
 
@@ -99,6 +101,18 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
         """The tasks of all demonstrations, sorted."""
         rows = self._db.all("SELECT DISTINCT task FROM demonstration")
         return tuple(sorted((row["task"] for row in rows), key=natural_order))
+
+    def check_task(self, task: str) -> None:
+        """Refuse a task that no demonstration has.
+
+        Raises
+        ------
+        InputError
+            If it is none; the sentence names those that there are.
+        """
+        known = self.tasks()
+        if task not in known:
+            raise InputError(unknown_word("task", task, known or ("none at all",)))
 
     def load(self, key: str) -> Demonstration:
         """Load a demonstration; its arrays are mapped into memory, read-only.
@@ -217,37 +231,21 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
         """
         discard(self._db, demonstration, heads)
 
-    def remove(self, demonstration: str, heads: Mapping[str, int]) -> None:
-        """Remove a demonstration for good: recording, video, everybody's labels and assignments.
-
-        Runs and recognisers stay; what they were made of cannot be looked up any more.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        heads : mapping of str to int
-            Of each coder whose labels may go, the :meth:`head` of the track.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration, or a coder's labels are others than those: it stays.
-        """
-        self.remove_all({demonstration: heads})
-
     def remove_all(self, heads: Mapping[str, Mapping[str, int]]) -> None:
-        """Remove several demonstrations for good, all or none of them; see :meth:`remove`.
+        """Remove demonstrations for good: recordings, videos, everybody's labels and assignments.
+
+        All or none of them. Runs and recognisers stay; what they were made of cannot be looked up
+        any more.
 
         Parameters
         ----------
         heads : mapping of str to mapping of str to int
-            By their ids, what :meth:`remove` takes.
+            By the id of each, of each coder whose labels may go, the :meth:`head` of the track.
 
         Raises
         ------
         InputError
-            If there is none of one of them, or a coder's labels are others: all stay.
+            If there is none of one of them, or a coder's labels are others than those: all stay.
         """
         remove(self._db, heads)
 

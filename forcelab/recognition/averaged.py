@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition.forest import Forest, Linear
+from forcelab.recognition.forest import Forest, Linear, softmax
 
 __all__ = ["Averaged", "sharpened"]
 
@@ -29,9 +29,7 @@ FLOOR = 1e-6
 
 def sharpened(probabilities: Real, exponent: float) -> Real:
     """Probabilities (n, K) to a power, rows summing to 1 again: above 1 surer, below less sure."""
-    logs = exponent * np.log(np.maximum(probabilities, FLOOR))
-    odds = np.exp(logs - logs.max(axis=1, keepdims=True))
-    return np.asarray(odds / odds.sum(axis=1, keepdims=True))
+    return softmax(exponent * np.log(np.maximum(probabilities, FLOOR)))
 
 
 @dataclass(frozen=True, eq=False)

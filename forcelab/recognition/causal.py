@@ -23,6 +23,7 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from forcelab.recognition.windows import KINDS, REACH, REST
+from forcelab.signals.conditioning import SPIKE
 
 __all__ = ["CausalWindows", "StreamingWindows", "usual_size"]
 
@@ -36,6 +37,11 @@ COARSE = 4.0
 FORGETTING, TRUST = 20.0, 1.5
 #: Channels beyond so many times their usual size count as this.
 LARGEST = 1e6
+#: Samples more than so many times as far from rest as the middle one of their cell count as this in
+#: the running size: it would take minutes to forget a glitch. Where a cell has fewer samples than
+#: the second number they are compared with so many latest ones, and each, which lasts longer, may
+#: be the third number of times as far.
+OUTLYING, LATEST, OUTLYING_FEW = 30.0, 2 * SPIKE + 1, 5.0
 #: Cells whose windows are summed up at once: copies of them must stay small.
 BLOCK = 256
 
@@ -281,6 +287,7 @@ class _RunningSize:
         self._period, self._limit = 1.0 / rate, max(1, round(REST * rate))
         self._first = np.empty((0, channels))
         self._rest: Real | None = None
+        self._latest: Real | None = None
         self._squares, self._sizes = np.zeros(channels), np.zeros(channels)
 
     def see(self, rows: Real) -> None:
@@ -304,8 +311,19 @@ class _RunningSize:
                 if known + i * hop >= self._limit:
                     self._rest = rest
             away = np.abs(cell - rest)
+            few = hop < LATEST
+            near = self._near(cell, rest) if few else away
+            middle = np.partition(near, len(near) // 2, axis=0)[len(near) // 2]
+            away = np.minimum(away, (OUTLYING_FEW if few else OUTLYING) * middle)
             self._squares = keep * self._squares + self._period * np.square(away).sum(axis=0)
             self._sizes = keep * self._sizes + self._period * away.sum(axis=0)
             rests[i] = rest
             sizes[i] = (self._squares + TRUST) / (self._sizes + TRUST)
         return rests, sizes
+
+    def _near(self, cell: Real, rest: Real) -> Real:
+        """How far from rest the latest samples are; before the first one, it holds."""
+        if self._latest is None:
+            self._latest = np.repeat(cell[:1], LATEST, axis=0)
+        self._latest = np.concatenate([self._latest, cell])[-LATEST:]
+        return np.asarray(np.abs(self._latest - rest))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from forcelab.errors import InputError
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
-from forcelab.recognition.folds import check_folds
+from forcelab.recognition.grouping import check_folds, usual_folds
 from forcelab.recognition.settings import Settings
 
 __all__ = ["Choice"]
@@ -36,8 +36,8 @@ class Choice:
         :mod:`forcelab.recognition.adaptation` does.
     folds : int, optional
         In how many groups demonstrations are left out, as
-        :func:`~forcelab.recognition.folds.groups` parts them; 0: each by itself. None where nobody
-        said: each by itself, too, but the window leaves out many in groups.
+        :func:`~forcelab.recognition.grouping.groups` parts them; 0: each by itself. None where
+        nobody said: as :func:`~forcelab.recognition.grouping.usual_folds` has it.
     """
 
     tasks: tuple[str, ...] = ()
@@ -58,14 +58,14 @@ class Choice:
             demonstrations are chosen, there is a single group of them, or one of them is left out
             at a time and to be adapted.
         """
-        if self.folds and (self.test_names is not None or self.test_task is not None):
+        if self.folds and not self.leaves_out:
             raise InputError(
                 "What is tested on is chosen, so that nothing is left out; choose that or groups."
             )
         check_folds(self.folds)
         if self.test_names is not None and self.test_task is not None:
             raise InputError("Test on a task or on demonstrations by their names, not on both.")
-        if self.adapt and self.test_names is None and self.test_task is None:
+        if self.adapt and self.leaves_out:
             raise InputError(
                 "What is adapted is a task or a person that was not trained on; choose "
                 "demonstrations to test on, by task or by name."
@@ -74,6 +74,18 @@ class Choice:
             raise InputError(
                 "Actions kept apart by task are found in no other task; join or merge them instead."
             )
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether demonstrations are left out in turn, not chosen to be tested on."""
+        return self.test_task is None and self.test_names is None
+
+    def settled(self, found: Corpus) -> Choice:
+        """The same with a number of groups, by how many demonstrations there are to leave out."""
+        if not self.leaves_out or self.folds is not None:
+            return self
+        labelled = sum(bool(item.segments) for item in found.labelled)
+        return replace(self, folds=usual_folds(labelled))
 
     def corpus(self, project: Project, tasks: Sequence[str], settings: Settings) -> Corpus:
         """The demonstrations of some tasks, chosen this way."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.jobs import finish
 from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
 
 __all__ = ["Step", "fitting"]
@@ -110,14 +111,9 @@ def _fitting_averaged(
 ) -> Iterator[Step]:
     """Fit what :mod:`forcelab.recognition.learning` fits; inner fits are steps on the way."""
     job = fitting_averaged(name, X, y, seed, care)
-    number = total = 1
-    try:
-        while True:
-            number, total = next(job)
-            if number < total:
-                yield Step(number, total, None, None)
-    except StopIteration as ended:
-        yield Step(number, total, None, ended.value)
+    while (fitted := next(job)).done < fitted.total:
+        yield Step(fitted.done, fitted.total, None, None)
+    yield Step(fitted.total, fitted.total, None, finish(job))
 
 
 def _untrained(name: str, seed: int, probabilities: bool, rarest: int) -> Any:

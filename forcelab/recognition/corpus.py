@@ -11,8 +11,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
 from forcelab.merging import MergeMap
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
-from forcelab.recognition.evaluation import kept_apart
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import Labelled, kept_apart
 
 __all__ = ["Corpus", "coder_of", "corpus"]
 
@@ -116,7 +115,9 @@ def corpus(
         If a task has no demonstration, an array is damaged, or nothing is labelled.
     """
     with project.snapshot():
-        infos = [info for task in tasks for info in _of_task(project, task)]
+        for task in tasks:
+            project.check_task(task)
+        infos = [info for task in tasks for info in project.demonstrations(task)]
         coder = coder_of(project, infos, author)
         items = [
             Labelled(_intact(project, info), project.track(info.id, coder).segments)
@@ -128,18 +129,6 @@ def corpus(
     if apart:
         labelled = kept_apart(labelled, [info.task for info in infos])
     return Corpus(labelled, labels, spelt)
-
-
-def _of_task(project: Project, task: str) -> tuple[DemonstrationInfo, ...]:
-    """The demonstrations of a task; there is at least one."""
-    found = project.demonstrations(task)
-    if not found:
-        known = ", ".join(f"'{name}'" for name in project.tasks())
-        raise InputError(
-            f"'{project.path}' has no demonstration of the task '{task}'; it has "
-            f"{known or 'none at all'}."
-        )
-    return found
 
 
 def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:

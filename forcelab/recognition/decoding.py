@@ -36,6 +36,7 @@ def decode(
     choreography: Choreography,
     use: Use = "order",
     weights: Weights | None = None,
+    changes: NDArray[np.floating] | None = None,
 ) -> Codes:
     """The best course of actions.
 
@@ -54,6 +55,9 @@ def decode(
         How much of the choreography may be used: nothing but a cost of changes, durations, or
         also which action follows which and how demonstrations start.
     weights : Weights, optional
+    changes : ndarray, shape (n,), optional
+        How much likelier than usual a change of actions is near each step, in nats; finite. It
+        counts for nothing with "none".
 
     Returns
     -------
@@ -75,7 +79,10 @@ def decode(
     for first, last in runs_of(valid):
         own = scores if first == 0 else scores.anywhere()
         sweep = Sweep(own, Best(), last - first)
-        sweep.push(own.evidence(log_probabilities[first:last]))
+        sweep.push(
+            own.evidence(log_probabilities[first:last]),
+            None if changes is None else own.changing(changes[first:last]),
+        )
         codes[first:last] = best_codes(sweep, last - first)
     return codes
 

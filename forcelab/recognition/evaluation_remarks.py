@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from forcelab.recognition.examples import Examples, Labelled, actions_of
-from forcelab.recognition.folds import twins
+from forcelab.recognition.grouping import twins
 from forcelab.recognition.settings import Settings
 
 __all__ = [

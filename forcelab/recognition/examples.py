@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
-from forcelab.labels import UNLABELLED, Segments, to_codes
+from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
 from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
 from forcelab.recognition.peaks import peak_features
@@ -21,7 +21,15 @@ from forcelab.recognition.windows import window_features
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
 
-__all__ = ["Examples", "Labelled", "actions_of", "common_rate", "prepare"]
+__all__ = [
+    "Examples",
+    "Labelled",
+    "actions_of",
+    "common_rate",
+    "kept_apart",
+    "prepare",
+    "same_channels",
+]
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,27 @@ class Labelled:
         if merge is None or self.apart:
             return self
         return replace(self, segments=merge.apply_segments(self.segments))
+
+
+def kept_apart(labelled: Sequence[Labelled], suffixes: Sequence[str]) -> list[Labelled]:
+    """Give each demonstration's actions a suffix, so that ``grab`` of two tasks stays two actions.
+
+    No merge map changes them any more: what it is to merge is merged before.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+    suffixes : sequence of str
+        One for each demonstration, usually its task: ``grab`` becomes ``grab_foam``.
+    """
+    return [
+        Labelled(
+            item.demonstration,
+            tuple(Segment(s.start, s.end, f"{s.action}_{suffix}") for s in item.segments),
+            apart=True,
+        )
+        for item, suffix in zip(labelled, suffixes, strict=True)
+    ]
 
 
 @dataclass(frozen=True)
@@ -116,6 +145,12 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     ------
     InputError
         If a wanted channel is missing.
+
+    Notes
+    -----
+    Glitches count as missing samples and are bridged; see
+    :func:`~forcelab.signals.conditioning.glitches`. A live stream, which cannot know what is usual,
+    hears them, and forgets each one with the last wavelet or window that holds it.
     """
     demonstration = labelled.demonstration
     try:

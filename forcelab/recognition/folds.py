@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from time import perf_counter
 
-import numpy as np
-
-from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.processes import shared
@@ -23,17 +18,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
 from forcelab.recognition.trimming import Contradicted
 
-__all__ = [
-    "Fold",
-    "FoldResult",
-    "check_folds",
-    "groups",
-    "in_processes",
-    "one_by_one",
-    "parted",
-    "recognised",
-    "twins",
-]
+__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one", "parted", "recognised"]
 
 
 @dataclass(frozen=True)
@@ -74,65 +59,8 @@ class FoldResult:
     left_out: tuple[Contradicted, ...] = ()
 
 
-def check_folds(folds: int | None) -> None:
-    """Refuse a number of groups that nothing can be left out in.
-
-    Raises
-    ------
-    InputError
-        If it is negative or 1.
-    """
-    if folds is not None and (folds < 0 or folds == 1):
-        raise InputError(f"Demonstrations are left out in two groups or more, not in {folds}.")
-
-
-def twins(demonstrations: Sequence[Demonstration]) -> list[list[int]]:
-    """Which demonstrations hold the same recording, by whatever names and stamps.
-
-    Their ids differ as soon as a stamp does; what was recorded is then still the same.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-
-    Returns
-    -------
-    list of list of int
-        The places of each recording's demonstrations, usually one, in order.
-    """
-    places: dict[bytes, list[int]] = {}
-    for i, demonstration in enumerate(demonstrations):
-        signals = np.ascontiguousarray(demonstration.signals, dtype=np.float64)
-        places.setdefault(hashlib.sha256(signals.tobytes()).digest(), []).append(i)
-    return list(places.values())
-
-
-def groups(demonstrations: Sequence[Demonstration], folds: int | None) -> list[list[int]]:
-    """The places of the demonstrations that are left out together, one group after the other.
-
-    Neighbours in the order are in different groups, so that each group has some of every task;
-    but those that hold the same recording are left out together.
-
-    Parameters
-    ----------
-    demonstrations : sequence of Demonstration
-    folds : int or None
-        How many groups; each recording is one by itself with 0 or None, or where there are no more
-        than that.
-
-    Raises
-    ------
-    InputError
-        If the number is negative or 1.
-    """
-    check_folds(folds)
-    recordings = twins(demonstrations)
-    parts = min(folds or len(recordings), len(recordings))
-    return [sorted(chain(*recordings[first::parts])) for first in range(parts)]
-
-
 def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list[Fold]:
-    """One fold for each of the :func:`groups`."""
+    """One fold for each of the :func:`~forcelab.recognition.grouping.groups`."""
     return [
         Fold(
             [example for i, example in enumerate(examples) if i not in out],
@@ -143,7 +71,7 @@ def parted(examples: Sequence[Examples], parts: Sequence[Sequence[int]]) -> list
 
 
 def one_by_one(
-    folds: Sequence[Fold], settings: Settings, certainty: bool = False
+    folds: Sequence[Fold], settings: Settings, certainty: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
     """Work off the folds here; every epoch is progress, so that stopping is heard at once."""
     results: list[list[FoldResult]] = []
@@ -154,7 +82,7 @@ def one_by_one(
 
 
 def in_processes(
-    folds: Sequence[Fold], settings: Settings, jobs: int, certainty: bool = False
+    folds: Sequence[Fold], settings: Settings, jobs: int, certainty: bool
 ) -> Generator[Progress, None, list[list[FoldResult]]]:
     """Work off the folds in several processes; every finished fold is progress."""
     results: list[list[FoldResult]] = []

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.preorder import are_trees, right_children, roots
 
-__all__ = ["Forest", "Linear"]
+__all__ = ["Forest", "Linear", "must", "softmax"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.signedinteger[Any]]
@@ -25,7 +25,7 @@ Whole = NDArray[np.signedinteger[Any]]
 BLOCK = 512
 
 
-def _softmax(logits: Real) -> Real:
+def softmax(logits: Real) -> Real:
     """Probabilities from logits along the last axis."""
     odds = np.exp(logits - logits.max(axis=-1, keepdims=True))
     return np.asarray(odds / odds.sum(axis=-1, keepdims=True))
@@ -70,7 +70,7 @@ class Forest:
         for first in range(0, len(features), BLOCK):
             rows = known[first : first + BLOCK]
             total[first : first + BLOCK] = self.value[self._said(rows)].sum(axis=1) + self.base
-        return _softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
+        return softmax(total) if self.boosted else total / total.sum(axis=1, keepdims=True)
 
     def _said(self, rows: NDArray[np.floating[Any]]) -> Whole:
         """Which row of values each tree says of each row of features, shape (m, t)."""
@@ -158,13 +158,13 @@ class Forest:
         """
         made = cls(**{one.name: plain[one.name] for one in fields(cls)})
         leaf = made.feature == -1
-        _must(made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes")
-        _must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
-        _must(are_trees(leaf), "complete trees")
+        must(made.feature.dtype.kind == "i" and made.feature.ndim == 1, "whole numbers for nodes")
+        must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
+        must(are_trees(leaf), "complete trees")
         inner = (int((~leaf).sum()),)
         _must_be_numbers(made.threshold, inner, (np.float32, np.float64))
-        _must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
-        _must((made.leaf < len(made.value)).all(), "leaves that say values")
+        must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
+        must((made.leaf < len(made.value)).all(), "leaves that say values")
         made._check_values(classes)
         return made
 
@@ -180,35 +180,33 @@ class Forest:
         n = len(plain["feature"])
         for name in ("feature", "left", "right"):
             whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
-            _must(whole, "whole numbers for each node")
+            must(whole, "whole numbers for each node")
         _must_be_numbers(plain["threshold"], (n,))
         _must_be_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
-        _must(are_trees(leaf), "complete trees")
+        must(are_trees(leaf), "complete trees")
         own = np.arange(n)
         for name, child in (
             ("left", np.where(leaf, own, own + 1)),
             ("right", right_children(leaf)),
         ):
-            _must(np.array_equal(plain[name], child), "nodes in their order")
-        _must(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
+            must(np.array_equal(plain[name], child), "nodes in their order")
+        must(np.array_equal(plain["roots"], roots(leaf)), "trees that begin at a node")
         feature, threshold, value = plain["feature"], plain["threshold"], plain["value"]
-        _must(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
+        must(((feature >= -1) & (feature < width)).all(), "nodes that ask for features")
         made = cls._small(feature, threshold[~leaf], value[leaf], plain["base"], plain["boosted"])
         made._check_values(classes)
         return made
 
     def _check_values(self, classes: int) -> None:
         """Raise unless leaves say something of each action."""
-        _must(self.value.ndim == 2, "values of each action")
+        must(self.value.ndim == 2, "values of each action")
         _must_be_numbers(self.value, (len(self.value), classes))
         _must_be_numbers(self.base, (classes,))
-        _must(type(self.boosted) is bool, "sums of one kind")
+        must(type(self.boosted) is bool, "sums of one kind")
         if not self.boosted:
-            _must(
-                (self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves"
-            )
-            _must((self.base == 0).all(), "shares at its leaves alone")
+            must((self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves")
+            must((self.base == 0).all(), "shares at its leaves alone")
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +227,7 @@ class Linear:
         # Each row by itself: a product of many rounds otherwise than one of a few, and a stream's
         # labels must not depend on its blocks.
         rows = np.ascontiguousarray(features)[:, None]
-        return _softmax(np.matmul(rows, self.weights)[:, 0] + self.bias)
+        return softmax(np.matmul(rows, self.weights)[:, 0] + self.bias)
 
     @classmethod
     def of(cls, fitted: Any) -> Linear:
@@ -268,11 +266,11 @@ def _must_be_numbers(
     array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
 ) -> None:
     """Raise unless an array holds finite numbers of some kind in this shape."""
-    _must(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
-    _must(np.isfinite(array).all(), "finite numbers")
+    must(array.dtype in kinds and array.shape == shape, f"numbers of shape {shape}")
+    must(np.isfinite(array).all(), "finite numbers")
 
 
-def _must(true: object, what: str) -> None:
+def must(true: object, what: str) -> None:
     """Raise unless a part is as it must be."""
     if not true:
         raise ValueError(f"the classifier must have {what}")

@@ -21,6 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.recognition.forest import softmax
 from forcelab.recognition.recogniser import Recogniser
 
 __all__ = ["FLOOR", "Judge", "Network", "Voter", "judge_of", "log_odds"]
@@ -86,15 +87,7 @@ class Network:
 
     def probabilities(self, features: Real) -> Real:
         """Of each action at each time step, shape (n, K)."""
-        logits = self.scores(features)
-        odds = np.exp(logits - logits.max(axis=1, keepdims=True))
-        return np.asarray(odds / odds.sum(axis=1, keepdims=True))
-
-    def gradient(self, features: Real, favoured: str, against: str) -> Real:
-        """Derivative of the log-odds by each feature, at each time step; shape (n, f)."""
-        weights = self._between(favoured, against)
-        active = self._arriving(features) > 0
-        return np.asarray((active * weights) @ self.inner.T)
+        return softmax(self.scores(features))
 
     def shares(self, features: Real, reference: Real, favoured: str, against: str) -> Real:
         """What each feature adds to the log-odds, compared with a reference.

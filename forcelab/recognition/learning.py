@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.jobs import Progress
 from forcelab.recognition.averaged import Averaged, Member, sharpened
 from forcelab.recognition.forest import Forest, Linear
 
@@ -64,18 +65,21 @@ class Care:
         Whether every action counts the same, however rare.
     calibrated : bool
         Whether probabilities are calibrated across demonstrations.
+    trees : int, optional
+        How many there are in a forest; :data:`TREES` by default.
     """
 
     groups: Whole | None = None
     columns: Sequence[Whole] = field(default_factory=tuple)
     balanced: bool = False
     calibrated: bool = False
+    trees: int | None = None
 
 
 def fitting_averaged(
     name: str, X: Real, y: Whole, seed: int, care: Care
-) -> Generator[tuple[int, int], None, Averaged]:
-    """Fit a classifier; yields inner fits that are done and how many there are, then returns it.
+) -> Generator[Progress, None, Averaged]:
+    """Fit a classifier; yields progress over its inner fits and the last one, returns it.
 
     Parameters
     ----------
@@ -102,27 +106,27 @@ def fitting_averaged(
     folds = _folds(groups)
     asked = len(choices) > 1 or care.calibrated
     if not asked or len(folds) < 2:
-        yield 1, 1
-        return _fitted(name, X, y, choices[0], seed, care.balanced)
+        yield Progress(1, 1, "fit")
+        return _fitted(name, X, y, choices[0], seed, care)
     total, done = len(folds) * len(choices) + 1, 0
     losses, found = [], []
     for columns in choices:
         known, right = [], []
         loss = np.empty(len(folds))
         for i, held_out in enumerate(folds):
-            P, codes = _judged(name, X, y, columns, held_out, seed, care.balanced)
+            P, codes = _judged(name, X, y, columns, held_out, seed, care)
             own = P[np.arange(len(codes)), codes]
             loss[i] = float(-np.log(np.maximum(own, LEAST)).mean()) if len(codes) else 0.0
             known.append(P)
             right.append(codes)
             done += 1
-            yield done, total
+            yield Progress(done, total, "fit")
         losses.append(loss)
         found.append((np.concatenate(known), np.concatenate(right)))
     best = int(np.argmin([loss.mean() for loss in losses]))
-    made = _fitted(name, X, y, choices[best], seed, care.balanced)
+    made = _fitted(name, X, y, choices[best], seed, care)
     exponent = _exponent(*found[best]) if care.calibrated else 1.0
-    yield total, total
+    yield Progress(total, total, "fit")
     return Averaged(made.classes_, made.columns, made.mean, made.scale, made.members, exponent)
 
 
@@ -145,7 +149,7 @@ def _folds(groups: Whole) -> list[NDArray[np.bool_]]:
 
 
 def _judged(
-    name: str, X: Real, y: Whole, columns: Whole, held_out: NDArray[np.bool_], seed: int, even: bool
+    name: str, X: Real, y: Whole, columns: Whole, held_out: NDArray[np.bool_], seed: int, care: Care
 ) -> tuple[Real, Whole]:
     """Probabilities of what was left out, and places of the right ones among all codes.
 
@@ -155,7 +159,7 @@ def _judged(
     learnt = ~held_out
     if len(np.unique(y[learnt])) < 2:
         return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    made = _fitted(name, X[learnt], y[learnt], columns, seed, even)
+    made = _fitted(name, X[learnt], y[learnt], columns, seed, care)
     told = held_out & np.isin(y, made.classes_)
     P = np.zeros((int(told.sum()), len(every)))
     P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
@@ -174,30 +178,31 @@ def _exponent(P: Real, codes: Whole) -> float:
     return float(EXPONENTS[int(np.argmin(losses))])
 
 
-def _fitted(name: str, X: Real, y: Whole, columns: Whole, seed: int, even: bool) -> Averaged:
+def _fitted(name: str, X: Real, y: Whole, columns: Whole, seed: int, care: Care) -> Averaged:
     """Fit all members to standardised features."""
     from threadpoolctl import threadpool_limits
 
-    chosen = X[:, columns]
-    mean, scale = chosen.mean(axis=0), chosen.std(axis=0)
+    ready = X[:, columns]  # a copy, which is standardised in place: there may be much of it
+    mean, scale = ready.mean(axis=0), ready.std(axis=0)
     # A feature that never changes but for rounding tells nothing, and must not be blown up.
     scale = np.where(scale > 1e-9 * np.maximum(np.abs(mean), 1e-300), scale, 1.0)
-    ready = (chosen - mean) / scale
+    ready -= mean
+    ready /= scale
     with threadpool_limits(1):
-        members = tuple(_member(kind, ready, y, seed, even) for kind in AVERAGED[name])
+        members = tuple(_member(kind, ready, y, seed, care) for kind in AVERAGED[name])
     return Averaged(np.unique(y), columns, mean, scale, members)
 
 
-def _member(kind: str, X: Real, y: Whole, seed: int, even: bool) -> Member:
+def _member(kind: str, X: Real, y: Whole, seed: int, care: Care) -> Member:
     """Fit one member."""
-    weight = "balanced" if even else None
+    weight = "balanced" if care.balanced else None
     classes = len(np.unique(y))
     if kind == "extra-trees":
         from sklearn.ensemble import ExtraTreesClassifier
 
         trees = ExtraTreesClassifier(
-            TREES,
-            min_samples_leaf=SHARED_LEAF if even else LEAF,
+            TREES if care.trees is None else care.trees,
+            min_samples_leaf=SHARED_LEAF if care.balanced else LEAF,
             class_weight=weight,
             random_state=seed,
         )

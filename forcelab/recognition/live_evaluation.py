@@ -11,10 +11,10 @@ from forcelab.errors import InputError
 from forcelab.recognition.decided import Decided
 from forcelab.recognition.evaluation import Job, ready_to_part, tested_by, together
 from forcelab.recognition.examples import Examples, Labelled, common_rate
-from forcelab.recognition.latency import with_latency
+from forcelab.recognition.online import with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.reliability import Reliability
-from forcelab.recognition.results import Evaluation
+from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import training
 from forcelab.recognition.trimming import Contradicted, remark_on
@@ -23,7 +23,11 @@ __all__ = ["leave_one_out_live"]
 
 
 def leave_one_out_live(
-    labelled: Sequence[Labelled], settings: Settings, latency: float, title: str = ""
+    labelled: Sequence[Labelled],
+    settings: Settings,
+    latency: float,
+    title: str = "",
+    folds: int | None = None,
 ) -> Job:
     """Recognise each demonstration as a stream, by a recogniser trained on all the others.
 
@@ -35,6 +39,8 @@ def leave_one_out_live(
     latency : float
         Seconds from a force to its label.
     title : str
+    folds : int, optional
+        As of :func:`~forcelab.recognition.evaluation.leave_one_out`.
 
     Yields
     ------
@@ -53,32 +59,32 @@ def leave_one_out_live(
     """
     if not 0 <= latency < np.inf:
         raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
-    used, parts, remarks = ready_to_part(labelled)
+    used, parts, remarks = ready_to_part(labelled, folds)
     rate = common_rate([item.demonstration for item in used], settings)
     fixed = settings.replace(rate=rate)
     merged = [item.merged(settings.merge) for item in used]
     actions = tuple(dict.fromkeys(s.action for item in merged for s in item.segments))
     seconds = {"features": 0.0, "fit": 0.0, "predict": 0.0, "filter": 0.0}
-    tested, reliable = [], []
+    tested: dict[int, Tested] = {}
+    reliable = []
     left_out: list[Contradicted] = []
-    for i, item in enumerate(used):
+    for part in parts:
         started = perf_counter()
-        group = next(part for part in parts if i in part)
-        others = [other for j, other in enumerate(used) if j not in group]
-        recogniser = yield from training(others, fixed)
+        recogniser = yield from training([o for i, o in enumerate(used) if i not in part], fixed)
         left_out.extend(recogniser.left_out)
-        fitted = perf_counter()
-        decided = with_latency(recogniser, item.demonstration, latency)
-        seconds["fit"] += fitted - started
-        seconds["predict"] += perf_counter() - fitted
-        examples = _examples(merged[i], recogniser, decided)
-        tested.append(tested_by(item, examples, _prediction(recogniser, decided), actions))
-        reliable.append(_reliability(examples, recogniser, decided, actions))
+        seconds["fit"] += perf_counter() - started
+        for i in part:
+            started = perf_counter()
+            decided = with_latency(recogniser, used[i].demonstration, latency)
+            seconds["predict"] += perf_counter() - started
+            examples = _examples(merged[i], recogniser, decided)
+            tested[i] = tested_by(used[i], examples, _prediction(recogniser, decided), actions)
+            reliable.append(_reliability(examples, recogniser, decided, actions))
     return Evaluation(
         title=title,
         settings=settings,
         actions=actions,
-        tested=tuple(tested),
+        tested=tuple(tested[i] for i in range(len(used))),
         rate=recogniser.rate,
         channels=recogniser.channels,
         trained_on=tuple(item.demonstration.id for item in used),

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, Segment, to_codes
 from forcelab.merging import MergeMap
 from forcelab.recognition.averaged import Averaged
@@ -175,7 +175,7 @@ def fitting_live(
                 for channels, own_steps in zip(recordings, steps_of, strict=True)
             ]
         )
-        made = _fitted(X, y, settings.seed, care)
+        made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
         del X  # before the next one is gathered
         exponent = made.exponent if calibrated else exponent
         parts[look] = LivePart(windows, replace(made, exponent=exponent))
@@ -195,15 +195,3 @@ def _codes(
     codes = to_codes(known, times, actions)
     codes[~valid] = UNLABELLED
     return codes
-
-
-def _fitted(X: Real, y: NDArray[np.int64], seed: int, care: Care) -> Averaged:
-    """Fit without watching: it takes a fraction of a second."""
-    made: list[Averaged] = []
-
-    def fitted() -> Generator[tuple[int, int], None, None]:
-        made.append((yield from fitting_averaged(CLASSIFIER, X, y, seed, care)))
-
-    for _ in fitted():
-        pass
-    return made[0]

@@ -3,8 +3,7 @@
 The label of a step rests on the samples up to `latency` seconds after it and on no others. Wavelets
 that have not passed by then are known by an early estimate with the end value held, whose expected
 error :attr:`OnlineRecogniser.early` tells. The filters take the steps ahead that they need, at most
-half of the latency; the wavelets have the rest. What it gives is stated plainly, and slowly, by
-:func:`forcelab.recognition.latency.with_latency`.
+half of the latency; the wavelets have the rest.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import Channel
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.decided import Decided
@@ -40,10 +39,13 @@ from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt, early_error
 from forcelab.signals.streaming_kernels import reaches
 
-__all__ = ["Decided", "OnlineRecogniser"]
+__all__ = ["Decided", "OnlineRecogniser", "with_latency"]
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
+
+#: Samples of a demonstration that are pushed at once.
+BLOCK = 4096
 
 
 class OnlineRecogniser:
@@ -162,7 +164,7 @@ class OnlineRecogniser:
         first = self._through(steps)
         with self._blas:
             last = self._stages.finish()
-        return _joined(first, last)
+        return _joined([first, last])
 
     def _made(self) -> _Stages | PartStages:
         budget = budget_of(self.recogniser, self.latency, self._grid.step, self._grid.lag)
@@ -176,6 +178,28 @@ class OnlineRecogniser:
         rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
         with self._blas:
             return self._stages.push(steps.times, rows, steps.valid)
+
+
+def with_latency(recogniser: Recogniser, demonstration: Demonstration, latency: float) -> Decided:
+    """Recognise a demonstration as if it came live.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    demonstration : Demonstration
+    latency : float
+        Seconds from a step to its label.
+
+    Raises
+    ------
+    InputError
+        As of :class:`OnlineRecogniser`.
+    """
+    online = OnlineRecogniser(recogniser, latency, demonstration.channels)
+    times, signals = demonstration.times, demonstration.signals
+    blocks = [slice(first, first + BLOCK) for first in range(0, len(times), BLOCK)]
+    parts = [online.push(times[block], signals[block]) for block in blocks]
+    return _joined([*parts, online.finish()])
 
 
 def _check_live(recogniser: Recogniser) -> None:
@@ -200,14 +224,12 @@ def _nothing(recogniser: Recogniser) -> Decided:
     return Decided(np.empty(0), np.empty(0, dtype=np.int64), probabilities)
 
 
-def _joined(first: Decided, second: Decided) -> Decided:
-    both = None
-    if first.probabilities is not None and second.probabilities is not None:
-        both = np.concatenate([first.probabilities, second.probabilities])
+def _joined(parts: Sequence[Decided]) -> Decided:
+    known = [part.probabilities for part in parts if part.probabilities is not None]
     return Decided(
-        np.concatenate([first.times, second.times]),
-        np.concatenate([first.codes, second.codes]),
-        both,
+        np.concatenate([part.times for part in parts]),
+        np.concatenate([part.codes for part in parts]),
+        np.concatenate(known) if known else None,
     )
 
 

@@ -1,7 +1,8 @@
 """Features of a stream: those of :mod:`forcelab.recognition.features`, a fixed delay behind.
 
-Offline the floor of the magnitudes comes from the noise of the whole recording. A stream takes it
-from the latest :data:`SPAN` steps, anew every :data:`EVERY` steps, first after :data:`FIRST`.
+Offline the floor of the magnitudes comes from noise and amplitude of the whole recording. A stream
+takes the noise from the latest :data:`EVERY` steps, anew after as many, first after :data:`FIRST`,
+and the amplitude from the latest :data:`LASTING` times so many.
 """
 
 from __future__ import annotations
@@ -10,33 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.features import NOISE_SHARE, ROUNDING
-from forcelab.signals.conditioning import noise_level
+from forcelab.signals.conditioning import noise_level, robust_peak
 from forcelab.signals.streaming import StreamingCwt
+from forcelab.signals.streaming_tape import CHUNK, level_of
 
-__all__ = ["EVERY", "FIRST", "SPAN", "Floor", "StreamingFeatures", "floors", "rows_of"]
+__all__ = ["EVERY", "FIRST", "Floor", "StreamingFeatures", "rows_of"]
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-#: Steps from which the noise is taken, steps between two such looks, and before the first.
-SPAN, EVERY, FIRST = 1024, 1024, 256
-
-
-def floors(channels: Real, loudest: Real, scales: Real) -> Real:
-    """Natural logarithms of the floors of the magnitudes, shape (q, k).
-
-    Parameters
-    ----------
-    channels : ndarray, shape (n, q)
-        Steps to take the noise from.
-    loudest : ndarray, shape (q,)
-        Largest distance from the first sample so far.
-    scales : ndarray, shape (k,)
-    """
-    with np.errstate(divide="ignore"):  # no noise has the logarithm -inf
-        noise = np.log(NOISE_SHARE) + np.log(noise_level(channels.T))
-        size = np.log(np.where(loudest > 0, loudest, 1.0))
-    return np.maximum(noise[:, None], size[:, None] + np.log(ROUNDING * np.sqrt(scales)))
+#: Steps between two looks, and before the first. The transform's base is chosen anew as often.
+EVERY, FIRST = CHUNK, 256
+#: Looks after which the channel's size is forgotten.
+LASTING = 64
 
 
 def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
@@ -69,31 +56,48 @@ def rows_of(coefficients: Complex, floor: Real, phase: bool) -> Real:
 class Floor:
     """The floor of the magnitudes as it follows a stream.
 
+    It lies above the rounding, a share of how far samples are from the transform's base, one in
+    :data:`~forcelab.signals.conditioning.RARE` left out: a glitch is forgotten with the last
+    wavelet that holds it. What disturbs for longer the base may follow, and what comes after is
+    rounded as it is.
+
     Parameters
     ----------
     channels : int
     scales : ndarray, shape (k,)
+
+    Attributes
+    ----------
+    now : ndarray, shape (q, k), or None
+        Natural logarithms of the floors; None before the first look.
     """
 
     def __init__(self, channels: int, scales: Real) -> None:
-        self._scales = scales
+        self._rounding = np.log(ROUNDING * np.sqrt(scales))
         self._latest = np.empty((0, channels))
-        self._first: Real | None = None
-        self._loudest = np.zeros(channels)
-        self.now: Real | None = None  # None before the first look
+        self._base: Real | None = None
+        self._peaks = np.empty((0, channels))  # of the latest looks
+        self.now: Real | None = None
 
     def see(self, rows: Real) -> None:
-        """Take steps, shape (n, q)."""
-        if not len(rows):
-            return
-        if self._first is None:
-            self._first = rows[0].copy()
-        self._loudest = np.maximum(self._loudest, np.max(np.abs(rows - self._first), axis=0))
-        self._latest = np.concatenate([self._latest, rows])[-SPAN:]
+        """Take steps, shape (n, q), none beyond the next multiple of :data:`EVERY`."""
+        if self._base is None and len(rows):
+            self._base = rows[0].copy()
+        self._latest = np.concatenate([self._latest, rows])[-EVERY:]
 
     def look(self) -> None:
-        """Take the noise anew."""
-        self.now = floors(self._latest, self._loudest, self._scales)
+        """Take the floor anew, at the first look or at a multiple of :data:`EVERY`."""
+        if self._base is None:
+            raise RuntimeError("a look needs a step")
+        peak = robust_peak((self._latest - self._base).T)
+        peaks = np.concatenate([self._peaks, [peak]])[-LASTING:]
+        size = np.max(peaks, axis=0)
+        size = np.where(size > 0, size, 1.0)  # as offline
+        with np.errstate(divide="ignore"):  # no noise has the logarithm -inf
+            noise = np.log(NOISE_SHARE) + np.log(noise_level(self._latest.T))
+        self.now = np.maximum(noise[:, None], np.log(size)[:, None] + self._rounding)
+        if len(self._latest) == EVERY:  # not at the first look, after which more is seen of it
+            self._base, self._peaks = level_of(self._latest), peaks
 
 
 class StreamingFeatures:

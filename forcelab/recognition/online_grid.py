@@ -154,9 +154,10 @@ class CausalGrid:
 
     def _settled(self, rows: Steps, ended: bool) -> Steps:
         """Rows with nothing missing any more; the others wait."""
-        rows = self._tail + rows if len(self._tail) else rows
-        if not len(rows):
+        waited = len(self._tail)
+        if not len(rows) and not (ended and waited):
             return rows
+        rows = self._tail + rows if waited else rows
         known = measured(rows.signals)
         if known.all():
             self._absent[:] = False
@@ -166,15 +167,19 @@ class CausalGrid:
         signals = np.where(known, rows.signals, np.nan)
         valid, limit = rows.valid.copy(), len(rows)
         for column in range(self._columns):
-            limit = min(limit, self._filled(column, signals[:, column], valid, ended))
+            limit = min(limit, self._filled(column, signals[:, column], valid, waited, ended))
         rows = Steps(rows.times, signals, valid)
         self._tail = rows[limit:]
         if limit:
             self._before = signals[limit - 1].copy()
         return rows[:limit]
 
-    def _filled(self, column: int, values: Real, valid: Flags, ended: bool) -> int:
-        """Fill one column's missing samples as far as they are settled; how far that is."""
+    def _filled(self, column: int, values: Real, valid: Flags, waited: int, ended: bool) -> int:
+        """Fill one column's missing samples as far as they are settled; how far that is.
+
+        Of the rows `waited` have been here before, perhaps for another column's sake: an absent
+        one is filled up to there already.
+        """
         lost = np.concatenate([[False], ~np.isfinite(values), [False]])
         before = math.nan if self._before is None else float(self._before[column])
         limit = len(values)
@@ -182,7 +187,7 @@ class CausalGrid:
             count = last - first
             left = float(values[first - 1]) if first else before
             right = float(values[last]) if last < len(values) else math.nan
-            absent = bool(self._absent[column]) and first == 0
+            absent = bool(self._absent[column]) and first == waited
             if last == len(values) and not (ended or absent or count > PATIENCE):
                 return first
             if absent or count > PATIENCE or math.isnan(right):

@@ -164,6 +164,8 @@ def _after(settings: Settings) -> Iterator[Part]:
         knowing[settings.choreography] if settings.decodes else "filters stand in its place",
     )
     if settings.decodes:
+        why = "where actions change is learnt by itself" if settings.changes else "switched off"
+        yield Part("trees for changes", settings.changes, why)
         yield Part("filters", False, "the decoder stands in their place")
         return
     filters = (

@@ -23,6 +23,7 @@ def marginals(
     choreography: Choreography,
     use: Use = "order",
     weights: Weights | None = None,
+    changes: NDArray[np.floating] | None = None,
 ) -> Real:
     """How probable each action is at each step, given all steps and the choreography.
 
@@ -41,17 +42,20 @@ def marginals(
     scores = Scores.of(choreography, step, use, weights).per_place()
     for first, last in runs_of(valid):
         evidence = scores.evidence(log_probabilities[first:last])
-        result[first:last] = _marginals(evidence, scores if first == 0 else scores.anywhere())
+        after = None if changes is None else scores.changing(changes[first:last])
+        own = scores if first == 0 else scores.anywhere()
+        result[first:last] = _marginals(evidence, own, after)
     return result
 
 
-def _marginals(evidence: Real, scores: Scores) -> Real:
-    """The same of one stretch."""
+def _marginals(evidence: Real, scores: Scores, changes: Real | None) -> Real:
+    """The same of one stretch, given what a change scores after each step."""
     n = len(evidence)
     forward = Sweep(scores, Total(), n)
     backward = Sweep(scores.reversed(), Total(), n)
-    forward.push(evidence)
-    backward.push(evidence[::-1])
+    forward.push(evidence, changes)
+    # What comes after a step comes, backwards, after the next one.
+    backward.push(evidence[::-1], None if changes is None else np.roll(changes[::-1], -1))
     # Each place with what lies before it, and after it; of an action that ends or starts there.
     inner = slice(1, n)
     rest = backward.sums[:, ::-1]
@@ -64,10 +68,10 @@ def _marginals(evidence: Real, scores: Scores) -> Real:
     present = np.logaddexp.reduce(opening, axis=1)
     total = np.logaddexp.reduce(present)
     begun = np.exp(starting + started + both - total)
-    changes = np.cumsum(begun - np.exp(ending + ended + both - total), axis=1)
+    since = np.cumsum(begun - np.exp(ending + ended + both - total), axis=1)
     present = np.exp(present - total)[:, None]
     # Sums of differences are off by roundings.
-    steps = np.clip(np.concatenate([present, present + changes], axis=1).T, 0.0, 1.0)
+    steps = np.clip(np.concatenate([present, present + since], axis=1).T, 0.0, 1.0)
     result = np.empty_like(steps)
     result[:, forward.order] = steps / steps.sum(axis=1, keepdims=True)
     return result

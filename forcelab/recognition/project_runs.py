@@ -11,13 +11,15 @@ from forcelab.jobs import Progress
 from forcelab.project import Project
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.corpus import Corpus
-from forcelab.recognition.evaluation import Job, across, leave_one_out
+from forcelab.recognition.evaluation import Job, leave_one_out
+from forcelab.recognition.live_evaluation import leave_one_out_live
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.run_results import kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
+from forcelab.recognition.transfer import across
 from forcelab.recognition.trimming import remark_on
 from forcelab.recognition.units import mixed_units
 from forcelab.versions import versions
@@ -116,10 +118,11 @@ def evaluate_tasks(
         If what was chosen cannot be evaluated, or no task can.
     """
     choice.check()
-    if latency is not None:
-        _check_live(choice)
-    # A review would train what it explains on other demonstrations, or look at other forces.
-    passing = latency is not None or choice.test_names is not None or choice.adapt
+    if latency is not None and not choice.leaves_out:
+        raise InputError(
+            "With a latency demonstrations are left out in turn; choose nothing to test on."
+        )
+    passing = _passing(choice, latency)
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
@@ -133,27 +136,14 @@ def evaluate_tasks(
     for tasks in groups:
         try:
             corpora = choice.parts(project, tasks, settings)
-            if latency is None and choice.test_names is None:
-                job = evaluating(
-                    corpora,
-                    settings,
-                    tasks,
-                    choice.test_task,
-                    jobs,
-                    certainty=certainty,
-                    adapt=choice.adapt,
-                    folds=choice.folds,
-                )
-            elif latency is None:
-                train, test = (part.labelled for part in corpora)
-                title = title_of(tasks, choice.test_names)
-                job = across(train, test, settings, title, certainty=certainty, adapt=choice.adapt)
+            settled = choice.settled(corpora[0])
+            if latency is None:
+                job = evaluating(corpora, settings, tasks, settled, jobs, certainty=certainty)
             else:
-                # It loads scipy.signal, a second and ten megabytes that no other training needs.
-                from forcelab.recognition.live_evaluation import leave_one_out_live
-
                 title = title_of(tasks, None)
-                job = leave_one_out_live(corpora[0].labelled, settings, latency, title)
+                job = leave_one_out_live(
+                    corpora[0].labelled, settings, latency, title, settled.folds
+                )
             evaluation = yield from job
         except InputError as error:
             if len(groups) == 1:
@@ -169,9 +159,9 @@ def evaluate_tasks(
             continue
         project.add_run(
             "evaluate",
-            settings=told(settings, choice, tasks),
+            settings=told(settings, settled, tasks),
             seed=settings.seed,
-            labels=[labels for part in corpora for labels in part.labels],
+            labels=project.still_there(labels for part in corpora for labels in part.labels),
             versions=versions(),
             result=kept(evaluation, certainty=certainty),
         )
@@ -180,56 +170,56 @@ def evaluate_tasks(
             raise unclear
         raise InputError(f"No task can be evaluated. {' '.join(refusals)}")
     remarks = (*refusals, *dict.fromkeys(mixed), *idle(settings, spelt), *_unkept(project))
+    remarks += passing
     return Evaluated(evaluations, bool(chosen) or len(groups) == 1, remarks)
 
 
-def _check_live(choice: Choice) -> None:
-    """Refuse what is left out otherwise than one demonstration at a time."""
-    if (choice.test_task, choice.test_names) != (None, None):
-        raise InputError(
-            "With a latency one demonstration is left out at a time; choose nothing to test on."
-        )
-    if choice.folds:
-        raise InputError("With a latency one demonstration is left out at a time, not a group.")
+def _passing(choice: Choice, latency: float | None) -> tuple[str, ...]:
+    """Why a result is kept as no run, in a sentence; nothing where it is kept."""
+    options = {
+        "a latency": latency is not None,
+        "names to test on": choice.test_names is not None,
+        "adaptation": choice.adapt,
+    }
+    asked = [name for name, there in options.items() if there]
+    if not asked:
+        return ()
+    return (
+        f"With {' and '.join(asked)} the result is kept as no run: a review trains again what it "
+        f"explains, and would do so without.",
+    )
 
 
 def evaluating(
     corpora: Sequence[Corpus],
     settings: Settings,
     tasks: tuple[str, ...],
-    test_task: str | None,
+    choice: Choice,
     jobs: int = 1,
     *,
-    certainty: bool = False,
-    adapt: bool = False,
-    folds: int | None = None,
+    certainty: bool,
 ) -> Job:
     """One evaluation of joined tasks.
 
     Parameters
     ----------
     corpora : sequence of Corpus
-        Of the tasks; and of the task that is tested on, if there is one.
+        As :meth:`~forcelab.recognition.choice.Choice.parts` gives them.
     settings : Settings
     tasks : tuple of str
-    test_task : str or None
+    choice : Choice
+        Settled.
     jobs : int
     certainty : bool
         As of :func:`evaluate_tasks`.
-    adapt : bool
-        As of :func:`~forcelab.recognition.evaluation.across`.
-    folds : int, optional
-        As of :func:`~forcelab.recognition.evaluation.leave_one_out`.
     """
-    title = title_of(tasks, test_task)
-    if test_task is None:
-        return (
-            yield from leave_one_out(
-                corpora[0].labelled, settings, title, jobs, certainty=certainty, folds=folds
-            )
-        )
+    if choice.leaves_out:
+        title = title_of(tasks, None)
+        labelled, folds = corpora[0].labelled, choice.folds
+        return leave_one_out(labelled, settings, title, jobs, certainty=certainty, folds=folds)
+    title = title_of(tasks, choice.test_task if choice.test_names is None else choice.test_names)
     train, test = (part.labelled for part in corpora)
-    return (yield from across(train, test, settings, title, certainty=certainty, adapt=adapt))
+    return across(train, test, settings, title, certainty=certainty, adapt=choice.adapt)
 
 
 def told(settings: Settings, choice: Choice, tasks: Sequence[str]) -> dict[str, Any]:
@@ -298,7 +288,9 @@ def train_tasks(
             content,
             settings=told(settings, choice, tasks),
             seed=settings.seed,
-            labels=[used for used in found.labels if used.demonstration in recogniser.trained_on],
+            labels=project.still_there(
+                used for used in found.labels if used.demonstration in recogniser.trained_on
+            ),
             versions=versions(),
         )
     remarks = unlike([found], settings) + idle(settings, found.spelt) + _unkept(project)

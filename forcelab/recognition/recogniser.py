@@ -15,6 +15,7 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments, from_codes
 from forcelab.recognition import filters
 from forcelab.recognition.certainty import Certainty
+from forcelab.recognition.changes import Changes
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import decode
 from forcelab.recognition.examples import Examples, Labelled, prepare
@@ -109,6 +110,8 @@ class Recogniser:
         Ids of the training demonstrations.
     choreography : Choreography, optional
         Durations and order of the training tracks; None without a decoder.
+    changes : Changes, optional
+        What tells the decoder where actions change; None where that was not learnt.
     live : tuple of LivePart
         What it has learnt to follow a stream, by the time that each part looks ahead; empty where
         the classifier itself can do so.
@@ -127,6 +130,7 @@ class Recogniser:
     classifier: Any
     trained_on: tuple[str, ...] = ()
     choreography: Choreography | None = None
+    changes: Changes | None = None
     live: tuple[LivePart, ...] = ()
     units: tuple[str, ...] = ()
     left_out: tuple[Contradicted, ...] = ()
@@ -200,20 +204,23 @@ class Recogniser:
             )
         started = perf_counter()
         raw, probabilities = self._classify(examples, certainty)
+        changes = None
+        if self.choreography is not None and self.changes is not None:
+            changes = self.changes.ratios(examples.features)
         classified = perf_counter()
         if self.choreography is not None and probabilities is not None:
-            filtered = self._decode(probabilities, examples, self.settings.choreography)
+            filtered = self._decode(probabilities, changes, examples, self.settings.choreography)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
             filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
         alone = None
         if unaided and self.choreography is not None and probabilities is not None:
-            alone = self._decode(probabilities, examples, "none")
+            alone = self._decode(probabilities, changes, examples, "none")
         sure = None
         if certainty and probabilities is not None and examples.valid.any():
             seen = examples.valid
-            known = self._posterior(probabilities, examples)
+            known = self._posterior(probabilities, changes, examples)
             sure = Certainty.of(examples.times[seen], known[seen], self.actions)
         return Prediction(
             examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
@@ -248,9 +255,13 @@ class Recogniser:
         return raw, probabilities
 
     def _decode(
-        self, probabilities: NDArray[np.float64], examples: Examples, use: str
+        self,
+        probabilities: NDArray[np.float64],
+        changes: NDArray[np.float64] | None,
+        examples: Examples,
+        use: str,
     ) -> NDArray[np.int64]:
-        """The best course of actions by probabilities and so much of the choreography."""
+        """The best course of actions by what is seen and so much of the choreography."""
         assert self.choreography is not None
         return decode(
             _logs(probabilities),
@@ -258,10 +269,14 @@ class Recogniser:
             self._step(examples),
             self.choreography,
             use,  # type: ignore[arg-type]  # checked when it was set
+            changes=changes,
         )
 
     def _posterior(
-        self, probabilities: NDArray[np.float64], examples: Examples
+        self,
+        probabilities: NDArray[np.float64],
+        changes: NDArray[np.float64] | None,
+        examples: Examples,
     ) -> NDArray[np.float64]:
         """How probable each action is by all that is known of the whole demonstration."""
         if self.choreography is None:
@@ -272,6 +287,7 @@ class Recogniser:
             self._step(examples),
             self.choreography,
             self.settings.choreography,  # type: ignore[arg-type]
+            changes=changes,
         )
 
     def _step(self, examples: Examples) -> float:

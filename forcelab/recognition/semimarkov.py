@@ -3,7 +3,7 @@
 A segmentation of the steps ``0 .. n`` into segments, neighbours of different actions, scores
 
     start(k_1) + S(k_1, d_1) + sum_i [ follow(k_i, k_i+1) + F(k_i, d_i) ] + S(k_m, d_m)
-        + sum_t evidence(t, action at t),
+        + sum_t evidence(t, action at t) + sum of change(t) wherever the action changes,
 
 the first and the last segment cut off by the ends of what was recorded: of them is known only that
 they last at least so long, S, and of the ones between how long they last, F. Both are log-normal
@@ -66,6 +66,12 @@ class Weights:
         What a change of action costs, in nats, where neither durations nor order are used.
     floor : float
         Smallest probability, relative to the step's largest, that the classifier is believed.
+    change : float
+        Exponent of how much likelier than usual a change is to be near, where that is known. A
+        classifier of few demonstrations is less sure than it might be.
+    likelier : float
+        So much likelier than usual, in nats, it must be: of a few places near a change the best is
+        taken.
     """
 
     evidence: float = 0.25
@@ -73,10 +79,12 @@ class Weights:
     duration: float = 0.7
     switch: float = 1.0
     floor: float = 1e-3
+    change: float = 1.5
+    likelier: float = 0.5
 
     def __post_init__(self) -> None:
-        numbers = (self.evidence, self.prior, self.duration, self.switch)
-        if not all(math.isfinite(number) and number >= 0 for number in numbers):
+        numbers = (self.evidence, self.prior, self.duration, self.switch, self.change)
+        if not all(math.isfinite(number) and number >= 0 for number in (*numbers, self.likelier)):
             raise InputError("The decoder's weights must be finite and not negative.")
         if not 0 < self.floor <= 1:
             raise InputError(f"The least probability must lie in 0..1, not be {self.floor}.")
@@ -192,6 +200,21 @@ class Scores:
         if not every:
             below[~says[:, 0]] = 0.0
         return below
+
+    def changing(self, ratios: NDArray[np.floating]) -> Real:
+        """What a change of actions scores right after each step, shape (n,).
+
+        Nothing where durations are not used, as nothing else keeps an action from flickering there.
+
+        Parameters
+        ----------
+        ratios : ndarray, shape (n,)
+            How much likelier than usual a change is near each step, in nats.
+        """
+        above = np.asarray(ratios, dtype=np.float64) - self.weights.likelier
+        scores = (self.weights.change if self.emphasis else 0.0) * above
+        # After the last one none is left to change to.
+        return np.append(0.5 * (scores[:-1] + scores[1:]), 0.0)
 
     @property
     def slope(self) -> Real:

@@ -117,6 +117,8 @@ class Settings:
         Whether probabilities are calibrated on left-out demonstrations; of the same only.
     trimmed : bool
         Whether segments that the other demonstrations contradict are left out of training.
+    changes : bool
+        Whether it is learnt where actions change, for the decoder.
     decoder : str
         One of :data:`DECODERS`. The decoder takes the place of all filters.
     choreography : str
@@ -153,6 +155,7 @@ class Settings:
     balanced: bool = False
     calibrated: bool = False
     trimmed: bool = False
+    changes: bool = False
     decoder: str = "filters"
     choreography: str = "order"
 
@@ -331,7 +334,7 @@ _CHOICES: Mapping[str, tuple[str, ...]] = {
     "decoder": DECODERS,
     "choreography": CHOREOGRAPHIES,
 }
-_SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed")
+_SWITCHES = ("phase", "circular", "peaks", "balanced", "calibrated", "trimmed", "changes")
 
 
 def _said(value: object) -> str:

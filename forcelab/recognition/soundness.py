@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.recognition.forest import must
 from forcelab.recognition.settings import Settings
 
 __all__ = ["check_classifier"]
@@ -53,18 +54,12 @@ def check_classifier(classifier: Any, settings: Settings, width: int, actions: i
     kind, check = checks[settings.classifier]
     if settings.classifier == "svm" and settings.needs_probabilities:
         kind, check = "CalibratedClassifierCV", _check_calibrated
-    _must(type(classifier).__name__ == kind, f"the type {kind}")
+    must(type(classifier).__name__ == kind, f"the type {kind}")
     codes = classifier.classes_
-    _must(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
-    _must(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
+    must(codes.ndim == 1 and codes.dtype == np.int64 and len(codes) >= 2, "codes")
+    must(codes[0] >= 0 and codes[-1] < actions and np.all(np.diff(codes) > 0), "codes")
     check(classifier, width)
     _check_prediction(classifier, width, settings.needs_probabilities)
-
-
-def _must(true: object, what: str) -> None:
-    """Raise unless a part is as it must be."""
-    if not true:
-        raise ValueError(f"the classifier must have {what}")
 
 
 def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
@@ -75,8 +70,8 @@ def _is_array(values: object, shape: tuple[int, ...], kind: str = "f") -> bool:
 def _check_mlp(mlp: Any, _width: int) -> None:
     """An output for each action, by one numbering."""
     k, outputs = len(mlp.classes_), len(mlp.intercepts_[-1])
-    _must(outputs == (1 if k == 2 else k), "an output for each action")
-    _must(np.array_equal(mlp._label_binarizer.classes_, mlp.classes_), "codes")
+    must(outputs == (1 if k == 2 else k), "an output for each action")
+    must(np.array_equal(mlp._label_binarizer.classes_, mlp.classes_), "codes")
 
 
 def _check_nothing(_classifier: Any, _width: int) -> None:
@@ -90,13 +85,13 @@ def _check_tree(classifier: Any, width: int) -> None:
     state = classifier.tree_
     nodes: NDArray[Any] = state["nodes"]
     n, k = len(nodes), len(classifier.classes_)
-    _must(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
+    must(n >= 1 and nodes.ndim == 1 and state["node_count"] == n, "as many nodes as it says")
     inner = nodes["left_child"] != -1
     ahead = np.arange(n)[inner]
     for child in (nodes["left_child"][inner], nodes["right_child"][inner]):
-        _must(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
+        must(np.all((child > ahead) & (child < n)), "nodes that point at nodes")
     asked = nodes["feature"][inner]
-    _must(np.all((asked >= 0) & (asked < width)), "nodes that ask for features")
+    must(np.all((asked >= 0) & (asked < width)), "nodes that ask for features")
     classifier.tree_ = Tree(width, np.array([k], dtype=np.intp), 1)
     classifier.tree_.__setstate__(state)
 
@@ -104,27 +99,27 @@ def _check_tree(classifier: Any, width: int) -> None:
 def _check_neighbours(neighbours: Any, width: int) -> None:
     """Every known sample must have a code that there is."""
     n, codes = neighbours.n_samples_fit_, neighbours._y
-    _must(_is_array(neighbours._fit_X, (n, width)), "samples that fit the features")
-    _must(_is_array(codes, (n,), "i"), "a code for each sample")
-    _must(np.all((codes >= 0) & (codes < len(neighbours.classes_))), "codes of actions")
+    must(_is_array(neighbours._fit_X, (n, width)), "samples that fit the features")
+    must(_is_array(codes, (n,), "i"), "a code for each sample")
+    must(np.all((codes >= 0) & (codes < len(neighbours.classes_))), "codes of actions")
     plain = (neighbours._fit_method, neighbours.metric, neighbours.metric_params, neighbours.p)
-    _must(plain == ("brute", "minkowski", None, 2), "Euclidean distances")
-    _must(neighbours.weights == "uniform" and neighbours.outputs_2d_ is False, "equal votes")
+    must(plain == ("brute", "minkowski", None, 2), "Euclidean distances")
+    must(neighbours.weights == "uniform" and neighbours.outputs_2d_ is False, "equal votes")
 
 
 def _check_svm(svm: Any, width: int) -> None:
     """Support vectors, their counts and coefficients must agree."""
     k, n = len(svm.classes_), len(svm.support_vectors_)
     counts = svm._n_support
-    _must(svm.kernel == "rbf" and svm._sparse is False, "a Gaussian kernel")
-    _must(_is_array(svm.support_vectors_, (n, width)), "support vectors that fit the features")
-    _must(_is_array(svm.support_, (n,), "i"), "a number for each support vector")
-    _must(_is_array(counts, (k,), "i") and np.all(counts >= 0) and sum(counts) == n, "counts")
+    must(svm.kernel == "rbf" and svm._sparse is False, "a Gaussian kernel")
+    must(_is_array(svm.support_vectors_, (n, width)), "support vectors that fit the features")
+    must(_is_array(svm.support_, (n,), "i"), "a number for each support vector")
+    must(_is_array(counts, (k,), "i") and np.all(counts >= 0) and sum(counts) == n, "counts")
     for coefficients in (svm.dual_coef_, svm._dual_coef_):
-        _must(_is_array(coefficients, (k - 1, n)), "coefficients for each support vector")
+        must(_is_array(coefficients, (k - 1, n)), "coefficients for each support vector")
     for intercepts in (svm.intercept_, svm._intercept_):
-        _must(_is_array(intercepts, (k * (k - 1) // 2,)), "an intercept for each pair of actions")
-    _must(len(svm._probA) == len(svm._probB) == 0, "no probabilities of its own")
+        must(_is_array(intercepts, (k * (k - 1) // 2,)), "an intercept for each pair of actions")
+    must(len(svm._probA) == len(svm._probB) == 0, "no probabilities of its own")
 
 
 def _check_calibrated(calibrated: Any, width: int) -> None:
@@ -133,8 +128,8 @@ def _check_calibrated(calibrated: Any, width: int) -> None:
 
     (only,) = calibrated.calibrated_classifiers_
     k = len(calibrated.classes_)
-    _must(type(only.estimator) is SVC, "an SVM inside")
-    _must(len(only.calibrators) == (1 if k == 2 else k), "a curve for each action")
+    must(type(only.estimator) is SVC, "an SVM inside")
+    must(len(only.calibrators) == (1 if k == 2 else k), "a curve for each action")
     _check_svm(only.estimator, width)
 
 
@@ -142,7 +137,7 @@ def _check_prediction(classifier: Any, width: int, probabilities: bool) -> None:
     """Predict one sample, so that whatever is wrong still shows now and not later."""
     sample = np.zeros((1, width))
     with np.errstate(all="ignore"):
-        _must(classifier.predict(sample)[0] in classifier.classes_, "codes of actions")
+        must(classifier.predict(sample)[0] in classifier.classes_, "codes of actions")
         if probabilities:
             shape = (1, len(classifier.classes_))
-            _must(classifier.predict_proba(sample).shape == shape, "a probability for each action")
+            must(classifier.predict_proba(sample).shape == shape, "a probability for each action")

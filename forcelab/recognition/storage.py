@@ -19,6 +19,7 @@ import numpy as np
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.recognition.averaged import Averaged
+from forcelab.recognition.changes import Changes
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.live_part import LivePart
 from forcelab.recognition.recogniser import Recogniser
@@ -79,7 +80,7 @@ def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
     """A recogniser whose classifier is ready to be written."""
     from skops import io
 
-    choreography = recogniser.choreography
+    choreography, changes = recogniser.choreography, recogniser.changes
     return bytes(
         io.dumps(
             {
@@ -92,6 +93,7 @@ def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
                 "shortest": recogniser.shortest,
                 "trained_on": list(recogniser.trained_on),
                 "choreography": None if choreography is None else choreography.to_json(),
+                "changes": None if changes is None else changes.plain(),
                 "versions": versions(),
                 "classifier": classifier,
                 "live": [part.plain() for part in recogniser.live],
@@ -168,6 +170,8 @@ def _recogniser(content: object, path: Path) -> Recogniser:
     if not 0 < recogniser.rate < np.inf:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
     width = settings.width(len(recogniser.channels))
+    if (changes := content.get("changes")) is not None:  # older files have nothing of it
+        recogniser = replace(recogniser, changes=Changes.from_plain(changes, width))
     known = len(recogniser.actions)
     if (
         recogniser.choreography is not None

@@ -5,7 +5,7 @@ whose last segment, of action k, ends at ``t``, and ``g_t(k)`` that of those aft
 at ``t``, both without the running sum ``C_t(k)`` of k's evidence,
 
     h_t(k) = max_d [ g_(t-d)(k) + F(k, d) ],
-    g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ].
+    g_t(k) = max_j [ h_t(j) + C_t(j) + follow(j, k) - C_t(k) ] + change_t.
 
 As no segment is shorter than some steps, so many steps are independent of each other and made at
 once. Of the best segmentation more steps are: first as if no segment began and ended among them,
@@ -137,6 +137,8 @@ class Sweep:
         self.margin = max(int(scores.longest.max()), TABLE)
         self.sums = np.zeros((K, room + 1))
         self.ends = np.full((K, room + 1), -np.inf)
+        # What a change scores at each place, beside what follows what; asked for while it is new.
+        self._changes = np.zeros(room + 1)
         self.starts = np.full((K, self.margin + room + 1), -np.inf)
         self.before: dict[tuple[int, int], tuple[int, int]] = {}
         self.slope = scores.slope
@@ -172,9 +174,17 @@ class Sweep:
         cut = rows.start + best + 1
         return [*self._split(slice(rows.start, cut)), *self._split(slice(cut, rows.stop))]
 
-    def push(self, evidence: Real) -> None:
-        """Go on with the evidence of the next steps, shape (m, K), for which there is room."""
+    def push(self, evidence: Real, changes: Real | None = None) -> None:
+        """Go on with the next steps, for which there is room.
+
+        Parameters
+        ----------
+        evidence : ndarray, shape (m, K)
+        changes : ndarray, shape (m,), optional
+            What a change of actions scores right after each of them; nothing by default.
+        """
         place, m = self.now - self.base + 1, len(evidence)
+        self._changes[place : place + m] = 0.0 if changes is None else changes
         sums = self.sums[:, place : place + m]
         np.add.accumulate(evidence.T[self.order], axis=1, out=sums)
         sums += self.sums[:, place - 1 : place]
@@ -215,6 +225,7 @@ class Sweep:
         found = self._algebra.follow(
             self.ends[:, place:after], self.sums[:, place:after], self._order
         )
+        found += self._changes[place:after]
         self.starts[:, self.margin + place : self.margin + after] = found
 
     def _short(self, place: int, after: int) -> bool:

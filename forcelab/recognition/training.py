@@ -13,6 +13,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import UNLABELLED, from_codes
 from forcelab.recognition.averaged import Averaged
+from forcelab.recognition.changes import fitting_changes
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
@@ -40,12 +41,9 @@ class Epoch(Progress):
     ----------
     loss : float, optional
         Training loss, of classifiers that have one.
-    accuracy : float, optional
-        Frame accuracy, 0 to 1, on the held-out demonstration, if there is one.
     """
 
     loss: float | None = None
-    accuracy: float | None = None
 
 
 def preparing(
@@ -85,7 +83,8 @@ def _training_set(
         steps = [place[groups == i] for i in range(len(examples))]
     used, codes = np.unique(y, return_inverse=True)
     found = tuple(actions[code] for code in used)
-    return found, _rows(examples, steps), codes.astype(np.int64), groups
+    X = np.concatenate([e.features[own] for e, own in zip(examples, steps, strict=True)])
+    return found, X, codes.astype(np.int64), groups
 
 
 def _labelled_steps(
@@ -100,13 +99,6 @@ def _labelled_steps(
         y.append(codes[own])
         steps.append(own)
     return np.concatenate(y), steps
-
-
-def _rows(examples: Sequence[Examples], steps: Sequence[NDArray[np.int64]]) -> NDArray[np.float64]:
-    """The features of some time steps of each example, one after another."""
-    return np.concatenate(
-        [example.features[own] for example, own in zip(examples, steps, strict=True)]
-    )
 
 
 def _care(examples: Sequence[Examples], groups: NDArray[np.int64], settings: Settings) -> Care:
@@ -167,7 +159,6 @@ def fit_trimmed(
     examples: Sequence[Examples],
     left_out: tuple[Contradicted, ...],
     settings: Settings,
-    held_out: Examples | None = None,
     trained_on: Sequence[str] = (),
     text: str = "fit",
 ) -> Generator[Progress, None, Recogniser]:
@@ -176,12 +167,11 @@ def fit_trimmed(
     Parameters
     ----------
     examples : sequence of Examples
-        Of the training demonstrations; unlabelled time steps are never used.
+        Of the training demonstrations; unlabelled time steps teach no action, though those between
+        two actions may teach where they change (:mod:`forcelab.recognition.changes`).
     left_out : tuple of Contradicted
         What is gone, to remember.
     settings : Settings
-    held_out : Examples, optional
-        A demonstration to watch the accuracy on; it changes nothing about the fit.
     trained_on : sequence of str
         Ids to remember.
     text : str
@@ -205,18 +195,14 @@ def fit_trimmed(
             f"without missing samples and with a stride of {settings.stride}; label more or "
             "change these."
         )
-    watched = None
-    if held_out is not None:
-        right, steps = _labelled_steps([held_out], actions, settings.stride)
-        watched = _rows([held_out], steps), right
+    changes = yield from fitting_changes(examples, settings)
+    # Of every time step they are far more than the rows that are learnt from.
+    none = np.empty((0, 0))
+    examples = [replace(example, features=none) for example in examples]
     probabilities = settings.needs_probabilities
     care = _care(examples, groups, settings)
     for step in fitting(settings.classifier, X, y, settings.seed, probabilities, care):
-        classifier = step.classifier
-        accuracy = None
-        if classifier is not None and watched is not None and len(watched[1]):
-            accuracy = float(np.mean(classifier.predict(watched[0]) == watched[1]))
-        yield Epoch(step.number, step.total, text, step.loss, accuracy)
+        yield Epoch(step.number, step.total, text, step.loss)
     return Recogniser(
         settings=settings,
         rate=median_low(example.rate for example in examples),
@@ -225,17 +211,18 @@ def fit_trimmed(
         units=examples[0].units if len({example.units for example in examples}) == 1 else (),
         actions=actions,
         shortest=_shortest(examples, actions),
-        classifier=classifier,
+        classifier=step.classifier,
         trained_on=tuple(trained_on),
         choreography=Choreography.learn([example.segments for example in examples], actions)
         if settings.decodes
         else None,
+        changes=changes,
         left_out=left_out,
     )
 
 
 def training(
-    labelled: Sequence[Labelled], settings: Settings, held_out: Labelled | None = None
+    labelled: Sequence[Labelled], settings: Settings
 ) -> Generator[Progress, None, Recogniser]:
     """Train a recogniser; a generator that yields progress and returns the recogniser.
 
@@ -246,8 +233,6 @@ def training(
     labelled : sequence of Labelled
         Training demonstrations; those without a segment take no part.
     settings : Settings
-    held_out : Labelled, optional
-        A demonstration to watch the accuracy on, never trained on.
 
     Raises
     ------
@@ -257,23 +242,21 @@ def training(
     used = [item for item in labelled if item.segments]
     if not used:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
-    together = used if held_out is None else [*used, held_out]
-    # Watching must not move the grid.
-    rate = common_rate([item.demonstration for item in used], settings)
-    examples = yield from preparing(together, settings.replace(rate=rate))
-    watched = None if held_out is None else examples.pop()
+    examples = yield from preparing(used, settings)
     ids = [item.demonstration.id for item in used]
     kept, left_out = yield from trimming(examples, settings)
-    recogniser = yield from fit_trimmed(kept, left_out, settings, watched, ids)
-    if not (needs_whole(settings) and settings.decodes):
-        return recogniser
-    own = _own_amplitude(recogniser)
     taught = [
         # The segments of examples are merged already.
         Labelled(item.demonstration, example.segments, apart=True)
         for item, example in zip(used, kept, strict=True)
     ]
-    del examples, kept, watched  # features of every time step: from here on streams are looked at
+    fit = fit_trimmed(kept, left_out, settings, ids)
+    del examples, kept  # features of every time step, which the fit lets go of
+    recogniser = yield from fit
+    if not (needs_whole(settings) and settings.decodes):
+        return recogniser
+    own = _own_amplitude(recogniser)
+    rate = common_rate([item.demonstration for item in used], settings)
     parts = yield from fitting_live(taught, settings, rate, recogniser.actions, own)
     return replace(recogniser, live=parts)
 

@@ -25,7 +25,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MARGIN", "SUSPECT", "Line", "suspicions"]
+__all__ = ["MARGIN", "PSEUDO", "SUSPECT", "Line", "suspicions", "told"]
 
 Real = NDArray[np.float64]
 
@@ -153,10 +153,10 @@ def _neighbour_evidence(neighbours: NDArray[np.int64], codes: NDArray[np.int64],
     spread = PSEUDO * len(kinds)
     usual = np.log((met + PSEUDO) / (counts + spread)[:, None])[:, names].T
     own = np.log((met[codes, names] - 1.0 + PSEUDO) / (counts[codes] - 1.0 + spread))
-    return np.asarray(_told(met) * (usual - own[:, None]))
+    return np.asarray(told(met) * (usual - own[:, None]))
 
 
-def _told(met: Real) -> float:
+def told(met: Real) -> float:
     """How much neighbours tell about actions: mutual information, as a share of the entropy."""
     joint = met / met.sum()
     actions, neighbours = joint.sum(axis=1), joint.sum(axis=0)

@@ -137,9 +137,8 @@ def coded_demonstrations(
     if unknown := [name for name in authors if name not in known]:
         there = ", ".join(f"'{name}'" for name in known) or "none at all"
         raise InputError(f"There is no coder '{unknown[0]}'; there are {there}.")
-    if task is not None and task not in project.tasks():
-        there = ", ".join(f"'{name}'" for name in project.tasks()) or "none at all"
-        raise InputError(f"There is no task '{task}' here; choose from {there}.")
+    if task is not None:
+        project.check_task(task)
     found, hidden = [], 0
     for info in project.demonstrations(task):
         if viewer is not None and project.is_blind(info.id, viewer):

@@ -18,10 +18,10 @@ from forcelab.labels import Segment, Segments
 from forcelab.painting import SLIVER, erase, paint
 from forcelab.project import Edit, Project
 from forcelab.review.coded import actions_of, pieces_of
-from forcelab.review.disagreeing import Difference, differences
+from forcelab.review.disagreeing import Disagreement, differences
 from forcelab.wording import counted
 
-__all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Difference", "differences", "standing"]
+__all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Disagreement", "differences", "standing"]
 
 #: Who the consensus is by, unless said otherwise.
 CONSENSUS = "consensus"
@@ -86,7 +86,7 @@ class Consensus:
         self.a, self.b, self.author = a, b, author
         self.track_a: Segments = ()
         self.track_b: Segments = ()
-        self.differences: tuple[Difference, ...] = ()
+        self.differences: tuple[Disagreement, ...] = ()
         self.refresh()
         for name, segments in ((a, self.track_a), (b, self.track_b)):
             if not segments:
@@ -110,11 +110,11 @@ class Consensus:
         return bool(self.segments) or bool(self._left)
 
     @property
-    def undecided(self) -> tuple[Difference, ...]:
+    def undecided(self) -> tuple[Disagreement, ...]:
         """The differences that wait for a decision, in order of time."""
         return tuple(one for one in self.differences if not self.decided(one))
 
-    def decided(self, difference: Difference) -> bool:
+    def decided(self, difference: Disagreement) -> bool:
         """Whether the consensus says anything there, or was left unlabelled there on purpose."""
         return bool(_cut(self.segments, difference.start, difference.end)) or (
             _left(difference) in self._left
@@ -129,7 +129,7 @@ class Consensus:
                 after = paint(after, start, end, segment.action)
         return self._store(after, f"what {self.a} and {self.b} agree on taken")
 
-    def take(self, difference: Difference, who: Literal["a", "b"]) -> Edit | None:
+    def take(self, difference: Disagreement, who: Literal["a", "b"]) -> Edit | None:
         """Decide for one of the two coders."""
         name = self.a if who == "a" else self.b
         action = difference.a if who == "a" else difference.b
@@ -137,17 +137,17 @@ class Consensus:
             return self.leave(difference)
         return self.put(difference, action, f"as {name}")
 
-    def put(self, difference: Difference, action: str, why: str = "decided") -> Edit | None:
+    def put(self, difference: Disagreement, action: str, why: str = "decided") -> Edit | None:
         """Decide for any action."""
         what = f"{action} {_stretch(difference)} {why}"
         return self._decide([(difference, [(difference.start, difference.end, action)])], what)
 
-    def leave(self, difference: Difference) -> Edit | None:
+    def leave(self, difference: Disagreement) -> Edit | None:
         """Decide that it is unlabelled."""
         parts: _Parts = [(difference.start, difference.end, None)]
         return self._decide([(difference, parts)], _left(difference), even_so=True)
 
-    def mean(self, difference: Difference) -> Edit | None:
+    def mean(self, difference: Disagreement) -> Edit | None:
         """Set the boundary to the middle between the two coders' edges.
 
         Raises
@@ -183,7 +183,7 @@ class Consensus:
         self.refresh()
         return edit
 
-    def _halves(self, difference: Difference) -> _Parts:
+    def _halves(self, difference: Disagreement) -> _Parts:
         """What was before up to the middle, what comes after from there on."""
         middle = difference.start + difference.duration / 2
         ending = _cut(self.track_a, difference.start - 3 * SLIVER, difference.start)
@@ -192,7 +192,7 @@ class Consensus:
         return [(difference.start, middle, before), (middle, difference.end, after)]
 
     def _decide(
-        self, made: Sequence[tuple[Difference, _Parts]], what: str, even_so: bool = False
+        self, made: Sequence[tuple[Disagreement, _Parts]], what: str, even_so: bool = False
     ) -> Edit | None:
         """Write parts in the place of differences, as one edit.
 
@@ -243,11 +243,11 @@ def _free(segments: Segments, start: float, end: float) -> list[tuple[float, flo
     ]
 
 
-def _stretch(difference: Difference) -> str:
+def _stretch(difference: Disagreement) -> str:
     """Its bounds in a line of history."""
     return f"{difference.start:.3f}-{difference.end:.3f} s"
 
 
-def _left(difference: Difference) -> str:
+def _left(difference: Disagreement) -> str:
     """The line of history of a stretch that was left unlabelled on purpose."""
     return f"{_stretch(difference)} decided: unlabelled"

@@ -11,11 +11,11 @@ from forcelab.painting import SLIVER
 from forcelab.review.coded import Pieces, actions_of, pieces_of
 from forcelab.review.places import Place
 
-__all__ = ["Difference", "differences"]
+__all__ = ["Disagreement", "differences"]
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class Disagreement:
     """A stretch in which two coders say different things.
 
     Parameters
@@ -45,7 +45,7 @@ class Difference:
         return Place(demonstration, self.start, self.end, self.a, self.b)
 
 
-def differences(a: Segments, b: Segments) -> tuple[Difference, ...]:
+def differences(a: Segments, b: Segments) -> tuple[Disagreement, ...]:
     """Every stretch in which two tracks differ, in order of time."""
     if not a and not b:
         return ()
@@ -60,7 +60,7 @@ def differences(a: Segments, b: Segments) -> tuple[Difference, ...]:
         before, after = _neighbour(pieces, i, -1), _neighbour(pieces, i, 1)
         edge = before is not None and after is not None and {before, after} == {one, other}
         start, end = float(pieces.starts[i]), float(pieces.ends[i])
-        found.append(Difference(start, end, names[one], names[other], edge))
+        found.append(Disagreement(start, end, names[one], names[other], edge))
     return tuple(found)
 
 

@@ -12,9 +12,8 @@ from forcelab.review.differences import Difference, spelt_back
 from forcelab.review.outcome import Outcome
 
 __all__ = [
-    "Change",
     "Judged",
-    "change_for",
+    "action_for",
     "changed_labels",
     "covers",
     "judge",
@@ -25,15 +24,6 @@ __all__ = [
 
 #: A place covers a difference if it shares this part of it.
 COVERED = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What a coder's track gets over ``[start, end)`` if the model is right; None is nothing."""
-
-    start: float
-    end: float
-    action: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +68,7 @@ def covers(place: Verdict | Difference, difference: Difference) -> bool:
 def judge(
     project: Project, outcome: Outcome, difference: Difference, verdict: VerdictKind, author: str
 ) -> StoredVerdict:
-    """Keep what somebody says about a difference; no label changes (see :func:`change_for`).
+    """Keep what somebody says about a difference; no label changes (see :func:`action_for`).
 
     Parameters
     ----------
@@ -112,12 +102,12 @@ def withdraw(project: Project, verdict: StoredVerdict, author: str) -> StoredVer
     return project.add_verdict(Verdict(**fields))
 
 
-def change_for(outcome: Outcome, difference: Difference) -> Change:
-    """What makes the labels say what the model says, spelt as the coder spells it."""
+def action_for(outcome: Outcome, difference: Difference) -> str | None:
+    """What the model sees over a difference, spelt as the coder spells it; None is nothing."""
     action, reviewed = difference.predicted, outcome.find(difference.demonstration)
-    if action is not None and reviewed is not None:
-        action = spelt_back(action, outcome, reviewed)
-    return Change(difference.start, difference.end, action)
+    if action is None or reviewed is None:
+        return action
+    return spelt_back(action, outcome, reviewed)
 
 
 def report(verdicts: Iterable[Verdict]) -> tuple[Judged, ...]:

@@ -9,9 +9,10 @@ from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
 from forcelab.review.differences import Difference, Kind, compared, current_tracks
+from forcelab.review.hearing import Heard, heard
 from forcelab.review.judging import changed_labels, covers, speaks_of
 from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.suspicion import SUSPECT, Heard, heard, suspect_edges, suspect_segments
+from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
 
 __all__ = ["LEAST", "Compared", "Queue", "arranging", "queue"]
 
@@ -26,8 +27,8 @@ class Queue:
     Parameters
     ----------
     suspected : tuple of Difference
-        Human segments and edges whose suspicion is :data:`SUSPECT` or more, by suspicion. What
-        differs inside them stands in no other section.
+        Human segments, parts of them and edges whose suspicion is :data:`SUSPECT` or more, by
+        suspicion. What differs inside them stands in no other section.
     actions, missed, boundaries, invented : tuple of Difference
         The differences of each kind, by seconds times confidence.
     judged : tuple of StoredVerdict
@@ -138,7 +139,7 @@ def arranging(
     everything = [d for each in now.values() for d in each.differences]
     certainties = {reviewed.id: reviewed.certainty for reviewed in shown}
     differing = suspect_edges(everything, certainties)
-    segments_suspected = suspect_segments((c.heard for c in now.values()), outcome.actions)
+    segments_suspected = suspects((c.heard for c in now.values()), outcome.actions)
     mine = [v for v in verdicts if v.coder == outcome.author and v.demonstration in tracks]
     return _arranged(differing, segments_suspected, mine, invented), now
 
@@ -147,7 +148,7 @@ def _compared(reviewed: Reviewed, segments: Segments, actions: tuple[str, ...]) 
     """Compare one demonstration."""
     found = compared(reviewed.id, segments, reviewed.predicted, reviewed.certainty)
     listed = tuple(d for d in found if d.duration >= LEAST)
-    return Compared(reviewed, segments, listed, heard(reviewed, segments, actions))
+    return Compared(reviewed, segments, listed, heard(reviewed, segments, actions, listed))
 
 
 def _arranged(

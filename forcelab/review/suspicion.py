@@ -1,7 +1,8 @@
 """Suspected coding errors: human segments that the model, not having seen them, contradicts.
 
 Of segments the evidence is that of :mod:`forcelab.recognition.witnesses`: what the recogniser says
-that was trained without the demonstration, and the neighbours.
+that was trained without the demonstration, and the neighbours. Of parts of segments it is that of
+:mod:`forcelab.review.parts`.
 
 An edge is suspect if the model puts it elsewhere, is sure of what it sees on either side and
 between, and is far more off than usual where the same two meet: with q the least of the three mean
@@ -12,81 +13,26 @@ which counts from 2 u on.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 
 import numpy as np
-from numpy.typing import NDArray
 
-from forcelab.labels import Segments
 from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.witnesses import MARGIN, SUSPECT, Line, suspicions
+from forcelab.recognition.witnesses import SUSPECT, Line, suspicions
 from forcelab.review.differences import Difference
-from forcelab.review.outcome import Reviewed
+from forcelab.review.hearing import Heard
+from forcelab.review.parts import suspect_parts
 
-__all__ = ["SUSPECT", "Heard", "heard", "suspect_edges", "suspect_segments"]
-
-Real = NDArray[np.float64]
+__all__ = ["SUSPECT", "suspect_edges", "suspects"]
 
 #: An edge is far off at so many times the usual displacement, which is so many seconds at least;
 #: below half of that it is as good as others.
 FAR, LEAST_USUAL = 4.0, 0.025
 
 
-@dataclass(frozen=True)
-class Heard:
-    """What the model says about the segments of one demonstration; m of them, K actions.
-
-    Parameters
-    ----------
-    demonstration : str
-        Its id.
-    segments : tuple of Segment
-        The human's.
-    said : ndarray of float64, shape (m, K)
-        Mean probability of each action over the middle of each segment.
-    """
-
-    demonstration: str
-    segments: Segments
-    said: Real
-
-
-def heard(reviewed: Reviewed, segments: Segments, actions: Sequence[str]) -> Heard:
-    """Gather what the model says about a human's segments.
-
-    Without probabilities its word is the share of time that it gives to each action.
-    """
-    said = np.zeros((len(segments), len(actions)))
-    for row, segment in enumerate(segments):
-        margin = MARGIN * segment.duration
-        inside = (segment.start + margin, segment.end - margin)
-        if reviewed.certainty is None:
-            raw = reviewed.stages.get("raw", reviewed.predicted)
-            said[row] = _shares(raw, *inside, actions)
-        else:
-            said[row] = _means(reviewed.certainty, *inside, actions)
-    return Heard(reviewed.id, segments, said)
-
-
-def _means(certainty: Certainty, start: float, end: float, actions: Sequence[str]) -> Real:
-    """Mean probability of each action, in the order of `actions`."""
-    means = dict(zip(certainty.actions, certainty.mean(start, end).tolist(), strict=True))
-    return np.array([means.get(action, 0.0) for action in actions])
-
-
-def _shares(segments: Segments, start: float, end: float, actions: Sequence[str]) -> Real:
-    """Share of ``[start, end)`` that segments give to each action."""
-    seconds = dict.fromkeys(actions, 0.0)
-    for segment in segments:
-        both = min(segment.end, end) - max(segment.start, start)
-        if both > 0 and segment.action in seconds:
-            seconds[segment.action] += both
-    return np.array(list(seconds.values())) / (end - start)
-
-
-def suspect_segments(all_heard: Iterable[Heard], actions: Sequence[str]) -> tuple[Difference, ...]:
-    """Every human segment that the model would rather call something else, most suspect first.
+def suspects(all_heard: Iterable[Heard], actions: Sequence[str]) -> tuple[Difference, ...]:
+    """Every human segment, or part of one, that the model would rather call something else.
 
     Parameters
     ----------
@@ -98,22 +44,41 @@ def suspect_segments(all_heard: Iterable[Heard], actions: Sequence[str]) -> tupl
     Returns
     -------
     tuple of Difference
-        Of the whole segment; `suspicion` is as told above, `confidence` the mean probability of
-        the other action.
+        The most suspect first. `suspicion` is as told above, `confidence` the mean probability of
+        the other action. A segment is listed as a whole where that is suspected, and otherwise
+        as what is more suspect: the whole, or its parts.
     """
     everything = [h for h in all_heard if h.segments]
     if not everything:
         return ()
-    said = np.concatenate([h.said for h in everything])
     # Of an action that it never learnt, as of another task, the model cannot be a witness.
-    learnt = np.flatnonzero(said.any(axis=0))
-    said, actions = said[:, learnt], [actions[code] for code in learnt.tolist()]
-    if len(actions) < 2:
+    learnt = np.flatnonzero(np.concatenate([h.said for h in everything]).any(axis=0))
+    if len(learnt) < 2:
         return ()
+    known = [actions[code] for code in learnt.tolist()]
+    everything = [
+        replace(h, said=h.said[:, learnt], of_parts=h.of_parts[:, learnt]) for h in everything
+    ]
+    wholes = {(d.demonstration, d.start): d for d in _segments(everything, known)}
+    parts = suspect_parts(everything, known)
+    result: list[Difference] = []
+    for place in wholes.keys() | parts.keys():
+        whole, own = wholes.get(place), parts.get(place, [])
+        most = max((part.suspicion for part in own), default=0.0)
+        if whole is not None and whole.suspicion >= min(SUSPECT, most):
+            result.append(whole)
+        else:
+            result += own
+    return tuple(sorted(result, key=lambda d: (-d.suspicion, d.demonstration, d.start)))
+
+
+def _segments(everything: Sequence[Heard], actions: Sequence[str]) -> list[Difference]:
+    """The whole segments of which anything is suspected."""
+    said = np.concatenate([h.said for h in everything])
     number = {action: code for code, action in enumerate(actions)}
     line = Line([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
-    result = [
+    return [
         Difference(
             segments[i][0],
             segments[i][1].start,
@@ -126,7 +91,6 @@ def suspect_segments(all_heard: Iterable[Heard], actions: Sequence[str]) -> tupl
         for i, other, suspicion in suspicions(said[line.known], line)
         if suspicion > 0
     ]
-    return tuple(sorted(result, key=lambda d: (-d.suspicion, d.demonstration, d.start)))
 
 
 def suspect_edges(

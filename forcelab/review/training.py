@@ -2,7 +2,8 @@
 
 It works on the labels as they are when it begins, reads them once and never writes a track: what
 is edited meanwhile stays, and is counted by :func:`forcelab.review.outcome.edits_since`. The run
-and the recogniser are stored together at the very end, or not at all.
+and the recogniser are stored together at the very end, as soon as no other program keeps the
+project busy, or not at all.
 """
 
 from __future__ import annotations
@@ -14,12 +15,12 @@ from typing import Any
 
 from forcelab.demonstration import Demonstration
 from forcelab.elsewhere import interruptible
-from forcelab.errors import InputError
+from forcelab.errors import InputError, StoreBusyError
 from forcelab.labels import from_codes
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.corpus import Corpus
-from forcelab.recognition.folds import groups
+from forcelab.recognition.grouping import groups
 from forcelab.recognition.project_runs import evaluating, idle, told, unlearnt, unlike
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.results import Evaluation
@@ -107,6 +108,7 @@ def reviewing(
             )
         yield Step(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, choice)
+        choice = choice.settled(snapshot.found)
         steps = Steps(_folds(snapshot, choice), fit)
         title = title_of(snapshot.tasks, choice.test_task)
         evaluation, remarks = yield from _tested(snapshot, settings, choice, steps, fit)
@@ -128,11 +130,14 @@ def reviewing(
             remarks += refused
         result["remarks"] = [*result["remarks"], *remarks]
         result["trained_on"] = list(trained_on)
-        yield steps.storing()
-        with interruptible():
-            return _stored(
-                project, snapshot, told(settings, choice, snapshot.tasks), result, name, recogniser
-            )
+        asked = told(settings, choice, snapshot.tasks)
+        while True:
+            yield steps.storing()
+            try:
+                with interruptible():
+                    return _stored(project, snapshot, asked, result, name, recogniser)
+            except StoreBusyError:  # what took minutes is not lost for that; one can cancel
+                continue
 
 
 def _snapshot(project: Project, settings: Settings, choice: Choice) -> _Snapshot:
@@ -182,18 +187,13 @@ def _tested(
     What stands in the way of training, too, is then told by that.
     """
     if not steps.folds and fit:
+        whose = f" by {choice.author}" if choice.author else ""
         return None, (
-            "Only one demonstration is labelled, so nothing could be tested; label a second one. "
-            "The recogniser was trained all the same, and proposes labels for the others.",
+            f"Only one demonstration is labelled{whose}, so nothing could be tested; label a "
+            f"second one. The recogniser was trained all the same, and proposes labels for the "
+            f"others.",
         )
-    job = evaluating(
-        snapshot.corpora,
-        settings,
-        snapshot.tasks,
-        choice.test_task,
-        certainty=True,
-        folds=choice.folds,
-    )
+    job = evaluating(snapshot.corpora, settings, snapshot.tasks, choice, certainty=True)
     try:
         return (yield from steps.test(job)), ()
     except InputError as error:
@@ -276,13 +276,13 @@ def _stored(
     recogniser: Recogniser | None,
 ) -> int:
     """Keep everything, at once."""
-    seed = result["seed"]
+    seed, labels = result["seed"], project.still_there(snapshot.labels)
     if recogniser is None:
         return project.add_run(
             KIND,
             settings=asked,
             seed=seed,
-            labels=snapshot.labels,
+            labels=labels,
             versions=versions(),
             result=result,
         )
@@ -292,10 +292,10 @@ def _stored(
         dump(recogniser),
         settings=asked,
         seed=seed,
-        labels=snapshot.labels,
-        trained_on=[
+        labels=labels,
+        trained_on=project.still_there(
             used for used in snapshot.found.labels if used.demonstration in recogniser.trained_on
-        ],
+        ),
         versions=versions(),
         result=result,
     )

@@ -21,9 +21,8 @@ from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.influence import Judge
 from forcelab.review.nearest import Neighbour, nearest, summary
 from forcelab.review.outcome import Outcome
-from forcelab.review.places import Place
+from forcelab.review.places import Place, action_over, place_at
 from forcelab.review.why_influence import Influence, influence
-from forcelab.review.why_places import action_over, place_at
 from forcelab.review.why_training import Withheld, withholding
 
 __all__ = ["Band", "Why", "explaining", "why_at"]

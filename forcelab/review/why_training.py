@@ -22,9 +22,8 @@ from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segments, to_codes
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.evaluation import kept_apart
-from forcelab.recognition.examples import Examples, Labelled, common_rate
-from forcelab.recognition.folds import groups
+from forcelab.recognition.examples import Examples, Labelled, common_rate, kept_apart
+from forcelab.recognition.grouping import groups
 from forcelab.recognition.influence import Network, Voter, judge_of
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.storage import load

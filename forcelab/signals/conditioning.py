@@ -12,10 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Conditioned", "condition", "noise_level"]
+__all__ = ["Conditioned", "condition", "glitches", "noise_level", "robust_peak"]
 
-#: Differences below this share of a channel's largest value come from the rounding of float64.
-ROUNDING = 64 * float(np.finfo(np.float64).eps)
+#: Differences below this share of a channel's size come from the rounding of float64. Its size is
+#: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
+ROUNDING, RARE = 64 * float(np.finfo(np.float64).eps), 64
+#: So many times a channel's usual size, in so few samples in a row, is no force but a glitch: no
+#: converter tells as many sizes apart. Usual sizes below 1, in the channel's unit, count as 1: the
+#: rounding of a channel at rest is no size that an impact may be compared with.
+GLITCH, SPIKE = 1e9, 3
 #: The share of a channel's changes that stay below what is taken for the step of its values.
 STEP_SHARE = 0.1
 
@@ -51,6 +56,35 @@ def bridge(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.interp(index, index[good], x[good])
 
 
+def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which samples of a channel are no force but a glitch, shape (n,).
+
+    A glitch is up to :data:`SPIKE` samples in a row that are further from the channel's median than
+    :data:`GLITCH` units, and :data:`GLITCH` times as far as all but one in :data:`RARE` of its
+    samples. The rounding of one could be louder than the force all along a recording, and the
+    narrowest wavelets, which ring for ever, would hear nothing else.
+
+    Parameters
+    ----------
+    channel : ndarray, shape (n,)
+        What is not finite is missing already, and no glitch.
+    """
+    found = np.zeros(len(channel), dtype=bool)
+    there = np.isfinite(channel)
+    good = channel[there]
+    # Nothing is further from the median than twice the largest: as good as always the answer.
+    if not good.size or np.max(np.abs(good)) <= GLITCH / 2:
+        return found
+    with np.errstate(over="ignore"):
+        away = np.abs(good - np.median(good))
+        found[there] = away > GLITCH * max(1.0, float(robust_peak(away)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]])))
+    for first, last in edges.reshape(-1, 2).tolist():
+        if last - first > SPIKE:
+            found[first:last] = False
+    return found
+
+
 def noise_level(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Estimate the standard deviation of white noise along the last axis.
 
@@ -84,13 +118,21 @@ def noise_level(values: NDArray[np.float64]) -> NDArray[np.float64]:
     typical = np.median(np.abs(np.diff(flat, n=2)), axis=1)
     levels = typical * (1.482602218505602 / np.sqrt(6.0))
     for i in np.flatnonzero(typical <= ROUNDING * np.max(np.abs(flat), axis=1)):
-        levels[i] = _rounding_noise(flat[i])
+        rounding = ROUNDING * float(robust_peak(flat[i]))
+        if typical[i] <= rounding:
+            levels[i] = _rounding_noise(flat[i], rounding)
     return np.asarray(levels, dtype=np.float64).reshape(values.shape[:-1])
 
 
-def _rounding_noise(channel: NDArray[np.float64]) -> float:
-    """The noise level of a channel whose second differences are mostly zero."""
-    rounding = ROUNDING * float(np.max(np.abs(channel)))
+def robust_peak(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The largest absolute value along the last axis but for one in :data:`RARE`, shape (...)."""
+    n = values.shape[-1]
+    place = n - 1 - n // RARE
+    return np.asarray(np.partition(np.abs(values), place, axis=-1)[..., place], dtype=np.float64)
+
+
+def _rounding_noise(channel: NDArray[np.float64], rounding: float) -> float:
+    """The noise level of a channel whose second differences are mostly within its rounding."""
     changes = np.abs(np.diff(channel))
     changes = changes[changes > rounding]
     if changes.size == 0:

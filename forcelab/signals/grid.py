@@ -16,19 +16,16 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.demonstration import GAP_PERIODS, Demonstration
+from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
-from forcelab.signals.conditioning import bridge
+from forcelab.signals.conditioning import bridge, glitches
 
-__all__ = ["LARGEST", "Grid", "measured", "on_grid"]
+__all__ = ["Grid", "measured", "on_grid"]
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
 #: Rates that differ by less than this share count as the same.
 SAME_RATE = 0.01
-#: Values beyond this were not measured and count as missing: boards print 3.4e38 where they know
-#: nothing, next to which all that a wavelet or a mean makes of the others would be rounding.
-LARGEST = 1e30
 #: A grid has at most this many samples, a day at 1 kHz; more come from a stray stamp.
 MAX_SAMPLES = 86_400_000
 
@@ -46,8 +43,9 @@ class Grid:
     signals : ndarray of float64, shape (n, c)
         Missing samples bridged by straight lines.
     valid : ndarray of bool, shape (n,)
-        False in gaps of the stamps and in runs of samples that are missing (NaN, infinite or
-        beyond :data:`LARGEST`), longer than
+        False in gaps of the stamps and in runs of samples that are missing (NaN, infinite, beyond
+        :data:`~forcelab.demonstration.LARGEST`, or a glitch as of
+        :func:`~forcelab.signals.conditioning.glitches`), longer than
         :data:`~forcelab.demonstration.GAP_PERIODS` periods.
     rate : float
         Samples a second.
@@ -60,14 +58,19 @@ class Grid:
 
 
 def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which values a sensor can have read: not NaN, nor beyond :data:`LARGEST`."""
+    """Which values a sensor can have read: not NaN, nor beyond `LARGEST`."""
     return np.asarray(np.abs(values) <= LARGEST)
 
 
 def _known(column: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The column, NaN where it cannot be a reading."""
+    """The column, NaN where it cannot be a reading.
+
+    Glitches are found here, as recorded: on another grid each would be spread over more samples.
+    """
     good = measured(column)
-    return column if good.all() else np.where(good, column, np.nan)
+    known = column if good.all() else np.where(good, column, np.nan)
+    wild = glitches(known)
+    return np.where(wild, np.nan, known) if wild.any() else known
 
 
 def _missing_runs(demonstration: Demonstration, columns: Columns) -> list[tuple[float, float]]:

@@ -9,15 +9,25 @@ from numpy.typing import NDArray
 
 from forcelab.signals.streaming_kernels import HALF, low_pass
 
-__all__ = ["CHUNK", "Tape", "Tapes"]
+__all__ = ["CHUNK", "Tape", "Tapes", "level_of"]
 
 Real = NDArray[np.float64]
 
-#: Samples that are worked on at once; larger blocks are cut, so that memory stays bounded.
-CHUNK = 2048
+#: Samples that are worked on at once; larger blocks are cut at its multiples, so that memory stays
+#: bounded. There the base is chosen anew, from every :data:`SPARSE`-th sample of the last ones.
+CHUNK, SPARSE = 1024, 8
 #: Binary exponents of samples beyond which their products with the weights could overflow, or lose
 #: digits. What lies beyond is scaled by a power of two, which is exact.
 SAFE = 900
+
+
+def level_of(latest: Real) -> Real:
+    """The base that follows :data:`CHUNK` samples, (CHUNK, c): a glitch among them moves nothing.
+
+    Were it one sample, and that the glitch, what comes next would lose the glitch's rounding.
+    """
+    # An odd number of samples: no mean of two, which could overflow.
+    return np.asarray(np.median(latest[SPARSE::SPARSE], axis=0), dtype=np.float64)
 
 
 class Tape:
@@ -111,13 +121,12 @@ class Tapes:
         }
         self.exponent = 0
         self._base: Real | None = None
-        self._next_base = 0
         self._peak = 0.0
         #: The newest sample of all; None before the first.
         self.last: Real | None = None
 
     def take(self, samples: Real, peak: float) -> None:
-        """Write finite samples, at least one and at most :data:`CHUNK`.
+        """Write finite samples, at least one, none beyond the next multiple of :data:`CHUNK`.
 
         `peak` is the largest absolute value among them, or among more that come with them.
         """
@@ -125,15 +134,14 @@ class Tapes:
             self._peak = peak
             self._scale()
         rows = samples if self.exponent == 0 else np.ldexp(samples, -self.exponent)
+        written = self.fine.written
         if self._base is None:
             self._base = rows[0].copy()
-        elif self.fine.written >= self._next_base:
-            shift = rows[0] - self._base
+        elif written % CHUNK == 0:
+            shift = level_of(self.fine.view(written - CHUNK, written))
             for tape in (self.fine, *self.coarse.values()):
                 tape.lower(shift)
             self._base = self._base + shift
-        if self.fine.written >= self._next_base:
-            self._next_base = (self.fine.written // CHUNK + 1) * CHUNK
         self.fine.append(rows - self._base)
         for step, tape in self.coarse.items():
             self._decimate(step, tape)

@@ -32,10 +32,6 @@ def simulating(
     jobs : int
         Processes that share the work.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Added

@@ -44,11 +44,11 @@ def tremor(times: Array, rng: np.random.Generator) -> Array:
     return np.asarray(sum_ * np.sqrt(2.0 / tones))
 
 
-def wander(times: Array, rng: np.random.Generator, cutoff: float = 3.0) -> Array:
-    """Slow wandering of unit variance with a spectrum that falls off beyond `cutoff` Hz."""
+def wander(times: Array, rng: np.random.Generator) -> Array:
+    """Slow wandering of unit variance with a spectrum that falls off beyond 1 Hz."""
     tones = 24
-    frequencies = cutoff * np.geomspace(0.05, 3.0, tones)
-    weights = np.sqrt(np.gradient(frequencies)) / (1.0 + (frequencies / cutoff) ** 2)
+    frequencies = np.geomspace(0.05, 3.0, tones)
+    weights = np.sqrt(np.gradient(frequencies)) / (1.0 + frequencies**2)
     phases = rng.uniform(0.0, 2.0 * np.pi, tones)
     waves = np.sin(2.0 * np.pi * frequencies[:, None] * times + phases[:, None])
     return np.asarray(weights @ waves * np.sqrt(2.0 / (weights @ weights)))
@@ -95,11 +95,6 @@ class Command:
     def shape(self) -> tuple[int, int]:
         """Numbers of lanes and of commands."""
         return len(self.lanes), self.coefficients.shape[-1]
-
-    @property
-    def duration(self) -> float:
-        """Time of the last knot, s."""
-        return KNOT_STEP * self.coefficients.shape[1]
 
     def subset(self, lanes: NDArray[np.intp]) -> Command:
         """The commands of some lanes; one may be taken more than once."""

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.simulation import contact
+from forcelab.simulation.encounters import SLIP, entered, meanings, passing_socket, slipping
 from forcelab.simulation.hand import Command
 from forcelab.simulation.layout import Layout
 from forcelab.simulation.profile import width_at
@@ -39,15 +40,6 @@ from forcelab.simulation.system import Array
 from forcelab.simulation.tolerances import hand_numbers, state_scales
 
 __all__ = ["Mechanics"]
-
-#: Bristles bent to this share of what they bear slip; below it they stick.
-SLIP = 0.95
-#: Below this normal force, N, nothing is said to slip, as there is nothing to be felt.
-FELT = 0.05
-#: A body this far above the table has left its socket, m.
-CLEAR = 5e-4
-
-ENTERS, LEAVES = "into the socket", "out of the socket"
 
 
 class Mechanics:
@@ -95,8 +87,13 @@ class Mechanics:
         self._exponent = numbers.body.exponent if hertzian else None
         self._pads = (numbers.arm or numbers.thread).pads if layout.rubbing else None
         self._surfaces = Surfaces(layout, numbers) if layout.rubbing else None
+        if layout.thread:
+            # Rubs as pads do that are pressed on by the torque in steady motion.
+            kinetic = numbers.thread.kinetic
+            self._screw = SimpleNamespace(**vars(numbers.thread))
+            self._screw.static, self._screw.kinetic = numbers.thread.static / kinetic, np.ones(1)
         self.scales = state_scales(layout, numbers)
-        self.events = self._event_names()
+        self.events = meanings(layout)
 
     def rates(self, times: Array, states: Array) -> Array:
         """Derivatives of the states, shape (s, b); see `System`."""
@@ -114,11 +111,11 @@ class Mechanics:
 
     def jump(self, event: int, rising: bool, state: Array) -> Array:
         """The state right after an event: the body enters or leaves the socket."""
-        meaning = self.events[event].split("|")[0 if rising else 1]
-        if meaning not in {ENTERS, LEAVES}:
+        inside = entered(self.events[event], rising)
+        if inside is None:
             return state
         after = state.copy()
-        after[-1] = float(meaning == ENTERS)
+        after[-1] = float(inside)
         return after
 
     def watched(self, times: Array, states: Array) -> Array:
@@ -133,41 +130,17 @@ class Mechanics:
             bristles = states[self._rub].reshape(-1, 2, len(times))
             speed = contact.length(self._sliding(states))
             limit = contact.bristle_limit(speed, pads.static, pads.kinetic, pads.stribeck)
-            # Fades with the contact, so that losing it ends the slip without a jump.
-            felt = np.minimum(seen.normal / FELT, 1.0)
-            rows += list(contact.length(bristles) * (pads.stiffness / limit) * felt - SLIP)
+            rows += list(slipping(bristles, limit, pads, seen.normal))
         if self.layout.thread:
-            bears = self._bears(states)
-            rows.append(np.abs(states[-1]) * self._p.thread.stiffness / bears - SLIP)
+            speed, screw = np.abs(states[2 * len(self.positions) - 1]), self._screw
+            bears = contact.bristle_limit(speed, screw.static, screw.kinetic, screw.stribeck)
+            rows.append(np.abs(states[-1]) * screw.stiffness / bears - SLIP)
         if self.layout.ground:
             rows.append(seen.table.depth)
         if self.layout.socket:
-            socket, inside = self._p.socket, states[-1] > 0.5
-            y, z = states[self._along]
-            off, clear = np.abs(y - socket.place), -seen.table.depth
-            near = np.minimum(socket.tolerance - off, seen.table.depth)
-            # A body above the rim need not be lifted clear of it to leave sideways.
-            aside = np.minimum(clear, off - 2.0 * socket.tolerance)
-            rows += [
-                np.where(inside, socket.tolerance, near),
-                np.where(inside, np.maximum(clear - CLEAR, aside), -CLEAR),
-                np.where(inside, -z, 0.0) - socket.snap_depth,
-            ]
+            place, inside = states[self._along], states[-1] > 0.5
+            rows += passing_socket(place, seen.table.depth, inside, self._p.socket)
         return np.stack(rows)
-
-    def _event_names(self) -> tuple[str, ...]:
-        """What the rows of :meth:`watched` mean."""
-        names = [f"{jaw} jaw: contact made|{jaw} jaw: contact lost" for jaw in ("left", "right")]
-        names.append("jaws meet|jaws part")
-        if self._pads is not None:
-            names += [f"{jaw} jaw: slip begins|{jaw} jaw: slip ends" for jaw in ("left", "right")]
-        if self.layout.thread:
-            names.append("cap slips|cap sticks")
-        if self.layout.ground:
-            names.append("body set down|body lifted")
-        if self.layout.socket:
-            names += [f"{ENTERS}|", f"{LEAVES}|", "snap in|snap out"]
-        return tuple(names)
 
     def look(self, times: Array, states: Array) -> SimpleNamespace:
         """Everything at some instants: the rates of the states, and the forces behind them.
@@ -314,30 +287,14 @@ class Mechanics:
 
     def _turn(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
         """Turn the cap: the jaws' friction turns it, the thread holds it back."""
-        thread, cap_rate = self._p.thread, states[2 * len(self.positions) - 1]
-        torque = thread.radius * seen.friction[0].sum(axis=0)
-        bears = self._bears(states)
-        bristle = states[-1]
-        bent = contact.bristle_rate(cap_rate[None], bristle[None], thread.stiffness, bears)
-        seen.rates[-1] = bristle_rate = bent[0]
-        held = contact.lugre(
-            thread.kinetic,
-            cap_rate,
-            bristle,
-            bristle_rate,
-            thread.stiffness,
-            thread.damping,
-            thread.viscous,
+        torque = self._p.thread.radius * seen.friction[0].sum(axis=0)
+        cap_rate = states[2 * len(force) - 1]
+        held, rate, _ = sliding_friction(
+            self._p.thread.kinetic, cap_rate[None], states[-1:], self._screw
         )
+        seen.rates[-1] = rate[0]
         force[self._x - 1] -= torque
-        force[-1] = torque - held
-
-    def _bears(self, states: Array) -> Array:
-        """What the thread's bristles can bear, per newton metre: at rest static / kinetic."""
-        thread, speed = self._p.thread, np.abs(states[2 * len(self.positions) - 1])
-        return contact.bristle_limit(
-            speed, thread.static / thread.kinetic, np.ones(1), thread.stribeck
-        )
+        force[-1] = torque - held[0]
 
     def _stand(self, seen: SimpleNamespace, states: Array, force: Array) -> None:
         """Table and socket press on the body."""

@@ -73,10 +73,6 @@ def producing(
     jobs : int
         Processes that share the work.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Incoming
@@ -213,11 +209,13 @@ def _filmed(
     from forcelab.simulation.rendering import Camera, render  # loads OpenCV
 
     path = scratch / f"{origin.name}.mp4"
-    filmed = render(performance, path, Camera.drawn(origin.stream(CAMERA)))
+    camera = Camera.drawn(origin.stream(CAMERA))
+    force, late = render(performance, path, camera)
+    clock = camera.clock
     frames = {
-        "offset": filmed.clock.offset,
-        "rate": filmed.clock.rate,
-        "frames": filmed.force_seconds.tolist(),
-        "late": filmed.late.tolist(),
+        "offset": clock.offset,
+        "rate": clock.rate,
+        "frames": force.tolist(),
+        "late": late.tolist(),
     }
-    return path, frames, filmed.clock
+    return path, frames, clock

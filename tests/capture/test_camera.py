@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from forcelab.capture.camera import CameraReader
 from forcelab.capture.camera_device import Camera, _lasting, open_camera, open_cameras
+from forcelab.capture.journal_writer import JournalWriter
 from forcelab.capture.keeping import recover
 from forcelab.capture.matroska import MatroskaWriter
 from forcelab.capture.recorder import Recorder
@@ -147,7 +148,8 @@ def jpeg(number):
 
 
 def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
-    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48, FullDisk)
+    monkeypatch.setattr("forcelab.capture.matroska.FileIO", FullDisk)
+    writer = MatroskaWriter(tmp_path / "a.mkv", 64, 48)
     for i in range(60):
         if i == 20:
             monkeypatch.setattr(FullDisk, "room", 100)
@@ -162,6 +164,27 @@ def test_a_full_disk_costs_only_the_frames_it_refused(tmp_path, monkeypatch):
         assert len(video) == 40
         np.testing.assert_allclose(video.times, np.r_[0:20, 40:60] / 30, atol=1e-4)
         assert int(np.median(video.frame(25))) == pytest.approx(65, abs=2)
+
+
+def test_a_disk_that_is_full_as_recording_begins_costs_only_the_frames_it_refused(
+    tmp_path, monkeypatch
+):
+    camera = CameraReader(0, FakeCamera(rate=50), "camera 0")
+    journal = JournalWriter(tmp_path / "a.journal", {})
+    monkeypatch.setattr("forcelab.capture.matroska.FileIO", FullDisk)
+    monkeypatch.setattr(FullDisk, "room", 100)
+    try:
+        camera.record_to(journal, tmp_path / "a.mkv")
+        eventually(lambda: "not written" in camera.state().alarms)
+        monkeypatch.setattr(FullDisk, "room", 10**9)
+        eventually(lambda: not camera.state().alarms)
+        begun = camera.state().frames
+        eventually(lambda: camera.state().frames >= begun + 5)
+    finally:
+        camera.close()
+        journal.close()
+    with VideoReader(tmp_path / "a.mkv") as video:
+        assert len(video) >= 5
 
 
 @settings(max_examples=25, deadline=None)

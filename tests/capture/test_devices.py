@@ -269,6 +269,23 @@ def test_one_that_does_not_answer_is_read_and_remarked():
 
 
 @pytest.mark.usefixtures("answers_are_awaited_less")
+def test_one_with_other_sensors_is_not_taken_for_the_one_that_was_unplugged():
+    virtual, other = VirtualOptoForce(steady(1, 2, 3)), VirtualOptoForce(steady(*range(12)))
+    virtual.answers = other.answers = False  # no serial number tells them apart
+    with virtual:
+        device = OptoForce(virtual.port, ports=nothing)
+        device.open()
+        virtual.unplug()
+        other.path, other._homeless = virtual.path, False
+        with other, pytest.raises(UnpluggedError):
+            device.reopen()
+        virtual.replug()
+        device.reopen()
+        assert collect(device, 30)[0].values.shape[1] == 3
+        device.close()
+
+
+@pytest.mark.usefixtures("answers_are_awaited_less")
 def test_what_is_no_daq_is_refused_in_a_sentence():
     with VirtualTextLine(lambda t: t[:, None], 100) as virtual:
         device = OptoForce(virtual.port, ports=nothing)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from read_back import parsed
 
 from forcelab.capture.blocks import Block
 from forcelab.capture.gathering import _lost, gather
 from forcelab.capture.joining import Stream, joined
-from forcelab.capture.journal import Kind, encoded, header_bytes, parsed
+from forcelab.capture.journal import Kind, encoded, header_bytes
 from forcelab.capture.samples import block_bytes
 from forcelab.errors import InputError
 
@@ -23,7 +24,7 @@ def device(name="a", channels=AXES, holds=False):
 def contents(devices, records, tail=b"", cameras=(), **more):
     header = {"name": "LEGO 01", "task": "LEGO", "author": "Ann", "devices": devices}
     data = header_bytes(header | {"cameras": list(cameras)} | more) + b"".join(records) + tail
-    return parsed(data, "test")
+    return parsed(data)
 
 
 def samples(times, values, number=0, ticks=True, late=0.0002):
@@ -225,7 +226,7 @@ def test_too_few_samples_are_one_sentence(tmp_path, number):
 
 def test_a_header_that_says_nothing_is_one_sentence(tmp_path):
     with pytest.raises(InputError, match="does not say what was recorded"):
-        gather(parsed(header_bytes({"name": "x"}), "test"), tmp_path)
+        gather(parsed(header_bytes({"name": "x"})), tmp_path)
 
 
 def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):

@@ -1,11 +1,10 @@
 import os
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
-from forcelab.capture.ports import Camera, SerialPort, cameras, serial_ports
+from forcelab.capture.ports import Camera, cameras
 
 
 def kernel_list(folder, **names):
@@ -45,22 +44,3 @@ def test_a_name_that_cannot_be_read_is_left_out(tmp_path):
 @pytest.mark.parametrize("folder", ["/no/such/folder", __file__, "/" + "a" * 5000])
 def test_where_the_system_lists_no_cameras_there_are_none(folder):
     assert cameras(Path(folder)) == ()
-
-
-def test_serial_ports_are_listed_in_order_and_a_port_without_words_has_none(monkeypatch):
-    from serial.tools import list_ports
-
-    found = [("/dev/ttyNONE1", None), ("/dev/null", "Arduino")]
-    ports = [SimpleNamespace(device=device, description=words) for device, words in found]
-    monkeypatch.setattr(list_ports, "comports", lambda: ports)
-    usable = os.access("/dev/null", os.R_OK | os.W_OK)
-    assert serial_ports() == (
-        SerialPort("/dev/null", "Arduino", usable),
-        SerialPort("/dev/ttyNONE1", "", usable=False),
-    )
-
-
-def test_without_pyserial_the_import_error_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "serial.tools", None)
-    with pytest.raises(ImportError, match="serial"):
-        serial_ports()

@@ -346,6 +346,23 @@ def test_a_project_that_is_away_when_it_stops_gets_the_recording_later(project, 
         assert recorder.stop().samples >= 400
 
 
+def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
+    def refuse(*_):
+        raise InputError("The disk is full.")
+
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        recorder.mark("grab", True)
+        came(recorder, 200)
+        with monkeypatch.context() as patch:
+            patch.setattr(Project, "attach_stamps", refuse)
+            with pytest.raises(InputError, match="disk is full"):
+                recorder.stop()
+        with Project.open(project) as there:
+            assert there.demonstrations() == ()
+        assert recorder.stop().added.status == "new"
+
+
 def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered(project):
     with Recorder(project, [FakeDevice()]) as recorder:
         recorder.start("LEGO")

@@ -97,7 +97,7 @@ def test_killed_it_loses_at_most_a_second_and_is_recovered(forcelab, daq, tmp_pa
     process.kill()
     process.communicate(timeout=60)
     (journal,) = unfinished(project)
-    blocks = [block_of(r.payload) for r in read(journal).records if r.kind == Kind.BLOCK]
+    blocks = [block_of(r.payload) for r in read(journal) if r.kind == Kind.BLOCK]
     ticks = np.concatenate([block.ticks for block in blocks])
     assert (np.diff(ticks) == 1).all()
     assert killed - blocks[-1].arrived[-1] < 1.0

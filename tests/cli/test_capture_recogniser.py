@@ -10,16 +10,16 @@ from synthetic import synthetic_set
 from trained_project import FAST
 
 from forcelab.assets import asset
-from forcelab.capture.calibration import read_calibrations
 from forcelab.capture.following import Following
 from forcelab.capture.replaying import sensors_of
 from forcelab.capture.ring import Ring
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_streams import rows
+from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.labels import to_codes
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.latency import with_latency
+from forcelab.recognition.online import with_latency
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
 
@@ -175,6 +175,23 @@ def test_a_device_that_is_silent_is_not_waited_for_and_one_that_holds_never_is()
     assert (values[:, 6] == 7).all()
     times, _ = there.following.read(ended=True)
     assert times[-1] == t[-1]
+
+
+def test_a_first_device_that_is_away_for_long_costs_no_memory_and_goes_on_when_it_is_back():
+    encoder = FakeEncoder()
+    there = Rings(FakeDevice("a"), FakeDevice("b"), encoder)
+    there.give(2, [0.0], [7.0])
+    t = np.arange(1000) / 1000
+    for second in range(100):
+        there.give(1, second + t, t)
+        assert len(there.following.read()[0]) == 0
+    kept = sum(len(times) for times in there.following._times)
+    assert kept < 65_000
+    there.give(0, 100 + t, t)
+    there.give(1, 100 + t, t)
+    times, values = there.following.read()
+    assert len(times) == 1000
+    assert np.isfinite(values).all()
 
 
 def test_stamps_increase_when_the_clock_is_set_back_and_no_sample_is_left_out():

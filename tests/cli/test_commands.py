@@ -3,6 +3,7 @@
 import os
 import pty
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import pytest
 from quick import FAST
 
 from forcelab.cli import main
+from forcelab.cli.examples import EXAMPLES
 from forcelab.cli.files import file_names
 from forcelab.cli.parser import build_parser
 from forcelab.formats.recording import ReadOptions
@@ -52,6 +54,18 @@ def test_the_manual_names_every_choice_there_is(capsys):
     manual = " ".join(capsys.readouterr().out.split())
     for name in (*CLASSIFIERS, *WAVELETS, *PRESETS):
         assert name in manual
+
+
+def test_every_example_of_a_manual_can_be_said(capsys):
+    assert set(EXAMPLES) == set(COMMANDS)
+    for command, examples in EXAMPLES.items():
+        for example in examples:
+            program, *words = shlex.split(example.replace("\\\n", " "))
+            assert program == "forcelab"
+            assert words[0] == command
+            build_parser().parse_args(words)
+            assert main([command, "--help"]) == 0
+            assert example in capsys.readouterr().out
 
 
 def test_a_wrong_command_line_is_status_2(capsys):
@@ -352,7 +366,7 @@ def test_two_first_imports_at_once_both_arrive(recordings, tmp_path):
 
 
 def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):
-    assert "'foam', 'sponge'" in forcelab("list", project, "--task", "chess").sentence
+    assert "foam, sponge" in forcelab("list", project, "--task", "chess").sentence
 
 
 def test_names_of_files_are_distinct_and_stay_in_their_folder():

@@ -8,6 +8,7 @@ from quick import FAST
 from synthetic import ACTIONS
 
 from forcelab.project import Project
+from forcelab.recognition import grouping
 
 SCORES = {
     "name", "accuracy", "balanced_accuracy", "coverage", "kappa", "edit", "f1",
@@ -316,7 +317,7 @@ def test_filters_can_be_switched_off_one_by_one(forcelab, project):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--task", "chess"], "'foam', 'sponge'"),
+        (["--task", "chess"], "no task 'chess'; choose from foam, sponge"),
         (["--channels", "torque"], "normal 1"),
         (["--author", "nobody"], "coder"),
         (["--merge", "missing.json"], "missing.json"),
@@ -390,9 +391,36 @@ def test_a_task_is_adapted_to_another_with_scores_with_and_without(forcelab, pro
     assert "Adapted to the training demonstrations without labels: no sensor is swapped" in said.out
     content = forcelab("evaluate", project, *words, "--json", "-").json
     assert 0 <= content["unadapted"]["pooled"]["accuracy"] <= 1
+    assert "With adaptation the result is kept as no run" in said.err
     with Project.open(project) as opened:
         assert not opened.run_summaries("evaluate")
     assert "choose" in forcelab("evaluate", project, "--task", "foam", "--adapt", *FAST).sentence
+
+
+@pytest.mark.parametrize(
+    ("words", "folds"), [((), 2), (("--folds", "0"), 0), (("--folds", "3"), 3)]
+)
+def test_many_demonstrations_are_left_out_in_groups_unless_it_is_said(
+    forcelab, project, monkeypatch, words, folds
+):
+    monkeypatch.setattr(grouping, "MANY", 2)
+    monkeypatch.setattr(grouping, "GROUPS", 2)
+    given = ["evaluate", project, "--task", "foam", *FAST, *words]
+    content = forcelab(*given, "--json", "-").json
+    assert len(content["tested"]) == 4
+    told = [remark for remark in content["remarks"] if "groups" in remark]
+    assert told == ([f"Left out in {folds} groups of up to 2."] if folds else [])
+    with Project.open(project) as opened:
+        (run,) = opened.run_summaries("evaluate")
+    assert run.settings["choice"]["folds"] == folds  # which a review trains again
+
+
+def test_a_stream_is_left_out_in_groups_too(forcelab, project):
+    words = ["evaluate", project, "--task", "foam", *FAST, "--latency", "0.1", "--json", "-"]
+    alone, halves = (forcelab(*words, "--folds", k).json for k in ("0", "2"))
+    assert "Left out in 2 groups of up to 2." in halves["remarks"]
+    assert halves["tested"] == alone["tested"]
+    assert halves["filtered"]["pooled"]["accuracy"] > 0.5
 
 
 def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, project):
@@ -406,4 +434,4 @@ def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, pr
     both = ["--test-names", "*-01", "--test-task", "sponge"]
     assert "not on both" in forcelab(*words, *both).sentence
     late = ["--test-names", "*-01", "--latency", "0.1"]
-    assert "one demonstration is left out at a time" in forcelab(*words, *late).sentence
+    assert "demonstrations are left out in turn" in forcelab(*words, *late).sentence

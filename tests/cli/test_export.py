@@ -35,7 +35,7 @@ def test_a_table_of_all_is_not_taken_for_labels_of_one_recording(forcelab, proje
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--task", "Foam"), "is of task 'Foam'; there are 'foam'"),
+        (("--task", "Foam"), "no task 'Foam'; did you mean 'foam'?"),
         (("--demo", "foam-99"), "foam-99"),
         (("--author", "Ben"), "Nobody called 'Ben' labelled here"),
     ],

@@ -14,6 +14,7 @@ from synthetic import synthetic_demonstration
 
 from forcelab.cli import planning
 from forcelab.demonstration import VideoReference
+from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.measure import loading, needs
 from forcelab.measure.loading import Loaded
@@ -245,6 +246,12 @@ def test_modules_are_loaded_in_a_process_of_its_own_and_trouble_is_a_sentence(tm
     assert "no_such_room" in found[1].refusal
     assert "none.mp4" in found[2].refusal
     assert found[1].seconds is None
+
+
+def test_a_module_that_takes_for_ever_is_a_sentence(monkeypatch):
+    monkeypatch.setattr(loading, "PATIENCE", 0.01)
+    with pytest.raises(InputError, match=r"more than 0.01 s"):
+        finish(loading.loading(("json",), 1))
 
 
 def test_the_command_prints_costs_with_their_sums(forcelab, project, monkeypatch):

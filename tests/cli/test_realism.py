@@ -9,6 +9,7 @@ from synthetic import synthetic_set
 from forcelab.cli import comparing
 from forcelab.labels import Track
 from forcelab.measure import beside
+from forcelab.merging import MergeMap
 from forcelab.project import Incoming, Project
 from forcelab.recognition.presets import preset
 
@@ -42,8 +43,8 @@ def asked(monkeypatch):
         yield from ()
         return tuple(coded(task, 50, len(orders), orders[0].coders[0]))
 
-    def quickly(simulated, real, names, jobs):
-        return recognition(simulated, real, names, QUICK)
+    def quickly(simulated, real, jobs):
+        return recognition(simulated, real, QUICK)
 
     recognition = beside.recognition
     monkeypatch.setattr(beside, "producing", producing)
@@ -54,9 +55,15 @@ def asked(monkeypatch):
 
 @pytest.fixture
 def real(tmp_path):
-    """Labelled foam, one demonstration that nobody labelled, and a task nobody can simulate."""
+    """Labelled foam, one demonstration that nobody labelled, and a task nobody can simulate.
+
+    One coder's grabs are spelled as in the published recordings.
+    """
     unlabelled = replace(coded("foam", 40, 1)[0], tracks=())
-    given = [*coded("foam", 1), unlabelled, *coded("sponge", 20)]
+    first, *others = coded("foam", 1)
+    spelled = MergeMap({"grab": "grab_soft"}).apply_segments(first.tracks[0].segments)
+    first = replace(first, tracks=(Track("coder", spelled),))
+    given = [first, *others, unlabelled, *coded("sponge", 20)]
     return project_of(tmp_path / "real.forcelab", given)
 
 

@@ -82,6 +82,22 @@ def test_without_a_video_that_is_said(project, forcelab):
     assert "has no video" in forcelab("sync", project, name).sentence
 
 
-def test_a_proposal_that_is_not_sure_says_what_to_do(project, forcelab, monkeypatch):
+def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
+    project, forcelab, monkeypatch
+):
     monkeypatch.setattr("forcelab.signals.synchronising.TRUSTED", 1.1)
-    assert "low: look at the frames at a tap" in forcelab("sync", project, "filmed 1").out
+    said = forcelab("sync", project, "filmed 1").out
+    assert "low: look at the frames at a tap" in said
+    refused = forcelab("sync", project, "filmed 1", "--accept").sentence
+    assert "'filmed 1' is not stored" in refused
+    assert clock_of(project) == ClockMap()
+    # The words of either are enough to have it all the same, whatever clock was there.
+    options = refused.split("give ")[1].split(" instead")[0]
+    assert f"give {options} to store it" in said
+    forcelab("sync", project, "filmed 1", "--offset", "2", "--rate", "1.00002")
+    refused = forcelab("sync", project, "filmed 1", "--accept").sentence
+    options = refused.split("give ")[1].split(" instead")[0]
+    assert f"give {options} to store it" in forcelab("sync", project, "filmed 1").out
+    forcelab("sync", project, "filmed 1", *options.split())
+    assert clock_of(project).offset == pytest.approx(OFFSET, abs=0.04)
+    assert clock_of(project).rate == 1.0

@@ -9,8 +9,8 @@ from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.review.outcome import load
+from forcelab.review.places import place_at
 from forcelab.review.why import explaining
-from forcelab.review.why_places import place_at
 from forcelab.review.why_training import withholding
 
 

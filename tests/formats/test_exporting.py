@@ -117,15 +117,25 @@ def test_what_elan_cannot_hold_is_refused(tmp_path, segment, told):
         to_elan([Track("Ann", (segment,))], None, tmp_path)
 
 
-def test_one_demonstration_that_elan_cannot_hold_is_named_and_none_is_written(project):
+@pytest.mark.parametrize(
+    ("kind", "segment", "told"),
+    [
+        ("elan", Segment(0.1, 0.1002, "tap"), "'zz last': 'tap' of Ann"),
+        ("audacity", Segment(0.1, 0.2, "ta\tp"), "'zz last': The action 'ta.*tab"),
+        ("csv", Segment(0.1, 0.2, "ta\0p"), "'zz last': The name 'ta.*NUL"),
+    ],
+)
+def test_one_demonstration_that_cannot_be_written_is_named_and_none_is(
+    project, kind, segment, told
+):
     with Project.open(project) as opened:
         first = opened.demonstrations()[0].id
         again = replace(opened.load(first), name="zz last", video=None)
         again = replace(again, signals=again.signals + 1.0)
         added = opened.add(again)
-        opened.edit(added.id, "Ann", (), (Segment(0.1, 0.1002, "tap"),), "painted")
-    with pytest.raises(InputError, match="'zz last': 'tap' of Ann"):
-        export(project, "elan")
+        opened.edit(added.id, "Ann", (), (segment,), "painted")
+    with pytest.raises(InputError, match=told):
+        export(project, kind)
     assert not (project.parent / "out").exists()
 
 

@@ -122,14 +122,40 @@ def test_one_bad_file_leaves_a_project_as_it_was(tmp_path, project):
     assert contents(project) == before
 
 
+def test_one_bad_file_among_many_is_said_to_have_stopped_them_all(tmp_path, project):
+    with pytest.raises(InputError, match=r"None of the 2 files was imported\.$") as refusal:
+        import_files(project, [table(tmp_path / "a.csv", 1), tmp_path / "missing.csv"])
+    assert refusal.value.files == (tmp_path / "missing.csv",)
+    with pytest.raises(InputError, match=r"folder\.$"):
+        import_files(project, [tmp_path / "missing.csv"])
+
+
+def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
+    def counting(name, button):
+        rows = [f"{i},{np.sin(i):.3f},{button(i)}" for i in range(40 + len(name))]
+        (tmp_path / name).write_text("\n".join(["packet,fz,button", *rows]) + "\n")
+        return tmp_path / name
+
+    files = [counting(f"{n:03}{'x' * n}.csv", lambda i: i % 2) for n in range(5)]
+    files.append(counting("odd.csv", lambda i: i % 3))
+    told = import_files(project, files, ReadOptions(rate=100.0)).told()
+    first = "000.csv, 001x.csv, 002xx.csv and"
+    assert told == (
+        f"{first} 3 more: 'packet' counts the samples and places the rows: none was lost.",
+        f"{first} 2 more: Column button holds nothing but 0 and 1, as of a button, and became a "
+        "signal; leave out what measures nothing.",
+    )
+
+
 def test_several_bad_files_are_one_sentence_that_counts_them(tmp_path, project):
     files = [table(tmp_path / "a.csv", 1), tmp_path / "x.csv", tmp_path / "y.csv"]
     with pytest.raises(InputError) as refusal:
         import_files(project, files)
     assert str(refusal.value) == (
-        f"2 of 3 files cannot be read, so none was imported; first: '{tmp_path / 'x.csv'}' does "
-        f"not exist; check its spelling and folder."
+        f"2 of 3 files cannot be read (x.csv, y.csv), so none was imported; first: "
+        f"'{tmp_path / 'x.csv'}' does not exist; check its spelling and folder."
     )
+    assert refusal.value.files == (files[1], files[2])
 
 
 def test_progress_tells_each_file_before_it_is_read(tmp_path, project):

@@ -65,7 +65,6 @@ UNKNOWN = {
     "a WAV recording": b"RIFF\x24\x08\x00\x00WAVEfmt \x10\x00\x00\x00" + bytes(64),
     "a gzip file, which must be unpacked first": b"\x1f\x8b\x08\x00" + bytes(range(64)),
     "an SQLite database": b"SQLite format 3\x00\x10\x00\x01\x01" + bytes(80),
-    "a ROS 1 bag": b"#ROSBAG V2.0\nE\x00\x00\x00" + bytes(range(128)),
     "an HDF5 file": b"\x89HDF\r\n\x1a\n" + bytes(64),
     "a NumPy array": b"\x93NUMPY\x01\x00v\x00{'descr': '<f8'}" + bytes(64),
     "a file of zeros, as a failed copy leaves it": bytes(5000),
@@ -81,7 +80,7 @@ def test_a_foreign_file_is_told_by_what_it_is(tmp_path, kind, data, name):
         read(tmp_path / name)
     assert str(refusal.value) == (
         f"'{tmp_path / name}' looks like {kind}; what can be read: archives of forcelab "
-        f"projects; the paper's databases (*.pdl); tables as text (CSV, TSV, columns); "
+        f"projects; the paper's databases (*.pdl); ROS bags; tables as text (CSV, TSV, columns); "
         f"raw dumps of OptoForce sensors."
     )
 

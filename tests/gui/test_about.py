@@ -1,8 +1,10 @@
 """What the program says of itself, and its manual."""
 
+import re
+
 import PySide6
 import pytest
-from PySide6.QtCore import qVersion
+from PySide6.QtCore import QUrl, qVersion
 from PySide6.QtWidgets import QApplication, QLabel
 
 from forcelab import __version__
@@ -42,6 +44,21 @@ def test_the_manual_is_the_installed_one_without_pictures_that_are_not(app):
     assert text.startswith("forcelab\n")
     assert "Ctrl+" in text
     assert "\N{OBJECT REPLACEMENT CHARACTER}" not in text
+    assert not re.findall(r"\]\((?!#|http).*?\)", about.manual())  # files that are not there
+    assert "](#" in about.manual()
+    shown.deleteLater()
+
+
+def test_a_link_within_the_manual_leads_to_its_heading(app):
+    shown = ManualDialog("[there](#what-it-is)\n\n" + "Words.\n\n" * 200 + "## What (it) is\n")
+    shown.resize(400, 300)
+    shown.show()
+    bar = shown.pages.verticalScrollBar()
+    assert bar.value() == 0
+    shown.pages.setSource(QUrl("#what-it-is"))  # as a click does
+    assert bar.value() > bar.maximum() / 2
+    assert shown.pages.toPlainText().startswith("there")
+    shown.close()
     shown.deleteLater()
 
 

@@ -19,6 +19,7 @@ from forcelab.gui import theme
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
 from forcelab.gui.listing_model import ListingModel
+from forcelab.gui.listing_parts import OrderButton
 from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
 from forcelab.gui.removing import RemoveDialog
 from forcelab.labels import Segment, Track
@@ -204,10 +205,53 @@ def test_the_keyboard_alone_searches_and_opens(listing, document):
     listing.focus_search()
     QTest.keyClick(listing.search, Qt.Key.Key_Escape)
     assert len(shown(listing)) == 3
+    listing.focus_search()
+    QTest.keyClicks(listing.search, "block")
+    QTest.keyClick(listing.search, Qt.Key.Key_Escape)
+    assert listing.search.text() == ""
+    assert listing.focusWidget() is listing.view
+    assert opened(document) == "pen-10"
     for key in (Qt.Key.Key_Down, Qt.Key.Key_Escape):
         listing.focus_search()
         QTest.keyClick(listing.search, key)
         assert listing.focusWidget() is listing.view
+
+
+def sort(listing, order):
+    choices = listing.findChild(OrderButton).menu().actions()
+    next(choice for choice in choices if choice.data() == order).trigger()
+
+
+def test_each_task_is_sorted_as_one_wishes_and_so_the_next_time(listing, document):
+    assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
+    sort(listing, "share")
+    assert shown(listing)["stylus"] == ["pen-10", "pen-2"]
+    assert shown(listing)["foam"] == ["sponge", "block"]
+    again = DemonstrationList(document)
+    assert shown(again) == shown(listing)
+    again.deleteLater()
+    document.set_author("bert")  # of whose own labels the share is
+    assert shown(listing)["foam"] == ["block", "sponge"]
+    sort(listing, "name")
+    assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
+
+
+def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, document):
+    sort(listing, "edit")
+    document.open_demonstration(id_of(document, "pen-10"))
+    before = shown(listing)
+    document.paint(1.0, 2.0, "grab")
+    document.refresh_info()
+    assert shown(listing) == before  # nothing moves below the hand
+    document.open_demonstration(id_of(document, "sponge"))
+    after = shown(listing)
+    assert next(iter(after)) == "stylus"
+    assert after["stylus"] == ["pen-10", "pen-2"]
+    project, pen = document.project, id_of(document, "pen-2")
+    project.edit(pen, "bert", project.track(pen, "bert").segments, (), "erased")
+    document.refresh_listing()
+    document.open_demonstration(id_of(document, "block"))
+    assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
 def test_next_and_previous_stay_among_what_is_shown(listing, document):
@@ -250,6 +294,16 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
     listing.open_to_label()
     assert document.demonstration.name == "pen-2"
     assert said[-1] == "Of the demonstrations shown, no other one is left to label."
+
+
+def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
+    document.open_demonstration(id_of(document, "block"))
+    screen = listing.window().windowHandle()
+    QTest.keyPress(screen, Qt.Key.Key_Control, Qt.KeyboardModifier.ControlModifier)
+    listing.open_to_label()
+    listing.open_to_label()
+    QTest.keyRelease(screen, Qt.Key.Key_Control)
+    assert [row.info.name for row in listing._chosen()] == [document.demonstration.name]
 
 
 def test_several_are_chosen_and_put_right_at_once(listing, document, until):
@@ -652,5 +706,5 @@ def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document
     ids = {info.name: info.id for info in document.infos}
     document.open_demonstration(ids["pen-10"])
     with Project.open(path) as other:
-        other.remove(ids["pen-10"], {})
+        other.remove_all({ids["pen-10"]: {}})
     assert document.open_demonstration(ids["block"])

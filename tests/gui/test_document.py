@@ -9,6 +9,7 @@ from outcomes import outcome_of, reviewed
 from PySide6.QtCore import QObject
 
 from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.review.colouring import vocabulary_seen
 from forcelab.labels import Segment, Track
@@ -232,6 +233,25 @@ def test_a_stroke_may_run_backwards_and_needs_time(document):
     document.cancel_stroke()
     assert not document.end_stroke(6)
     assert len(stored(document)) == 2
+
+
+def test_what_was_changed_elsewhere_is_read_once_the_store_can_be_read(document, monkeypatch):
+    with Project.open(document.project.path) as other:
+        other.edit(document.id, "Ada", document.segments, (), "emptied")
+        other.rename(document.infos[1].id, "pen 3")
+    for verbs in (("demonstrations", "load"), ("demonstrations",)):
+        with monkeypatch.context() as failing:
+            for verb in verbs:
+                failing.setattr(Project, verb, refusing)
+            document.refresh()
+        assert bool(document.segments) == ("load" in verbs)
+        assert [info.name for info in document.infos] == ["pen 1", "pen 2"]
+    document.refresh()
+    assert [info.name for info in document.infos] == ["pen 1", "pen 3"]
+
+
+def refusing(*_):
+    raise ForcelabError("The disk is away.")
 
 
 def test_a_coder_cannot_take_a_models_name(document):

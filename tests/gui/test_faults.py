@@ -17,7 +17,7 @@ from forcelab.gui.fault_dialog import FaultDialog
 @pytest.fixture
 def watching(app):
     window = QWidget()
-    made = faults.install(window)
+    made = faults.Faults(window)
     yield made
     made.uninstall()
     shiboken6.delete(window)
@@ -152,7 +152,7 @@ def refuse():
 
 def test_a_sentence_for_the_coder_is_no_fault(app, shown):
     said = []
-    made = faults.install(say=said.append)
+    made = faults.Faults(say=said.append)
     in_a_slot(refuse)
     assert shown() == []
     assert said == ["'a < b' is no name; choose another."]
@@ -179,7 +179,7 @@ def test_what_qt_says_is_in_the_log_only(watching, shown):
 def test_everything_is_put_back(app):
     before = sys.excepthook, threading.excepthook, list(logging.getLogger("forcelab").handlers)
     window = QWidget()
-    faults.install(window)
+    faults.Faults(window)
     assert sys.excepthook is not before[0]
     shiboken6.delete(window)
     after = sys.excepthook, threading.excepthook, logging.getLogger("forcelab").handlers
@@ -196,7 +196,7 @@ def test_an_interrupt_is_passed_on(watching, monkeypatch):
 def test_without_a_folder_for_the_log_the_rest_works(app, tmp_path, monkeypatch, shown, capsys):
     (tmp_path / "occupied").write_text("a file, not a folder")
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "occupied" / "settings.ini"))
-    made = faults.install()
+    made = faults.Faults()
     in_a_slot(divide)
     assert len(shown()) == 1
     assert "ZeroDivisionError" in capsys.readouterr().err

@@ -92,6 +92,10 @@ def test_searching_leaves_what_matches_in_name_key_or_heading(page):
 
 def test_a_search_in_vain_says_so_in_plain_text(page):
     assert search(page, "<b>tea") == ["Nothing is called '<b>tea'."]
+    QTest.qWait(1)
+    inside = page.findChild(QScrollArea).widget()
+    (said,) = inside.findChildren(QLabel)
+    assert abs(said.geometry().center().x() - inside.rect().center().x()) < 20
     assert len(search(page, "")) > 100
 
 

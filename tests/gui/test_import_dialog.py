@@ -1,12 +1,13 @@
 """The dialog that imports recordings: what goes in, and what is open afterwards."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from painting_bench import demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QComboBox, QMessageBox
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -46,6 +47,22 @@ def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialo
     until(lambda: document.id, 20.0)
     assert document.demonstration.name == "foam-01"
     assert "1 new" in dialog._told.text()
+
+
+def test_files_that_cannot_be_read_are_selected_to_be_left_out(document, dialog, tmp_path, until):
+    notes = tmp_path / "notes.csv"
+    notes.write_text("nothing to see")
+    dialog.add_files([notes])
+    right, *wrong = dialog._chosen()
+    dialog._go.click()
+    until(dialog._told.text)
+    assert [item.text() for item in dialog._files.selectedItems()] == wrong
+    assert "(none.csv, notes.csv)" in dialog._told.text()
+    QTest.keyClick(dialog._files, Qt.Key.Key_Delete)
+    assert dialog._chosen() == [right]
+    assert dialog._report.isHidden()  # it told of files that are not in the list any more
+    dialog._go.click()
+    until(lambda: document.infos)
 
 
 def test_with_every_file_left_out_there_is_nothing_to_import(dialog):
@@ -148,9 +165,17 @@ def read_as(dialog):
 
 def choose(dialog, name, use):
     row = [one.name for one in dialog.columns.uses].index(name)
-    box = dialog.columns.table.cellWidget(row, 2)
+    box = dialog.columns.table.cellWidget(row, 2).findChild(QComboBox)
     box.setCurrentIndex(box.findData(use))
     box.activated.emit(box.currentIndex())
+
+
+def test_the_choices_do_not_touch(german, app):
+    table = german.columns.table
+    app.processEvents()
+    boxes = [table.cellWidget(row, 2).findChild(QComboBox) for row in range(3)]
+    tops = [box.mapTo(table, box.rect().topLeft()).y() for box in boxes]
+    assert min(b - a - boxes[0].height() for a, b in pairwise(tops)) >= 4
 
 
 def test_the_columns_are_shown_as_they_will_be_read(german):
@@ -206,7 +231,7 @@ def test_enter_imports_and_opens_no_other_dialog(document, german, until, monkey
     assert document.demonstration.task == "Stift"
 
 
-def test_every_remark_is_shown(document, dialog, tmp_path, until):
+def test_every_remark_is_shown_once_for_all_files(document, dialog, tmp_path, until):
     files = []
     for number in range(8):
         files.append(tmp_path / f"trial {number}.csv")
@@ -216,7 +241,9 @@ def test_every_remark_is_shown(document, dialog, tmp_path, until):
     dialog.add_files(files)
     dialog._go.click()
     until(lambda: "8 new" in dialog._told.text(), 20.0)
-    assert dialog._told.text().count("Column Paket was left out") == 8
+    named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
+    assert f"{named}Column Paket was left out: counting samples.\n" in dialog._told.text()
+    assert dialog._told.text().count("Paket") == 1
 
 
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):

@@ -99,6 +99,18 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
     document.close()
 
 
+def test_a_long_name_of_a_coder_ends_in_an_ellipsis_and_is_told_whole(document):
+    name = "Maximiliane Friederike von Hohenstein-Waldburg"
+    document.set_author(name)
+    choice = CoderChoice(document)
+    choice.resize(choice.minimumSizeHint())
+    choice.show()
+    assert choice._box.shown_text.endswith("…")
+    assert name in choice._box.toolTip()
+    choice.close()
+    document.close()
+
+
 @pytest.mark.parametrize(
     ("typed", "made"),
     [("pens", "pens.forcelab"), ("pens.forcelab", "pens.forcelab"), ("a.b", "a.b")],

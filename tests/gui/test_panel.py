@@ -107,9 +107,9 @@ def test_a_gutter_that_is_kept_is_what_would_be_drawn(app, workspace, until):
         return on_screen(app, workspace)
 
     changes = [
-        lambda: workspace.force.set_autoscale(True),
-        lambda: workspace.force.set_overlaid(True),
-        lambda: workspace.force.set_shown(workspace.force.source.names[0], False),
+        lambda: workspace.force.source.set_autoscale(True),
+        lambda: workspace.force.source.set_overlaid(True),
+        lambda: workspace.force.source.set_shown(workspace.force.source.names[0], False),
         lambda: workspace.scalogram.set_phase(True),
         lambda: workspace.scalogram.set_steady(False),
         lambda: workspace.document.set_span(0.5, 0.7),

@@ -16,6 +16,7 @@ from forcelab.gui.label.segments import SegmentTable
 from forcelab.gui.label.track_menu import own_menu
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
+from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary
 
 ONE, TWO, THREE = Segment(1, 2, "grab"), Segment(3, 4, "pull"), Segment(5, 6, "grab")
@@ -202,6 +203,17 @@ def test_a_name_and_a_clock_given_elsewhere_are_taken_over(window, path, tmp_pat
     assert document.cursor == 3
 
 
+def test_what_was_removed_elsewhere_is_put_down_and_said(window, path):
+    document = window()
+    told = []
+    document.said.connect(lambda sentence, _: told.append(sentence))
+    with Project.open(path) as other:
+        other.remove_all({document.id: {"Ada": other.head(document.id, "Ada")}})
+    document.refresh()
+    assert document.demonstration is None
+    assert told == ["'pen' was removed elsewhere."]
+
+
 def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
     document = window("Ben")
     assert "pull" in document.vocabulary
@@ -218,6 +230,15 @@ def test_blindness_given_elsewhere_hides_labels_and_their_actions(window, path):
     document.project.set_done(document.id, "Ben", False)
     document.set_author("Ben")
     assert document.vocabulary.names == ("grab",)
+
+
+def test_blindness_given_elsewhere_unmarks_the_place_that_is_examined(window, path):
+    document = window("Ben")
+    document.examine(Place(document.id, 1.0, 2.0))  # where Ada's segment begins and ends
+    with Project.open(path) as other:
+        other.assign(document.id, "Ben", blind=True)
+    document.refresh()
+    assert (document.examined, document.range) == (None, None)
 
 
 def test_what_the_store_refuses_can_be_asked_once_more(window, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 from painting_bench import ACTIONS, demonstration
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QColor, QPalette
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QTreeView, QWidget
 
 from forcelab.gui import settings, theme
@@ -187,7 +188,11 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
 
     drop(study.parent / "a.csv", study.parent / "b.csv")
     drop(study)
-    assert asked == [(study.parent / "a.csv", study.parent / "b.csv"), study]
+    bag = study.parent / "run"
+    bag.mkdir()
+    (bag / "metadata.yaml").touch()
+    drop(bag)
+    assert asked == [(study.parent / "a.csv", study.parent / "b.csv"), study, (bag,)]
 
 
 def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, study):
@@ -199,9 +204,31 @@ def test_what_was_painted_is_no_longer_said_of_another_demonstration(windows, st
     assert "grab" in bar.currentMessage()
     assert document.open_demonstration(second.id)
     assert bar.currentMessage() == ""
+    for verb, told in (("undo", "nothing to undo"), ("next_segment", "no segment after")):
+        document.open_demonstration(second.id)
+        window.commands[verb].trigger()
+        assert told in bar.currentMessage()
+        document.open_demonstration(document.infos[0].id)
+        assert bar.currentMessage() == ""
+    document.open_demonstration(second.id)
     document.say("This is the last demonstration of the list.")
     document.open_demonstration(document.infos[0].id)
     assert "last demonstration" in bar.currentMessage()
+
+
+def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windows, study):
+    with Project.open(study) as project:
+        project.add(replace(demonstration(), name="02", times=demonstration().times + 1))
+    window = windows(Start(project=study))
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window)
+    window.label.tracks.setFocus()
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert len(window.demonstrations._chosen()) == 2
+    window.demonstrations.search.setText("02")
+    window.demonstrations.search.setFocus()
+    QTest.keyClick(window.demonstrations.search, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    assert window.demonstrations.search.selectedText() == "02"  # where one types it is the text
 
 
 def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app):
@@ -260,6 +287,26 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     assert appearing.kinds == ["Window", "RemoveDialog", "FaultDialog"]
 
 
+def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app, study, until):
+    window = Window("Ann")
+    window.resize(960, 540)
+    window.show()
+    window.begin(Start(project=study))
+    until(lambda: window.settled)
+    widths = []
+    for workspace in ("label", "review", "label"):
+        window.show_workspace(workspace)
+        until(lambda: window.settled)
+        app.processEvents()
+        widths.append(window.demonstrations.width())
+    assert max(widths) - min(widths) <= 10, widths
+    window.label._docks["video"].show()  # the one dock that some demonstrations lack
+    app.processEvents()
+    assert window.minimumSizeHint().height() <= 480  # a task bar and a title bar are there, too
+    assert window.minimumSizeHint().width() <= 960
+    window.close()
+
+
 def test_without_a_demonstration_the_list_of_actions_says_so(windows, tmp_path):
     Project.create(tmp_path / "empty.forcelab").close()
     view = windows(Start(project=tmp_path / "empty.forcelab")).label.vocabulary
@@ -296,3 +343,28 @@ def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
     window.demonstrations.search.setFocus()
     window.document.demonstration_changed.emit()
     assert app.focusWidget() is window.label.tracks
+
+
+def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(windows, study, app):
+    """Not: types into the filter of the segments, which then hides those of the next one."""
+    with Project.open(study) as other:
+        one = demonstration()
+        other.add(replace(one, name="the other one", signals=one.signals + 1))
+    window = windows(Start(project=study))
+    document = window.document
+    with Project.open(study) as other:
+        other.remove_all({document.id: {name: other.head(document.id, name) for name in ("Ben",)}})
+    document.refresh()
+    app.processEvents()
+    assert document.demonstration is None
+    assert window.focusWidget() is window.demonstrations.view
+
+
+def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(windows, study, app):
+    window = windows(Start(project=study))
+    for command, place in (("search", "search"), ("choose_all", "view")):
+        window.demonstrations.parentWidget().close()
+        window.commands[command].trigger()
+        app.processEvents()
+        assert window.focusWidget() is getattr(window.demonstrations, place)
+        assert window.demonstrations.isVisible()

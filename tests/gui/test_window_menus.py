@@ -48,6 +48,10 @@ def kept(app, tmp_path_factory):
 @pytest.fixture
 def window(kept, until):
     kept.commands["reset_layout"].trigger()
+    # A menu or a window of another test may have come before it: keys such as Esc are not for one
+    # that is behind.
+    kept.activateWindow()
+    assert QTest.qWaitForWindowActive(kept)
     until(lambda: kept.settled)
     yield kept
     kept.show_workspace("label")

@@ -156,3 +156,16 @@ def test_a_column_is_joined_by_its_writer_and_replaced_by_another_one():
     assert np.isfinite(seen()).sum() == 1
     ring.reach(30.0)
     assert np.isnan(seen()).all()
+
+
+def test_the_colours_come_back_from_a_glitch_at_once_and_from_a_contact_calmly():
+    rows, column = np.arange(ROWS), np.ones((ROWS, 1))
+    for size, falls in ((1e16, 2.0), (10.0, 0.98)):
+        ring = Columns(ROWS, COLUMNS, 1.0)
+        highs = []
+        for number in range(COLUMNS + 2):
+            ring.reach(number + 0.5)
+            ring.write(rows, (number + 0.5) * column, (size if number == 1 else 1.0) * column, 0)
+            highs.append(ring.strip(np.ones(ROWS), np.zeros(ROWS)).high)
+        assert highs[COLUMNS] == pytest.approx(np.log10(size))
+        assert highs[-1] == pytest.approx(falls)

@@ -140,7 +140,7 @@ def test_no_error_is_told_below_what_the_reference_can_see():
 def test_seconds_are_told_per_simulated_second_of_a_lane(monkeypatch, lanes):
     def timed(ways, repetitions):
         yield Progress(0, 1, "")
-        return tuple(Timed((0.1, 0.2), 12.0, 0.4, 1) for _ in ways)
+        return tuple(Timed((0.1, {}), 12.0, 0.4, 1) for _ in ways)
 
     monkeypatch.setattr(contact, "timed_ways", timed)
     (row,) = measured([SemiImplicit(1e-4)], case(springs=(400.0,) * lanes))

@@ -136,7 +136,7 @@ def test_ours_is_right_in_every_extreme_and_what_is_wrong_is_told(monkeypatch):
 
 
 def test_a_transform_that_is_wrong_or_raises_is_found_out(monkeypatch):
-    def raising(x, scales, p):
+    def raising(x, scales):
         if not np.any(x):
             raise ValueError("nothing there")
         return np.ones((1, len(scales), x.shape[1]), dtype=complex)

@@ -31,8 +31,7 @@ def test_live_rows_tell_agreement_cost_and_latency():
     rows = finish(live.measuring(recogniser, demonstration, (20, 50), (100,), 1))
     assert [row.size[-5:] for row in rows] == ["20 ms", "50 ms"]
     for row in rows:
-        assert row.error == 0.0
-        assert 0 <= row.further["unlike all at once"] < 0.7
+        assert 0 < row.error == rows[0].error < 0.7  # whatever the blocks
         typical, most = (row.further[f"{share} of medians (ms)"] for share in ("p50", "p99"))
         assert 0 < typical <= most
         assert row.further["force to label (ms)"] > 120
@@ -61,7 +60,7 @@ def test_what_disturbs_one_run_stands_in_the_p99_of_runs_and_not_in_that_of_medi
         cpu[7] = 2e-3  # a block that costs more every time
         cpu[20 + 3 * repetition : 23 + 3 * repetition] = 9e-3  # somebody else's work, elsewhere
         runs.append(live._Run(codes, cpu, cpu))
-    row = live._row("paper", demonstration, (100, 20), runs, 1, codes, codes)
+    row = live._row("paper", demonstration, (100, 20), runs, 1, codes)
     assert row.further["p50 of medians (ms)"] == pytest.approx(1.0)
     assert 1.0 < row.further["p99 of medians (ms)"] < 2.0
     assert row.further["p99 of a run (ms)"] == pytest.approx(9.0)

@@ -144,7 +144,7 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ke
     project.assign(left, "dora")
     heads = worked_with(project, id_)
     schema = everything(path)[0]
-    project.remove(id_, heads)
+    project.remove_all({id_: heads})
     assert [info.id for info in project.demonstrations()] == [left]
     assert [author.name for author in project.authors()] == ["anna"]
     assert [one.demonstration for one in project.assignments()] == [left]
@@ -165,10 +165,10 @@ def test_labels_that_nobody_was_told_of_keep_it(project, path, kept):
     before = everything(path)
     for told in (heads, {}, {"cara": heads["cara"]}):
         with pytest.raises(InputError, match="'LEGO 02' was labelled meanwhile; it stays"):
-            project.remove(id_, told)
+            project.remove_all({id_: told})
     assert everything(path) == before
     with pytest.raises(InputError, match="no demonstration"):
-        project.remove("0" * 64, {})
+        project.remove_all({"0" * 64: {}})
 
 
 KILLED = """
@@ -196,7 +196,8 @@ def discard(path, number):
     discarding.sync_folder = counted(discarding.sync_folder)
     os.unlink, os.rmdir = counted(os.unlink), counted(os.rmdir)  # of shutil.rmtree
     Path.rename = counted(Path.rename)
-    getattr(project, verb)(id_, {author: int(head)})
+    heads = {author: int(head)}
+    project.discard(id_, heads) if verb == "discard" else project.remove_all({id_: heads})
     os._exit(0)
 
 for number in range(1, 99):
@@ -234,7 +235,10 @@ def test_killed_at_any_step_it_is_there_as_a_whole_or_gone(project, path, kept, 
             assert opened.load(id_).id == id_ if id_ in there else True
             if id_ in there:
                 assert opened.track(id_, author).segments == GRAB
-                getattr(opened, verb)(id_, heads)  # once more
+                if verb == "discard":  # once more
+                    opened.discard(id_, heads)
+                else:
+                    opened.remove_all({id_: heads})
             assert [e.name for e in (copy / "demonstrations").iterdir()] == [
                 info.id for info in opened.demonstrations()
             ]

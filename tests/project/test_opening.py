@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import sqlite3
 import struct
 from contextlib import closing
@@ -11,8 +12,9 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import Project, database
+from forcelab.project import Project
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
+from forcelab.project.troubles import told_of_store
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:
@@ -51,6 +53,37 @@ def test_a_project_is_made_in_an_empty_folder_but_never_over_anything(path):
     with pytest.raises(InputError, match="there is no folder .*make it first"):
         Project.create(path.with_name("missing") / "deeper")
     assert sorted(p.name for p in path.parent.iterdir()) == ["file", "study.forcelab"]
+
+
+def test_nothing_is_written_into_a_project_that_a_newer_program_brought_up_to_date(path, make):
+    with Project.create(path) as project:
+        id_ = project.add(make()).id
+        with closing(sqlite3.connect(path / "project.sqlite")) as newer:
+            newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
+        with pytest.raises(InputError, match="newer forcelab"):
+            project.edit(id_, "Ada", (), (Segment(0.0, 0.1, "grab"),), "painted")
+        assert project.authors() == ()
+
+
+@pytest.mark.parametrize("what", ["removed", "moved", "replaced"])
+def test_nothing_is_written_into_a_project_that_is_not_at_its_place_any_more(path, make, what):
+    with Project.create(path) as project:
+        id_ = project.add(make()).id
+    shutil.copytree(path, path.with_name("copy"))
+    with Project.open(path) as project:
+        grab = (Segment(0.0, 0.1, "grab"),)
+        project.edit(id_, "Ada", (), grab, "painted")
+        path.rename(path.with_name("moved"))
+        if what == "removed":
+            shutil.rmtree(path.with_name("moved"))
+        elif what == "replaced":
+            path.with_name("copy").rename(path)
+        with pytest.raises(InputError, match="removed, moved or replaced") as caught:
+            project.edit(id_, "Ada", grab, (), "erased")
+        assert one_sentence(str(caught.value))
+        if what == "moved":
+            path.with_name("moved").rename(path)
+            project.edit(id_, "Ada", grab, (), "erased")
 
 
 def test_a_project_that_could_not_be_filled_leaves_nothing(path):
@@ -228,7 +261,7 @@ def test_only_a_damaged_store_is_called_damaged(path, code, text, said, numbered
     error = sqlite3.OperationalError(text)
     if numbered:  # as from Python 3.11 on
         error.sqlite_errorcode = code
-    with pytest.raises(InputError, match=said) as caught, database._told(path, 5):
+    with pytest.raises(InputError, match=said) as caught, told_of_store(path, 5):
         raise error
     assert one_sentence(str(caught.value))
     assert ("damaged" in str(caught.value)) == (code in (11, 26))

@@ -58,6 +58,20 @@ def test_what_was_accepted_is_proposed_and_what_was_painted_is_not(labelling):
     labelling.paint(7, 8, "slip")
     assert origins(labelling) == {GRAB: Origin(ONE), SLIP: Origin(TWO)}
     assert labelling.project.origins(labelling.demonstration, "Bert") == {}
+
+
+def test_what_was_removed_and_imported_again_begins_without_its_old_origins(labelling):
+    project = labelling.project
+    for proposer in (ONE, TWO):
+        labelling.accept((GRAB,), proposer)
+        assert origins(labelling) == {GRAB: Origin(proposer)}
+        heads = {"Ada": project.head(labelling.demonstration, "Ada")}
+        project.remove_all({labelling.demonstration: heads})
+        assert project.add(recording()).id == labelling.demonstration
+        labelling.refresh()
+        assert origins(labelling) == {}
+    labelling.paint(GRAB.start, GRAB.end, GRAB.action)
+    assert origins(labelling) == {}
     with pytest.raises(InputError, match="no demonstration"):
         labelling.project.origins("f00", "Ada")
 

@@ -54,7 +54,7 @@ def segmentations(n: int, K: int):
 class Plainly:
     """The model as its documentation states it, number by number."""
 
-    def __init__(self, choreography, logs, step, use, places=False):
+    def __init__(self, choreography, logs, step, use, places=False, changes=None):
         self.c, self.use, self.step, w = choreography, use, step, Weights()
         self.K = len(choreography.actions)
         floor = logs.max(axis=1, keepdims=True) + math.log(w.floor)
@@ -62,6 +62,10 @@ class Plainly:
         self.evidence = min(1, w.evidence * step / 0.02) * (np.maximum(logs, floor) - prior)
         self.emphasis = 0 if use == "none" else w.duration
         self.places = math.log(step / 0.02) if places else 0.0
+        near = np.zeros(len(logs))
+        if changes is not None and use != "none":
+            near = w.change * (changes - w.likelier)
+        self.change = 0.5 * (near[:-1] + near[1:])  # of one after each step but the last
         self.limits = Scores.of(choreography, step, use)
         self.whole, self.cut = self.lengths()
 
@@ -102,7 +106,7 @@ class Plainly:
             steps = edges[i + 1] - edges[i]
             total += (self.cut if i in (0, last) else self.whole)[k, steps - 1]
             total += self.evidence[edges[i] : edges[i + 1], k].sum()
-            total += self.follow(codes[i - 1], k) if i else 0.0
+            total += self.follow(codes[i - 1], k) + self.change[edges[i] - 1] if i else 0.0
         return total
 
 
@@ -113,25 +117,27 @@ def as_codes(edges, codes):
 # --- against every segmentation -------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("known", [False, True], ids=["", "changes known"])
 @pytest.mark.parametrize("use", USES)
 @pytest.mark.parametrize(("n", "K"), [(1, 1), (5, 1), (1, 3), (6, 3), (8, 2)])
-def test_best_course_and_marginals_are_those_of_all_segmentations(n, K, use):
+def test_best_course_and_marginals_are_those_of_all_segmentations(n, K, use, known):
     rng = np.random.default_rng(100 * n + K)
     choreography, logs = a_choreography(rng, K), some_logs(rng, n, K)
+    changes = rng.normal(0.5, 2.0, n) if known else None
     every = list(segmentations(n, K))
-    plain = Plainly(choreography, logs, STEP, use)
+    plain = Plainly(choreography, logs, STEP, use, changes=changes)
     best = max(every, key=lambda one: plain.score(*one))
-    codes = decode(logs, everywhere(logs), STEP, choreography, use)
+    codes = decode(logs, everywhere(logs), STEP, choreography, use, changes=changes)
     assert codes.dtype == np.int64
     assert codes.tolist() == as_codes(*best).tolist()
 
-    plain = Plainly(choreography, logs, STEP, use, places=True)
+    plain = Plainly(choreography, logs, STEP, use, places=True, changes=changes)
     scores = np.array([plain.score(*one) for one in every])
     shares = np.exp(scores - np.logaddexp.reduce(scores))
     expected = np.zeros((n, K))
     for share, one in zip(shares, every, strict=True):
         expected[np.arange(n), as_codes(*one)] += share
-    found = marginals(logs, everywhere(logs), STEP, choreography, use)
+    found = marginals(logs, everywhere(logs), STEP, choreography, use, changes=changes)
     np.testing.assert_allclose(found, expected, atol=1e-10)
 
 
@@ -151,7 +157,8 @@ def viterbi(plain: Plainly, n: int, join=np.max) -> float:
             inner = starts[:t, k] - sums[:t, k] + lengths
             first = plain.first(k) + plain.cut[k, t - 1]
             ends[k] = join(np.append(inner, first)) + sums[t, k]
-        starts[t] = [join(ends + follow[:, k]) for k in range(K)]
+        change = plain.change[t - 1] if t < n else 0.0
+        starts[t] = [join(ends + follow[:, k]) + change for k in range(K)]
         best = join(ends)
     return best
 
@@ -173,8 +180,9 @@ def test_no_course_is_better_where_segments_outlast_every_table(K, step, median,
     truth = np.repeat(rng.integers(0, K, 12), rng.integers(5, 60, 12))
     truth[100:250] = 0
     logs = some_logs(rng, len(truth), K, 1.0) + 2.0 * np.eye(K)[truth]
-    codes = decode(logs, everywhere(logs), step, choreography, use)
-    plain = Plainly(choreography, logs, step, use)
+    changes = rng.normal(-1.0, 1.0, len(truth))
+    codes = decode(logs, everywhere(logs), step, choreography, use, changes=changes)
+    plain = Plainly(choreography, logs, step, use, changes=changes)
     assert scored(plain, codes) == pytest.approx(viterbi(plain, len(codes)), abs=1e-8)
 
 
@@ -278,6 +286,18 @@ def test_an_order_and_a_length_never_seen_are_recognised_when_they_are_plain_to_
     weights = Weights(evidence=1.0)
     codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "order", weights)
     assert np.array_equal(codes, truth)
+
+
+@pytest.mark.parametrize("use", ["durations", "order"])
+def test_an_action_changes_where_that_is_seen_though_the_steps_beside_it_tell_nothing(use):
+    logs = np.zeros((150, 3))
+    logs[:50, 0] = logs[100:, 1] = 3.0
+    for place in (60, 75, 90):
+        near = np.abs(np.arange(150) - place + 0.5) < 3  # 60 ms to either side
+        changes = np.where(near, 2.0, -2.0)
+        codes = decode(logs, everywhere(logs), 0.02, a_known_one(), use, changes=changes)
+        assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 1]
+        assert abs(int(np.flatnonzero(np.diff(codes))[0]) + 1 - place) <= 3
 
 
 @pytest.mark.parametrize("use", USES)

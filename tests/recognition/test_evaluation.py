@@ -18,12 +18,13 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment, from_codes, to_codes
 from forcelab.merging import MergeMap
-from forcelab.recognition import folds
-from forcelab.recognition.evaluation import across, kept_apart, leave_one_out
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition import folds, grouping
+from forcelab.recognition.evaluation import leave_one_out
+from forcelab.recognition.examples import Labelled, kept_apart
 from forcelab.recognition.metrics import score
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, train
+from forcelab.recognition.transfer import across
 
 ROOT = Path(__file__).resolve().parents[2]
 TONGS = ROOT / "../shared/data/tongs"
@@ -282,7 +283,7 @@ def names_of(items, fold):
 @pytest.mark.parametrize("count", [None, 2, 3, 4])
 def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
     items = [*six[:3], later(six[0], "twin"), six[3], later(six[2], "again")]
-    parts = folds.groups([item.demonstration for item in items], count)
+    parts = grouping.groups([item.demonstration for item in items], count)
     assert sorted(i for part in parts for i in part) == list(range(len(items)))
     assert len(parts) == (count or 4)
     for first, second in ((0, 3), (2, 5)):
@@ -306,7 +307,7 @@ def test_a_recording_that_is_there_twice_is_left_out_as_a_whole(six, count):
 @pytest.mark.parametrize("groups", [None, 0, 2, 3, 5, 99])
 def test_neighbours_are_left_out_in_different_groups(count, groups):
     items = [d for d, _ in synthetic_set(count, rate=50.0)]
-    parts = folds.groups(items, groups)
+    parts = grouping.groups(items, groups)
     assert len(parts) == min(groups or count, count)
     assert sorted(i for part in parts for i in part) == list(range(count))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1

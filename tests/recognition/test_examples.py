@@ -15,6 +15,7 @@ from forcelab.recognition.examples import (
     prepare,
     same_channels,
 )
+from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 
 SMALL = Settings(max_scale=16.0)
@@ -42,6 +43,22 @@ def test_every_time_step_has_the_features_of_all_channels_and_scales():
     assert prepare(item, SMALL.replace(phase=False)).features.shape[1] == 4 * 4
     np.testing.assert_array_equal(examples.times, item.demonstration.times)
     assert examples.valid.all()
+
+
+@pytest.mark.parametrize(
+    "settings", [SMALL, preset("best"), preset("fast")], ids=["paper", "best", "fast"]
+)
+@pytest.mark.parametrize("rate", [None, 400.0, 2000.0])
+def test_a_glitch_takes_nothing_with_it_that_lies_elsewhere(settings, rate):
+    item = labelled(rate=1000.0)
+    signals = item.demonstration.signals.copy()
+    signals[1000] = 1e16
+    old = item.demonstration
+    broken = Demonstration(old.name, old.task, old.times, signals, old.channels)
+    clean, found = (prepare(one, settings, rate) for one in (item, Labelled(broken)))
+    far = np.abs(clean.times - 1.0) > 1.5
+    assert far.sum() > 10
+    np.testing.assert_allclose(found.features[far], clean.features[far], rtol=0, atol=0.1)
 
 
 def test_channels_come_in_the_order_they_were_asked_for():

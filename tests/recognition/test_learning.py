@@ -6,6 +6,7 @@ from format_1 import as_in_format_1
 from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier
 from sklearn.linear_model import LogisticRegression
 
+from forcelab.jobs import finish
 from forcelab.recognition import learning
 from forcelab.recognition.averaged import Averaged, sharpened
 from forcelab.recognition.forest import Forest, Linear, _rounded_down
@@ -32,12 +33,7 @@ def clouds(counts, seed=0, features=4, distance=1.5):
 
 
 def fitted(name, X, y, care=None, seed=0):
-    job = fitting_averaged(name, X, y, seed, care or Care())
-    while True:
-        try:
-            next(job)
-        except StopIteration as ended:
-            return ended.value
+    return finish(fitting_averaged(name, X, y, seed, care or Care()))
 
 
 @pytest.mark.parametrize("counts", [(40, 50), (40, 50, 30)])

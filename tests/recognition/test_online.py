@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from stated_live import stated
 from synthetic import synthetic_set
 
 from forcelab.demonstration import Channel, Demonstration
@@ -11,11 +12,11 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition import filters
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.latency import with_latency
 from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.online_classifier import prober
 from forcelab.recognition.online_filters import CausalDrop, CausalMedian
-from forcelab.recognition.online_grid import CausalGrid
+from forcelab.recognition.online_grid import PATIENCE, CausalGrid
+from forcelab.recognition.online_resampling import Steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
 from forcelab.signals.grid import on_grid
@@ -59,7 +60,7 @@ def changed(demonstration, times=None, signals=None):
 @pytest.mark.parametrize("latency", [0.0, 0.05, 0.3, 2.0])
 @pytest.mark.parametrize("blocks", [[5], [1000], [1, 40, 3, 700]])
 def test_labels_are_those_stated_for_the_latency(trained, three, latency, blocks):
-    wanted = with_latency(trained, three[2].demonstration, latency)
+    wanted = stated(trained, three[2].demonstration, latency)
     times, codes, probabilities = streamed(trained, three[2].demonstration, latency, blocks)
     assert np.array_equal(times, wanted.times)
     assert np.array_equal(codes, wanted.codes)
@@ -107,7 +108,7 @@ def test_a_gap_is_bridged_and_never_labelled(trained, three):
         assert np.all(codes[400:460] == UNLABELLED)
         assert np.mean(codes == offline.filtered) > 0.99
         for latency in (0.1, 3.0):
-            wanted = with_latency(trained, holed, latency)
+            wanted = stated(trained, holed, latency)
             assert np.array_equal(streamed(trained, holed, latency, blocks)[1], wanted.codes)
 
 
@@ -133,7 +134,7 @@ def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, th
         assert np.allclose(times, long.times)
         assert np.all(codes[silent] == UNLABELLED)
         assert (codes[silent.stop :] != UNLABELLED).any()
-        assert np.array_equal(codes, with_latency(trained, long, 0.1).codes)
+        assert np.array_equal(codes, stated(trained, long, 0.1).codes)
 
 
 @pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308])
@@ -182,6 +183,29 @@ def test_another_device_rate_is_brought_to_the_recognisers_grid_as_offline(rate)
         inside = slice(0, count - 1)  # stamps behind the last sample are its own
         assert np.allclose(found.times[inside], wanted.times[inside], atol=1e-9)
         assert found.valid.all()
+
+
+def test_how_a_gap_is_bridged_does_not_depend_on_the_blocks():
+    """Of one channel for longer than is waited, while others miss a few samples now and then."""
+    n = 3 * PATIENCE
+    signals = np.cumsum(np.random.default_rng(0).standard_normal((n, 3)), axis=0)
+    signals[300 : 300 + PATIENCE + 200, 0] = np.nan
+    for first in range(0, n, 90):
+        signals[first : first + 30, 1 + first // 90 % 2] = np.nan
+    times = np.arange(n) / 250.0
+    times[2000:] += 3.0 * PATIENCE / 250  # then nothing at all for a while
+    times[2500] = times[2499]
+    found = []
+    for size in (n, 1, 7, 61, 500):
+        grid, steps = CausalGrid(3, 250.0), Steps.none(3)
+        for first in range(0, n, size):
+            steps += grid.push(times[first : first + size], signals[first : first + size])
+            steps += grid.push(times[:0], signals[:0])  # nothing new
+        found.append(steps + grid.finish())
+    for other in found[1:]:
+        assert np.array_equal(other.times, found[0].times)
+        assert np.array_equal(other.signals, found[0].signals)
+        assert np.array_equal(other.valid, found[0].valid)
 
 
 codes_lists = st.lists(st.tuples(st.integers(-1, 3), st.integers(1, 9)), min_size=4, max_size=12)
@@ -237,7 +261,7 @@ def test_other_classifiers_and_settings_stream_too(three, classifier):
     online = OnlineRecogniser(recogniser, 0.1, demonstration.channels)
     parts = [online.push(demonstration.times, demonstration.signals), online.finish()]
     codes = np.concatenate([part.codes for part in parts])
-    assert np.array_equal(codes, with_latency(recogniser, demonstration, 0.1).codes)
+    assert np.array_equal(codes, stated(recogniser, demonstration, 0.1).codes)
     assert (parts[0].probabilities is None) == (classifier == "svm")
 
 

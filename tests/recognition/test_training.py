@@ -55,41 +55,18 @@ def predictions(recogniser, demonstration):
 
 def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(three):
     progress = []
-    finish(training(three[:2], SMALL_MLP, held_out=three[2]), progress.append)
+    finish(training(three, SMALL_MLP), progress.append)
     stages = [step.text for step in progress]
     assert stages == ["features"] * 3 + ["fit"] * (len(stages) - 3)
     assert [(step.done, step.total) for step in progress[:3]] == [(1, 3), (2, 3), (3, 3)]
     fit = progress[3:]
     assert [step.done for step in fit] == list(range(1, len(fit) + 1))
     assert fit[-1].loss < 0.3 * fit[0].loss
-    assert fit[-1].accuracy > max(0.6, fit[0].accuracy)
-
-
-def test_the_accuracy_on_the_way_is_that_of_the_held_out_demonstration(three):
-    progress = []
-    recogniser = finish(training(three[:2], SMALL, held_out=three[2]), progress.append)
-    raw = recogniser.predict(three[2].demonstration).raw
-    human = prepare(three[2], SMALL).codes(recogniser.actions)
-    assert progress[-1].accuracy == np.mean(raw[human >= 0] == human[human >= 0])
-
-
-def test_without_a_held_out_demonstration_there_is_no_accuracy(three):
-    progress = []
-    finish(training(three[:1], SMALL), progress.append)
-    assert progress[-1].accuracy is None
-
-
-def test_a_held_out_demonstration_of_unknown_actions_has_no_accuracy(three):
-    stranger = Labelled(three[2].demonstration, (Segment(0.0, 2.0, "juggle"),))
-    progress = []
-    recogniser = finish(training(three[:2], SMALL, held_out=stranger), progress.append)
-    assert progress[-1].accuracy is None
-    assert "juggle" not in recogniser.actions
 
 
 def test_a_training_that_is_stopped_leaves_nothing_running(three):
     threads, children = set(threading.enumerate()), set(multiprocessing.active_children())
-    job = training(three, SMALL_MLP, held_out=three[0])
+    job = training(three, SMALL_MLP)
     while next(job).text != "fit":
         pass
     next(job)
@@ -101,27 +78,6 @@ def test_a_training_that_is_stopped_leaves_nothing_running(three):
 
 
 # --- what the fit depends on, and what not ------------------------------------------------------
-
-
-@pytest.mark.parametrize("settings", [SMALL, SMALL_MLP], ids=["naive-bayes", "mlp"])
-def test_watching_a_held_out_demonstration_changes_nothing_about_the_fit(three, settings):
-    alone = train(three[:1], settings)
-    watched = finish(training(three[:1], settings, held_out=three[1]))
-    assert watched.trained_on == alone.trained_on == (three[0].demonstration.id,)
-    for classifier_part in ("classes_", "theta_", "coefs_"):
-        ours = getattr(alone.classifier, classifier_part, ())
-        theirs = getattr(watched.classifier, classifier_part, ())
-        assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
-
-
-def test_a_held_out_demonstration_of_another_rate_does_not_move_the_grid(three):
-    other = Labelled(*synthetic_demonstration(9, rate=300.0))
-    alone, watched = train(three[:1], SMALL), finish(training(three[:1], SMALL, held_out=other))
-    assert watched.rate == alone.rate
-    assert watched.settings == alone.settings == SMALL
-    np.testing.assert_array_equal(
-        predictions(alone, three[2].demonstration), predictions(watched, three[2].demonstration)
-    )
 
 
 @pytest.mark.parametrize("settings", [SMALL, SMALL_MLP], ids=["naive-bayes", "mlp"])
@@ -198,14 +154,18 @@ def test_the_features_are_gone_while_what_follows_streams_is_learnt(three, monke
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):
     monkeypatch.setattr(learning, "TREES", 2)
     every, fewer = [], []
-    fitted = live_part._fitted
+    fitting = live_part.fitting_averaged
 
     def watched(seen):
-        return lambda X, y, *rest: seen.append((X, y, rest[1].groups)) or fitted(X, y, *rest)
+        def watching(name, X, y, seed, care):
+            seen.append((X, y, care.groups))
+            return fitting(name, X, y, seed, care)
 
-    monkeypatch.setattr(live_part, "_fitted", watched(every))
+        return watching
+
+    monkeypatch.setattr(live_part, "fitting_averaged", watched(every))
     train(three, preset("fast").replace(stride=1))
-    monkeypatch.setattr(live_part, "_fitted", watched(fewer))
+    monkeypatch.setattr(live_part, "fitting_averaged", watched(fewer))
     monkeypatch.setattr(learning, "MOST", 60)
     train(three, preset("fast").replace(stride=1))
     for (X, y, groups), given in zip(every, fewer, strict=True):

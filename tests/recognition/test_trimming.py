@@ -16,12 +16,13 @@ from forcelab.recognition import training as training_module
 from forcelab.recognition import trimming as trimming_module
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled, prepare
-from forcelab.recognition.folds import groups, parted
+from forcelab.recognition.folds import parted
+from forcelab.recognition.grouping import groups
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, train
 from forcelab.recognition.trimming import Contradicted, remark_on, trimming
 
-FAST = preset("fast")
+FAST = preset("fast").replace(trimmed=True)
 #: still, grab, hold, release, still: the hold of the demonstration with this number is renamed.
 WRONG, HOLD = 1, 2
 
@@ -54,7 +55,7 @@ def mistaken(wrong):
 
 @pytest.mark.parametrize("name", ["fast", "best"])
 def test_a_wrong_label_is_left_out_and_no_other(wrong, mistaken, name):
-    settings = preset(name)
+    settings = preset(name).replace(trimmed=True)
     examples = [prepare(item, settings) for item in wrong]
     kept, left_out = finish(trimming(examples, settings))
     assert left_out == (mistaken,)

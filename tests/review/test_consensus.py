@@ -11,7 +11,7 @@ from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.painting import SLIVER
 from forcelab.project import Project
-from forcelab.review.consensus import Consensus, Difference, differences
+from forcelab.review.consensus import Consensus, Disagreement, differences
 
 
 def track(*rows):
@@ -22,9 +22,9 @@ def track(*rows):
 ANN = track((0, 1, "grab"), (1, 3, "hold"), (3, 4, "pull"), (4, 5, "hold"), (6, 7, "release"))
 BEN = track((0, 1.06, "grab"), (1.06, 3, "hold"), (3, 4, "slip"), (4, 5, "hold"))
 EDGE, ACTION, LAST = (
-    Difference(1, 1.06, "hold", "grab", True),
-    Difference(3, 4, "pull", "slip"),
-    Difference(6, 7, "release", None),
+    Disagreement(1, 1.06, "hold", "grab", True),
+    Disagreement(3, 4, "pull", "slip"),
+    Disagreement(6, 7, "release", None),
 )
 
 
@@ -135,7 +135,7 @@ def test_a_difference_that_a_coder_makes_later_is_open(project):
     consensus.leave(LAST)
     project.edit(project.id_, "Ann", ANN, (*ANN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
-    assert consensus.undecided == (Difference(8, 9, "grab", None),)
+    assert consensus.undecided == (Disagreement(8, 9, "grab", None),)
     project.edit(project.id_, "Ben", BEN, (*BEN, Segment(8, 9, "grab")), "added")
     consensus.refresh()
     assert consensus.undecided == ()

@@ -13,7 +13,7 @@ from forcelab.project import Project
 from forcelab.project.labelling import Labelling
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import compared
-from forcelab.review.judging import change_for, judge, report, withdraw
+from forcelab.review.judging import action_for, judge, report, withdraw
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.queue import queue
 
@@ -97,11 +97,11 @@ def test_what_is_judged_leaves_the_open_queue_until_it_is_withdrawn(study, verdi
 def test_if_the_model_is_right_the_change_makes_both_agree_and_undo_opens_it_again(study):
     project, outcome = study
     before = queue(project, outcome)
-    change = change_for(outcome, before.actions[0])
-    assert (change.start, change.end, change.action) == (3, 4.5, "release")
+    wrong = before.actions[0]
+    assert (wrong.start, wrong.end, action_for(outcome, wrong)) == (3, 4.5, "release")
     track = Labelling(project, outcome.tested[0].id, "Ann")
-    track.paint(change.start, change.end, change.action)
-    judge(project, outcome, before.actions[0], "model", "Ann")
+    track.paint(wrong.start, wrong.end, action_for(outcome, wrong))
+    judge(project, outcome, wrong, "model", "Ann")
     after = queue(project, outcome)
     assert after.actions == ()
     assert len(after.judged) == 1
@@ -135,8 +135,8 @@ def test_a_change_is_spelt_as_the_coder_spells_it(study):
     outcome = replace(outcome, apart=True)
     one = outcome.tested[0]
     (found,) = compared(one.id, (Segment(0, 1, "hold_foam"),), (Segment(0, 1, "grab_foam"),), None)
-    assert change_for(outcome, found).action == "grab"
-    assert change_for(outcome, replace(found, predicted=None)).action is None
+    assert action_for(outcome, found) == "grab"
+    assert action_for(outcome, replace(found, predicted=None)) is None
 
 
 def test_the_report_counts_who_was_right_by_pair(study):

@@ -145,7 +145,7 @@ def test_a_run_outlives_a_demonstration_that_it_tested(tmp_path, path):
         before = latest(project)
         gone = before.tested[0].id
         heads = {name: project.head(gone, name) for name in project.info(gone).authors}
-        project.remove(gone, heads)
+        project.remove_all({gone: heads})
         after = load(project, before.number)
         assert [one.id for one in after.tested] == [one.id for one in before.tested[1:]]
         assert after.scores["filtered"]["pooled"] == before.scores["filtered"]["pooled"]

@@ -18,8 +18,10 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.differences import compared
+from forcelab.review.hearing import heard
 from forcelab.review.outcome import Outcome, Reviewed
-from forcelab.review.suspicion import SUSPECT, heard, suspect_edges, suspect_segments
+from forcelab.review.queue import arranging
+from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 ORDER = ("still", "grab", "hold", "release", "still")
@@ -66,11 +68,14 @@ def recording(number, order=ORDER, actions=ACTIONS, seen=None, sure=0.9):
     return Reviewed(name, name, "foam", 0.0, ends[-1], truth, stages, certainty)
 
 
-def suspects(outcome, tracks):
-    """Human segments, the most suspect first."""
+def listed(outcome, tracks):
+    """What is suspected of segments, the most suspect first."""
     labelled = [one for one in outcome.tested if tracks.get(one.id)]
-    all_heard = [heard(one, tracks[one.id], outcome.actions) for one in labelled]
-    return suspect_segments(all_heard, outcome.actions)
+    all_heard = []
+    for one in labelled:
+        found = compared(one.id, tracks[one.id], one.predicted, one.certainty)
+        all_heard.append(heard(one, tracks[one.id], outcome.actions, found))
+    return suspects(all_heard, outcome.actions)
 
 
 def relabelled(segments, index, action):
@@ -86,7 +91,7 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
     tracks = {one.id: one.human for one in tested}
     for id_, index, action in [("01", 1, "still"), ("03", 2, "release"), ("04", 4, "hold")]:
         tracks[id_] = relabelled(tracks[id_], index, action)
-    found = [d for d in suspects(outcome_of(tested), tracks) if d.suspicion >= SUSPECT]
+    found = [d for d in listed(outcome_of(tested), tracks) if d.suspicion >= SUSPECT]
     assert {(d.demonstration, d.human, d.predicted) for d in found} == {
         ("01", "still", "grab"),
         ("03", "release", "hold"),
@@ -97,20 +102,20 @@ def test_swapped_labels_are_found_with_what_they_were(probabilities):
 
 def test_labels_without_errors_raise_no_suspicion():
     tested = [recording(i) for i in range(6)]
-    found = suspects(outcome_of(tested), {one.id: one.human for one in tested})
+    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.1 for d in found)
 
 
 def test_a_confusion_that_occurs_everywhere_is_the_models_weakness():
     tested = [recording(i, seen={"release": "grab"}) for i in range(6)]
-    found = suspects(outcome_of(tested), {one.id: one.human for one in tested})
+    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < 0.5 for d in found)
 
 
 def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     tested = [recording(i) for i in range(6)]
     tested.append(recording(9, ("still", "hold", "grab", "release", "still"), sure=1.0))
-    found = suspects(outcome_of(tested), {one.id: one.human for one in tested})
+    found = listed(outcome_of(tested), {one.id: one.human for one in tested})
     assert all(d.suspicion < SUSPECT for d in found)
 
 
@@ -121,7 +126,7 @@ def test_in_any_order_the_model_alone_decides():
     old = tracks["02"][3].action
     new = next(a for a in ACTIONS if a != old)
     tracks["02"] = relabelled(tracks["02"], 3, new)
-    first = suspects(outcome_of(tested), tracks)[0]
+    first = listed(outcome_of(tested), tracks)[0]
     assert (first.demonstration, first.start, first.human, first.predicted) == (
         "02",
         tracks["02"][3].start,
@@ -134,9 +139,9 @@ def test_actions_that_the_outcome_does_not_know_are_passed_over():
     tested = [recording(i) for i in range(4)]
     tracks = {one.id: one.human for one in tested}
     tracks["00"] = relabelled(tracks["00"], 2, "polish")
-    found = suspects(outcome_of(tested), tracks)
+    found = listed(outcome_of(tested), tracks)
     assert all(d.human != "polish" for d in found)
-    assert suspects(outcome_of(tested), {}) == ()
+    assert listed(outcome_of(tested), {}) == ()
 
 
 def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
@@ -146,7 +151,7 @@ def test_of_actions_that_it_never_learnt_the_model_is_no_witness():
     tested = [recording(i, actions=learnt, seen=one) for i, one in enumerate(seen)]
     tracks = {one.id: one.human for one in tested}
     tracks["03"] = relabelled(tracks["03"], 2, "grab")  # it was "hold", as the model sees
-    found = suspects(outcome_of(tested), tracks)
+    found = listed(outcome_of(tested), tracks)
     assert all("release" not in (d.human, d.predicted) for d in found)
     assert (found[0].demonstration, found[0].human, found[0].predicted) == ("03", "grab", "hold")
 
@@ -170,6 +175,84 @@ def test_an_edge_is_suspect_if_it_lies_far_from_where_a_sure_model_puts_it():
     assert suspicions.pop("04") >= SUSPECT
     assert max(suspicions.values()) < 0.3
     assert all(d.suspicion == 0 for d in suspect_edges(found, {}))
+
+
+def ended_early(one, share=0.4):
+    """A coder who ends "hold" when `share` of it is over: the rest goes to "release"."""
+    before, grab, hold, release, after = one.human
+    end = hold.start + share * hold.duration
+    return (before, grab, replace(hold, end=end), replace(release, start=end), after)
+
+
+@pytest.mark.parametrize("probabilities", [True, False])
+def test_of_a_segment_that_is_wrong_in_part_that_part_is_suspected(probabilities):
+    tested = [recording(i) for i in range(6)]
+    if not probabilities:
+        tested = [replace(one, certainty=None) for one in tested]
+    tracks = {one.id: one.human for one in tested}
+    tracks["03"] = ended_early(tested[3])
+    first, *others = listed(outcome_of(tested), tracks)
+    assert (first.demonstration, first.human, first.predicted) == ("03", "release", "hold")
+    assert (first.start, first.end) == (tracks["03"][3].start, tested[3].human[2].end)
+    assert first.suspicion >= SUSPECT
+    assert all(d.suspicion < 0.1 for d in others)
+
+
+def test_a_suspected_part_stands_once_in_the_queue():
+    tested = [recording(i) for i in range(6)]
+    tracks = {one.id: one.human for one in tested}
+    tracks["03"] = ended_early(tested[3])
+    found, _ = finish(arranging(outcome_of(tested), tracks, ()))
+    (part,) = found.open
+    assert found.suspected == (part,)
+    assert (part.start, part.end) == (tracks["03"][3].start, tested[3].human[2].end)
+
+
+def test_a_short_action_that_was_overlooked_within_another_is_suspected():
+    order = ("still", "grab", "hold", "slip", "hold", "release", "still")
+    tested = [recording(i, order, (*ACTIONS, "slip")) for i in range(6)]
+    tracks = {one.id: one.human for one in tested}
+    chosen = max(tested, key=lambda one: one.human[3].duration)
+    still, grab, hold, slip, again, *rest = chosen.human
+    tracks[chosen.id] = (still, grab, replace(hold, end=again.end), *rest)
+    first = listed(outcome_of(tested, (*ACTIONS, "slip")), tracks)[0]
+    assert (first.demonstration, first.predicted) == (chosen.id, "slip")
+    assert (first.start, first.end) == (slip.start, slip.end)
+    assert first.suspicion >= SUSPECT
+
+
+def test_an_action_that_the_model_always_ends_late_makes_nobody_suspicious():
+    tested = [recording(i) for i in range(6)]
+    found = listed(outcome_of(tested), {one.id: ended_early(one) for one in tested})
+    assert all(d.suspicion < SUSPECT for d in found)
+
+
+def test_an_edge_that_is_displaced_by_a_few_hundredths_is_not_suspected_as_a_part():
+    tested = [recording(i) for i in range(6)]
+    tracks = {one.id: one.human for one in tested}
+    still, grab, hold, release, after = tested[1].human
+    hold, release = replace(hold, end=hold.end - 0.05), replace(release, start=release.start - 0.05)
+    sliver = replace(release, end=release.start + 0.1)  # so short that 0.05 s of it is no edge
+    tracks["01"] = (still, grab, hold, sliver, after)
+    found = listed(outcome_of(tested), tracks)
+    assert any(d.demonstration == "01" and 0 < d.suspicion < 0.1 for d in found)
+    assert all(d.suspicion < 0.1 for d in found)
+
+
+def test_a_part_that_breaks_the_usual_order_is_hardly_suspect():
+    *others, one = sorted((recording(i) for i in range(6)), key=lambda r: r.human[0].duration)
+    still, *rest = one.human
+    first, last = 0.1 * still.duration, 0.8 * still.duration
+    sees = (
+        replace(still, end=first),
+        Segment(first, last, "hold"),  # which never follows "still"
+        replace(still, start=last),
+        *rest,
+    )
+    certainty = certain(sees, ACTIONS, 0.7, np.random.default_rng(1))
+    other = replace(one, stages={"filtered": sees}, certainty=certainty)
+    found = listed(outcome_of([*others, other]), {r.id: r.human for r in (*others, one)})
+    assert all(d.suspicion < 0.2 for d in found)
 
 
 # --- real recordings ----------------------------------------------------------------------------
@@ -226,5 +309,18 @@ def test_three_swapped_labels_are_among_the_first_five_of_real_recordings(
     )
     outcome = evaluated(items, settings)
     tracks = {item.demonstration.id: item.segments for item in items}
-    first = suspects(outcome, tracks)[:5]
+    first = listed(outcome, tracks)[:5]
     assert places <= {(d.demonstration, d.start) for d in first}
+
+
+@pytest.mark.real
+@pytest.mark.skipif(not TONGS.is_dir(), reason="the real recordings are not here")
+def test_the_part_of_a_real_segment_over_which_the_pen_is_held_still_is_suspected(monkeypatch):
+    monkeypatch.setattr(learning, "TREES", 10)
+    recordings = pdl.read(TONGS / "JPen_sig.pdl", ReadOptions())
+    items = [Labelled(r.demonstration, r.tracks[0].segments) for r in recordings]
+    outcome = evaluated(items, preset("fast"))
+    found = listed(outcome, {item.demonstration.id: item.segments for item in items})
+    # Coded still from 2.75 s on; 3.9 N are held until 4.04 s.
+    assert [d for d in found[:3] if d.start == 2.75 and abs(d.end - 4.04) < 0.05]
+    assert sum(d.suspicion >= SUSPECT for d in found) <= 6

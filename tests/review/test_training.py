@@ -1,8 +1,11 @@
 """Training as the window does it, on a project of four demonstrations, one not labelled."""
 
 import json
+import sqlite3
 import threading
 from contextlib import closing
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -133,6 +136,28 @@ def test_the_final_recogniser_knows_all_that_is_labelled_and_proposes_for_the_re
     assert (stored[0].name, set(stored[0].demonstrations)) == ("foam", set(recogniser.trained_on))
 
 
+def test_what_was_trained_is_stored_when_no_other_program_keeps_the_project_busy(
+    tmp_path, monkeypatch
+):
+    path = make(tmp_path / "foam.forcelab")
+    monkeypatch.setattr(Project, "open", partial(Project.open, timeout=0.02))
+    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
+        told = []
+
+        def hear(step):
+            told.append(step.phase)
+            if told.count("storing") == 1 and told[-1] == "storing":
+                other.execute("BEGIN IMMEDIATE")
+            elif told.count("storing") == 3:
+                other.execute("ROLLBACK")
+
+        number = finish(reviewing(path, FAST, CHOICE, "foam"), hear)
+    assert told.count("storing") == 3
+    with Project.open(path) as project:
+        assert [run.id for run in project.run_summaries()] == [number]
+        assert len(project.recognisers()) == 1
+
+
 def test_asking_how_certain_it_is_changes_no_prediction():
     labelled = [Labelled(demo, segments) for demo, segments in synthetic_set(2, 100.0)]
     for settings in (FAST, FAST.replace(threshold=None)):
@@ -171,6 +196,21 @@ def test_what_is_edited_while_it_trains_stays_and_is_counted(tmp_path):
         assert edits_since(project, outcome) == 1  # taken back: only the new demonstration
 
 
+@pytest.mark.parametrize("which", [0, -1])
+def test_what_is_removed_while_it_trains_costs_only_itself(tmp_path, which):
+    path = make(tmp_path / "p.forcelab", labelled=3, bare=1)
+    job = reviewing(path, FAST, CHOICE, "foam")
+    next(step for step in job if step.phase == "fold")
+    with Project.open(path) as project:
+        gone = project.demonstrations()[which].id
+        heads = {name: project.head(gone, name) for name in project.info(gone).authors}
+        project.remove_all({gone: heads})
+        outcome = load(project, finish(job))
+        left = {one.id for one in (*outcome.tested, *outcome.proposals)}
+        assert left == {info.id for info in project.demonstrations()}
+        assert {used.demonstration for used in outcome.labels} == left
+
+
 def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=3, bare=0)
     before = sorted(p.relative_to(path) for p in path.rglob("*"))
@@ -188,11 +228,13 @@ def test_a_training_that_is_cancelled_leaves_nothing_behind(tmp_path):
 def test_one_labelled_demonstration_trains_and_proposes_but_tests_nothing(tmp_path):
     path = make(tmp_path / "p.forcelab", labelled=1, bare=2)
     with Project.open(path) as project:
-        outcome = load(project, finish(reviewing(path, FAST, CHOICE, "foam")))
+        outcome = load(
+            project, finish(reviewing(path, FAST, replace(CHOICE, author="Ada"), "foam"))
+        )
     assert outcome.tested == ()
     assert [item.name for item in outcome.proposals] == ["foam 02", "foam 03"]
     assert outcome.scores == {}
-    assert any("Only one demonstration is labelled" in remark for remark in outcome.remarks)
+    assert any("Only one demonstration is labelled by Ada" in r for r in outcome.remarks)
     assert set(outcome.actions) == {"still", "grab", "hold", "release"}
 
 

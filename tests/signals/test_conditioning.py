@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from forcelab.signals.conditioning import bridge, condition, noise_level
+from forcelab.signals.conditioning import bridge, condition, glitches, noise_level
 
 NAN, INF = np.nan, np.inf
 
@@ -172,3 +172,64 @@ def test_a_smooth_force_is_not_taken_for_a_rounded_one(hertz):
     w = 2 * np.pi * hertz / 1000
     smooth = 10 * np.sin(w * np.arange(20_000))
     assert noise_level(smooth) < 10 * w * w
+
+
+@pytest.mark.parametrize("size", [1e9, -1e16, 1e300])
+def test_one_wild_sample_leaves_the_noise_as_it_was(size):
+    x = 0.01 * np.random.default_rng(0).standard_normal(5000)
+    before = noise_level(x)
+    x[777] = size
+    assert noise_level(x) == pytest.approx(before, rel=1e-2)
+
+
+def test_glitches_are_told_from_what_lasts():
+    x = 1e-12 * np.random.default_rng(0).standard_normal(4000)
+    x[[10, 500, 501, 502, 3999]] = 1e12, 5e9, -5e9, 5e9, 1e300
+    x[700] = NAN
+    x[300:304] = 5e9
+    before = x.copy()
+    assert np.flatnonzero(glitches(x)).tolist() == [10, 500, 501, 502, 3999]
+    np.testing.assert_array_equal(x, before)
+    assert not glitches(np.full(5, NAN)).any()
+    assert not glitches(np.empty(0)).any()
+
+
+RESTS = {
+    "exactly 0": lambda _, n: np.zeros(n),
+    "rounding": lambda r, n: 1e-17 * r.standard_normal(n),
+    "quiet": lambda r, n: 1e-6 * r.standard_normal(n),
+    "steps, 0 nearly always": lambda r, n: 0.01 * (r.random(n) < 0.005),
+    "counts of 24 bits": lambda r, n: np.round(r.standard_normal(n)),
+}
+
+
+@example(seed=0, rest="rounding", offset=0.0, impact=9e8, lasting=3, rings=False)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    rest=st.sampled_from(sorted(RESTS)),
+    offset=st.sampled_from([0.0, -20.0, 8e6]),
+    impact=st.floats(-9e8, 9e8),
+    lasting=st.integers(1, 200),
+    rings=st.booleans(),
+)
+def test_no_impact_is_a_glitch_however_short_and_however_still_the_rest(
+    seed, rest, offset, impact, lasting, rings
+):
+    x = offset + RESTS[rest](np.random.default_rng(seed), 3000)
+    k = np.arange(lasting)
+    x[1000 : 1000 + lasting] += impact * (np.exp(-k / 20) * np.cos(k) if rings else 1.0)
+    assert not glitches(x).any()
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    size=st.floats(1e-20, 1e8),
+    wild=st.floats(2e10, 1e292),
+    place=st.integers(0, 1999),
+    lasting=st.integers(1, 3),
+)
+def test_a_glitch_is_one_whatever_the_rest_is_like(seed, size, wild, place, lasting):
+    x = size * np.random.default_rng(seed).standard_normal(2000)
+    where = slice(place, place + lasting)
+    x[where] = wild * max(1.0, 4 * size)
+    assert np.array_equal(np.flatnonzero(glitches(x)), np.arange(2000)[where])

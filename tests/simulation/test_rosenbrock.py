@@ -261,24 +261,6 @@ def test_lanes_do_not_feel_each_other():
             ]
 
 
-def test_every_column_that_the_rates_are_asked_for_is_counted():
-    counts = np.zeros(2, int)
-
-    class Counted(Oscillator):
-        def rates(self, times, states):
-            columns = np.broadcast_to(self.k, times.shape)
-            counts[:] += (columns == [[1e3], [3e4]]).sum(axis=1)
-            return super().rates(times, states)
-
-    system = Counted(m=0.1, k=[1e3, 3e4])
-    times = np.linspace(0, 0.02, 5)
-    found = integrate(system, np.full((2, 2), 1e-3), times, Rosenbrock())
-    # A lane that is finished is carried along for a while; that is not counted.
-    assert found.evaluations[1] == counts[1]
-    assert found.evaluations[0] <= counts[0]
-    assert (found.steps < found.evaluations).all()
-
-
 def test_a_step_whose_equations_have_no_solution_is_tried_shorter():
     # The first step, 2**-20 s, times gamma times the first lane's rate is one, without rounding.
     class Growth(Decay):

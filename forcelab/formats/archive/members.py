@@ -120,6 +120,29 @@ class Members:
         except (ValueError, RecursionError) as error:
             raise InputError(f"{self.where(name)} is no valid JSON.") from error
 
+    def objects(self, name: str) -> Iterator[Any]:
+        """The objects of a member that is a list of JSON, held one at a time.
+
+        So where each ends on a line of its own, as :class:`Writer` has it; else all at once.
+        """
+        part, more, several = "", True, False
+        try:
+            with self._opened(name) as member, io.TextIOWrapper(member, "utf-8") as lines:
+                for line in lines:
+                    part += line
+                    if line.rstrip() not in (" }", " },"):
+                        continue
+                    if not more or not (several or part.startswith("[")):
+                        raise ValueError("no list")
+                    yield json.loads(part.strip().removeprefix("[").removesuffix(","))
+                    part, more, several = "", line.rstrip() == " },", True
+            rest = json.loads(part) if not several else []
+            if (several and (more or part.strip() != "]")) or not isinstance(rest, list):
+                raise ValueError("no list")
+            yield from rest
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{self.where(name)} is no valid JSON list.") from error
+
     def array(self, name: str) -> NDArray[np.float64]:
         """An array of 64-bit numbers, read-only."""
         data = self.content(name)

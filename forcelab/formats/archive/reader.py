@@ -94,7 +94,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             project.set_vocabulary(task, Vocabulary.from_json(actions))
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
-        for run in _list(members, "runs.json"):
+        for run in members.objects("runs.json"):
             where = members.where("runs.json")
             kind, result = field(run, "kind", str, where), field(run, "result", dict, where)
             project.add_run(kind, result=result, **_made(run, where, numbers))

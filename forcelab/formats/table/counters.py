@@ -74,11 +74,7 @@ def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | Non
     falls = going < 0
     again = np.zeros_like(falls)
     if falls.any():
-        if (
-            turn is None
-            or (counts[:-1][falls] < turn / 2).any()
-            or (counts[1:][falls] > turn / 2).any()
-        ):
+        if turn is None or not _begun_again(counts, turn, named)[falls].all():
             return None
         turned = falls & _near(counts[:-1], turn)
         again = falls & ~turned
@@ -122,9 +118,22 @@ def _turn(counts: NDArray[np.float64]) -> int | None:
     return next((turn for turn in _TURNS if turn > counts.max()), None)
 
 
+def _begun_again(counts: NDArray[np.float64], turn: int, named: bool) -> NDArray[np.bool_]:
+    """Whether a fall from each count to the next may be a turn or a restart, shape (n - 1,).
+
+    A device may be restarted when it has counted little. Then it goes on near zero, and only a
+    column whose name says that it counts is believed to have done so; not one that goes round in
+    a few numbers.
+    """
+    before, after = counts[:-1], counts[1:]
+    far = (before >= turn / 2) & (after <= turn / 2)
+    early = (before >= _FEWEST) & (after <= _NEAR_PART * before)
+    return far | early if named else far
+
+
 def _near(counts: NDArray[np.float64], turn: int) -> NDArray[np.bool_]:
     """Whether counts are so near the end that the next one may be beyond it."""
-    return counts >= turn - max(_NEAR, _NEAR_PART * turn)
+    return counts >= max(turn - max(_NEAR, _NEAR_PART * turn), turn / 2)
 
 
 def _spaced(name: str) -> str:

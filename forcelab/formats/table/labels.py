@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.cells import Kind, NotANumberError, numbers
@@ -18,9 +19,10 @@ from forcelab.formats.table.clocks import YEAR_2001, ClockReader
 from forcelab.formats.table.columns import is_label_name, unit_of_time
 from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
 from forcelab.formats.table.layout import Layout, lay_out
+from forcelab.formats.times import on_samples
 from forcelab.labels import Segment, Track
 
-__all__ = ["lies_beside", "read_beside", "read_labels", "sniff_labels"]
+__all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
 _ENDS = frozenset(["end", "stop", "offset", "to", "finish"])
@@ -221,10 +223,14 @@ def _seconds(
     return result
 
 
-def read_beside(
-    path: Path, options: ReadOptions, start: float, duration: float
+def own_or_beside(
+    path: Path,
+    tracks: tuple[Track, ...],
+    options: ReadOptions,
+    start: float,
+    demonstration: Demonstration,
 ) -> tuple[tuple[Track, ...], list[str]]:
-    """Read the labels file beside a recording and carry it onto the recording's clock.
+    """The labels in a recording, or where there are none those in the file beside it.
 
     Dates are carried by the recording's own; other times count from the start of the recording,
     or are on the clock of its stamps where only that fits.
@@ -232,20 +238,38 @@ def read_beside(
     Parameters
     ----------
     path : Path
-        The labels file.
+        The recording, as for :func:`lies_beside`.
+    tracks : tuple of Track
+        What it holds itself.
     options : ReadOptions
         As for :func:`read_labels`.
     start : float
         The recording's first stamp, in seconds on its file's own clock.
-    duration : float
-        The recording's length in seconds.
+    demonstration : Demonstration
+
+    Returns
+    -------
+    tuple of Track, list of str
+        And remarks.
 
     Raises
     ------
     InputError
         As of :func:`read_labels`, or if the labels do not fit onto the recording.
     """
-    tracks = read_labels(path, options)
+    beside = lies_beside(path)
+    if beside is None:
+        return tracks, []
+    if tracks:
+        return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]
+    read, remarks = _carried(beside, read_labels(beside, options), start, demonstration.duration)
+    return on_samples(read, demonstration.times), remarks
+
+
+def _carried(
+    path: Path, tracks: tuple[Track, ...], start: float, duration: float
+) -> tuple[tuple[Track, ...], list[str]]:
+    """The tracks of the file beside a recording, on the recording's clock."""
     remarks = [f"The labels were read from {path.name}."]
     edges = [edge for track in tracks for s in track.segments for edge in (s.start, s.end)]
     if not edges:

@@ -20,6 +20,8 @@ from forcelab.formats.table.roles import Roles, choose_roles, counters, label_co
 __all__ = ["ColumnUse", "Use", "preview"]
 
 Use = Literal["signal", "times", "counter", "labels", "left out"]
+#: What any column of a table can be made, besides what it is taken for.
+ANY_USE: tuple[Use, ...] = ("signal", "times", "counter", "labels", "left out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +36,15 @@ class ColumnUse:
         A counter is no signal; where there are no times it stands in for them.
     cells : tuple of str
         Its first cells, as they stand in the file.
+    choices : tuple
+        What it can be made.
     """
 
     name: str
     unit: str
     use: Use
     cells: tuple[str, ...]
+    choices: tuple[Use, ...] = ANY_USE
 
 
 def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:

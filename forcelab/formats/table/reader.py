@@ -8,7 +8,7 @@ time in :mod:`~forcelab.formats.table.clocks`, those for headers in
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from forcelab.formats.table.clocks import ClockReader, RawStamps
 from forcelab.formats.table.columns import goes_on, is_index, unit_of_time
 from forcelab.formats.table.counters import is_counter_name, restarts
 from forcelab.formats.table.dialect import HEAD, head_lines, is_text
-from forcelab.formats.table.labels import lies_beside, read_beside, sniff_labels
+from forcelab.formats.table.labels import own_or_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
 from forcelab.formats.table.roles import (
     UNLABELLED_WORDS,
@@ -33,8 +33,8 @@ from forcelab.formats.table.roles import (
     counters,
     label_column,
 )
+from forcelab.formats.table.signals import missing, switches
 from forcelab.formats.table.stamps import Repaired, repair
-from forcelab.formats.times import on_samples
 from forcelab.labels import UNLABELLED, Track, from_codes
 from forcelab.wording import counted
 
@@ -42,7 +42,8 @@ __all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
-#: Why a column is left out whose name does not say that it counts.
+#: Why a column is left out that counts, and one whose name does not say so.
+_COUNTING = "counting samples"
 _BY_LOOKS = "by its steps counting samples; if it is a signal, import it as one (--signal)"
 
 
@@ -112,7 +113,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     chosen, left_out = _signal_columns(table, label)
     signals = np.column_stack([body.values[index][repaired.kept] for index in chosen])
     channels = tuple(Channel(layout.columns[i].name, layout.columns[i].unit) for i in chosen)
-    remarks += [*left_out, *_missing(signals, channels)]
+    wanted = table.roles.signals
+    unasked = [column for column, index in enumerate(chosen) if index not in wanted]
+    remarks += [*left_out, *switches(signals, channels, unasked), *missing(signals, channels)]
     for array in (repaired.times, signals):
         array.flags.writeable = False  # so that the demonstration need not copy them
     demonstration = Demonstration(
@@ -122,13 +125,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if label is not None:
         track = _track(body.words[label], repaired, options.author)
     tracks: tuple[Track, ...] = (track,) if track.segments else ()
-    beside = lies_beside(path)
-    if beside is not None and tracks:
-        remarks.append(f"{beside.name} was not read, as the table has labels of its own.")
-    elif beside is not None:
-        tracks, more = read_beside(beside, options, repaired.start, demonstration.duration)
-        tracks = on_samples(tracks, demonstration.times)
-        remarks += more
+    tracks, more = own_or_beside(path, tracks, options, repaired.start, demonstration)
+    remarks += more
     return [Recording(demonstration, tracks, tuple(remarks))]
 
 
@@ -211,7 +209,9 @@ def _evenly(table: _Table, rate: float, strict: bool) -> Repaired:
     name = table.layout.columns[counter].name
     total = round(float(np.nanmax(raw.values))) + 1
     lost = total - int(np.unique(raw.values[~np.isnan(raw.values)]).size)
-    remark = f"'{name}' counts the samples and places the rows: {lost:,} of {total:,} were lost."
+    # The same for all files of which nothing was lost, however long: it is told once then.
+    much = f"{lost:,} of {total:,} were lost" if lost else "none was lost"
+    remark = f"'{name}' counts the samples and places the rows: {much}."
     remarks = (remark, *_begun_again(table, counter), *repaired.remarks)
     return replace(repaired, remarks=remarks)
 
@@ -238,6 +238,8 @@ def _signal_columns(table: _Table, label: int | None) -> tuple[list[int], list[s
         if index in (table.roles.time, label) or _says_nothing(table, index):
             continue
         why = _why_not(table, index)
+        if why == _COUNTING and index == table.counter:
+            continue  # that it places the rows is said already
         if why:
             name = column.name if column.named else column.name.removeprefix("column ")
             left_out.setdefault(why, []).append(name)
@@ -280,27 +282,11 @@ def _why_not(table: _Table, index: int) -> str:
         return "times too"
     if index in table.counters:
         told = index == table.roles.counter or (column.named and is_counter_name(column.name))
-        return "counting samples" if told else _BY_LOOKS
+        return _COUNTING if told else _BY_LOOKS
     if index in body.words:
         return "empty" if body.words[index].empty else "words, not numbers"
     alone = is_index(column, table.layout.cells(index)) and goes_on(body.values[index], column)
     return "counting rows only" if alone else ""
-
-
-def _missing(signals: NDArray[np.float64], channels: Sequence[Channel]) -> list[str]:
-    """A remark on missing samples, if there are any."""
-    counts = np.isnan(signals).sum(axis=0).tolist()
-    total = sum(counts)
-    if not total:
-        return []
-    each = ", ".join(
-        f"{channel.name} {count:,}"
-        for channel, count in zip(channels, counts, strict=True)
-        if count
-    )
-    if total == 1:
-        return [f"1 sample is missing ({each})."]
-    return [f"{total:,} samples are missing ({each})."]
 
 
 def _track(words: Words, repaired: Repaired, author: str) -> Track:

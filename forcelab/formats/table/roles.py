@@ -25,7 +25,7 @@ from forcelab.formats.table.columns import (
 from forcelab.formats.table.counters import is_counter_name, is_measured_name, ticks
 from forcelab.formats.table.layout import Layout
 
-__all__ = ["UNLABELLED_WORDS", "Roles", "choose_roles", "counters", "label_column"]
+__all__ = ["MOST_LABELS", "UNLABELLED_WORDS", "Roles", "choose_roles", "counters", "label_column"]
 
 #: Words, in lower case, by which coders and programs leave a sample unlabelled.
 UNLABELLED_WORDS = frozenset(
@@ -35,7 +35,7 @@ UNLABELLED_WORDS = frozenset(
 _WHOLE = re.compile(r"-?\d+", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
 #: A column of whole numbers with more different values than this measures something.
-_MOST_LABELS = 100
+MOST_LABELS = 100
 #: A column with more different words than this names no actions.
 _MOST_ACTIONS = 1000
 #: Fewer rows cannot show that a nameless column steps evenly.
@@ -175,7 +175,7 @@ def _label(layout: Layout, options: ReadOptions, where: str, taken: Collection[i
 def _counts_actions(layout: Layout, index: int) -> bool:
     """Whether a numeric column holds a few whole numbers only."""
     present = {cell.strip() for cell in layout.cells(index)} - UNLABELLED_WORDS
-    return len(present) <= _MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in present)
+    return len(present) <= MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in present)
 
 
 def _time(

@@ -68,14 +68,16 @@ class _Rows:
     strict: bool
     kept: NDArray[np.int64]
     values: NDArray[np.float64]
+    row: str
+    line: str
     remarks: list[str] = field(default_factory=list)
 
     def report(self, sentence: str, row: int) -> None:
         """Remark on what a rule did; refuse it if strict."""
         if self.strict:
             raise InputError(
-                f"{self.where}, line {self.lines[self.kept[row]]}: {sentence}; mend the file or "
-                "let it be repaired."
+                f"{self.where}, {self.line} {self.lines[self.kept[row]]}: {sentence}; mend the "
+                "file or let it be repaired."
             )
         self.remarks.append(f"{sentence[0].upper()}{sentence[1:]}.")
 
@@ -84,7 +86,9 @@ class _Rows:
         number = int(bad.sum())
         if not number:
             return
-        text = sentence.format(rows=counted(number, "row"), were="was" if number == 1 else "were")
+        text = sentence.format(
+            rows=counted(number, self.row), were="was" if number == 1 else "were"
+        )
         self.report(text, int(np.argmax(bad)))
         self.kept, self.values = self.kept[~bad], self.values[~bad]
         if self.kept.size < 2:
@@ -92,7 +96,13 @@ class _Rows:
 
 
 def repair(
-    raw: RawStamps, lines: NDArray[np.int64], where: str, *, strict: bool = False
+    raw: RawStamps,
+    lines: NDArray[np.int64],
+    where: str,
+    *,
+    strict: bool = False,
+    row: str = "row",
+    line: str = "line",
 ) -> Repaired:
     """Make stamps increase by the rules of this module.
 
@@ -106,6 +116,8 @@ def repair(
         The file, for errors.
     strict : bool
         Refuse what would be repaired or remarked on.
+    row, line : str
+        What has a stamp, and what its number counts, in the words of the file.
 
     Raises
     ------
@@ -113,7 +125,7 @@ def repair(
         If too few rows are left, if time runs backwards too often, or if strict and a rule has to
         act.
     """
-    rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values)
+    rows = _Rows(where, lines, strict, np.arange(raw.values.size), raw.values, row, line)
     rows.drop(np.isnan(rows.values), "{rows} without a usable stamp {were} dropped")
     if raw.absolute:
         late = raw.seconds(rows.values) > YEAR_2100
@@ -122,7 +134,7 @@ def repair(
     _treat_repeats(rows)
     _drop_backward(rows)
     if rows.values.size < 2:
-        raise InputError(f"{where} has fewer than two stamped rows; a recording needs more.")
+        raise InputError(f"{where} has fewer than two stamped {row}s; a recording needs more.")
     times = (rows.values - rows.values[0]) / raw.per_second
     _report_gaps(rows, times)
     return Repaired(times, rows.kept, float(raw.seconds(rows.values[:1])[0]), tuple(rows.remarks))
@@ -160,13 +172,14 @@ def _treat_repeats(rows: _Rows) -> None:
     if usual < 2 or inner.size < 2 or alike.mean() < _BURST_SHARE or (steps <= 0).any():
         verb = "repeats" if repeats.sum() == 1 else "repeat"
         rows.drop(
-            repeats, f"{{rows}} {verb} the stamp before; the first row of each stamp was kept"
+            repeats,
+            f"{{rows}} {verb} the stamp before; the first {rows.row} of each stamp was kept",
         )
         return
     number = int(lengths.size)
     rows.report(
-        f"the stamps come in {number:,} bursts of about {usual} rows with one stamp; the rows of a "
-        "burst were spread evenly up to the next stamp",
+        f"the stamps come in {number:,} bursts of about {usual} {rows.row}s with one stamp; the "
+        f"{rows.row}s of a burst were spread evenly up to the next stamp",
         int(np.argmax(repeats)),
     )
     rows.values = _spread(rows.values[firsts], lengths, usual)
@@ -201,10 +214,10 @@ def _drop_backward(rows: _Rows) -> None:
     bad[_longest_increasing(rows.values)] = False
     number = int(bad.sum())
     if number > max(1.0, _BACK_SHARE * bad.size):
-        line = rows.lines[rows.kept[back[0] + 1]]
+        where = f"{rows.where}, {rows.line} {rows.lines[rows.kept[back[0] + 1]]}"
         raise InputError(
-            f"{rows.where}, line {line}: time runs backwards, and {number:,} of {bad.size:,} rows "
-            "would have to be dropped to mend it; split the file where a new recording starts."
+            f"{where}: time runs backwards, and {number:,} of {bad.size:,} {rows.row}s would "
+            "have to be dropped to mend it; split the file where a new recording starts."
         )
     rows.drop(bad, "{rows} whose stamp is out of order {were} dropped")
 

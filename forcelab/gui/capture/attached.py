@@ -162,10 +162,10 @@ class Attached(QObject):
         self.sentences.clear()
         self.said.emit()
 
-    def let_go(self) -> None:
-        """Let go of everything: the window closes. What is being recorded is kept."""
+    def let_go(self) -> str:
+        """Let go of everything: the window closes. What is being recorded is kept, or why not."""
         self._timer.stop()
-        self._connection.let_go()
+        return self._connection.let_go()
 
     # Inside
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from forcelab.capture.unfinished import CAPTURES
 from forcelab.errors import InputError
 from forcelab.gui.capture.live_track import LiveTrack, Making
 
@@ -167,13 +168,13 @@ class Connection:
             yield live.strip
             time.sleep(PICTURE)
 
-    def let_go(self) -> None:
-        """Let go at once, and for good: the window closes."""
+    def let_go(self) -> str:
+        """Let go at once, and for good: the window closes. Gives why a recording was not kept."""
         self._gone = True
         if not self._lock.acquire(timeout=PATIENCE):
-            return  # what is on the disk is offered the next time
+            return ""  # what is on the disk is offered the next time
         try:
-            self._leave()
+            return self._leave()[1]
         finally:
             self._lock.release()
 
@@ -242,4 +243,9 @@ def _keep_and_close(recorder: Recorder, track: LiveTrack) -> Left:
         trouble = str(error)
     finally:
         recorder.close()
+    if trouble and recorder.saved is not None:
+        trouble = (
+            f"{trouble} All of the recording is in '{recorder.saved}'; when that is mended, move "
+            f"it to '{recorder.path / CAPTURES}': the Capture workspace offers it then."
+        )
     return kept, trouble

@@ -18,14 +18,10 @@ class RecordingLine(ElsewhereLine):
     """A line in the status bar; a click on it leads to what is being recorded.
 
     Seen while another workspace is in front.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._name, self._seconds, self._stuck = "", 0.0, False
         self.setToolTip(self.tr("Show what is being recorded"))
         themes().changed.connect(self._colour)
@@ -113,6 +109,10 @@ def _what_becomes(unsure: bool, in_memory: str) -> str:
         "the disk is offered the next time.",
     )
     if in_memory:
-        lost = translate("forcelab", "{0} that the disk refuses are in memory and lost then.")
-        told = f"{told} {lost.format(in_memory)}"
+        kept = translate(
+            "forcelab",
+            "{0} that the disk refuses are in memory: all of it is written elsewhere then, and you "
+            "are told where.",
+        )
+        told = f"{told} {kept.format(in_memory)}"
     return told

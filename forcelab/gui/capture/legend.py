@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
 from forcelab.gui.capture.session import Session
@@ -29,14 +30,24 @@ class MarkLegend(QLabel):
         keys().changed.connect(self._tell)
         self._tell()
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Long names have other room."""
+        super().resizeEvent(event)
+        self._tell()
+
     def _tell(self) -> None:
         """Write the keys of the actions that there are now."""
         # A key stays with its action where the line is broken.
-        space = "\N{NO-BREAK SPACE}"
+        space, room = "\N{NO-BREAK SPACE}", self.contentsRect().width()
         marking = [f"{a.key.upper()}{space}{a.name}" for a in self._session.vocabulary if a.key]
+        self.setToolTip("\n".join(marking))
+        shown = [
+            self.fontMetrics().elidedText(f"{one}{space}·", Qt.TextElideMode.ElideMiddle, room)
+            for one in marking
+        ]
         how = [self.tr("hold a key, or tap to begin and tap to end")]
         if forgets := keys().shown("cancel"):
             how.append(self.tr("{0} forgets it").format(forgets))
-        told = self.tr("Mark: {0}. {1}").format("; ".join(how), f"{space}· ".join(marking))
+        told = self.tr("Mark: {0}. {1}").format("; ".join(how), " ".join(shown).rstrip(f"{space}·"))
         self.setText(told if marking else "")
         self.setVisible(bool(marking))

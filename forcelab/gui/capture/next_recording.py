@@ -21,7 +21,6 @@ class NextRecording(QWidget):
     Parameters
     ----------
     session : Session
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -30,8 +29,8 @@ class NextRecording(QWidget):
     name : QLineEdit
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session) -> None:
+        super().__init__()
         self._session, self._document = session, session.document
         self._asking = False  # whether a task is nearly the same as one there is
         self._make_fields()
@@ -79,12 +78,21 @@ class NextRecording(QWidget):
         """The next recordings are of the task that is written here."""
         task = tidy_name(self.task.currentText())
         if task == self._session.task or self._asking:
+            self._write_task(self.task.currentText())
             return
         self._asking = True  # the question takes the keyboard from the field
         task = settled_name(self, task, self._tasks())
         self._asking = False
-        self.task.setCurrentText(task)
+        self._write_task(task)
         self._session.set_task(task)
+
+    def _write_task(self, task: str) -> None:
+        """Show a task, of a long name its beginning."""
+        self.task.setCurrentText(task)
+        self.task.setToolTip(task)
+        edit = self.task.lineEdit()
+        assert edit is not None
+        edit.setCursorPosition(0)
 
     def _tasks(self) -> tuple[str, ...]:
         """The tasks of the project, recorded and planned."""
@@ -101,7 +109,7 @@ class NextRecording(QWidget):
         self.task.blockSignals(True)
         self.task.clear()
         self.task.addItems(self._tasks())
-        self.task.setCurrentText(chosen)
+        self._write_task(chosen)
         self.task.blockSignals(False)
         self._session.set_task(chosen)
 

@@ -18,11 +18,10 @@ class CameraPicture(QWidget):
     Parameters
     ----------
     session : Session
-    parent : QWidget, optional
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session) -> None:
+        super().__init__()
         self._session = session
         self._image: QImage | None = None
         self._arrived = 0.0

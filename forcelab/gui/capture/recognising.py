@@ -10,6 +10,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Generator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -126,15 +127,13 @@ class Recognising(QObject):
         """The recognisers of the project, the newest first, and a chosen one from elsewhere."""
         project = self._document.project
         found = []
-        for one in () if project is None else reversed(project.recognisers()):
-            try:
-                path = project.recogniser_path(one.id) if project is not None else None
-            except InputError:  # its file is missing: it is not offered
-                continue
-            if path is not None:
+        if project is not None:
+            for one in reversed(project.recognisers()):
                 when = one.time.astimezone().strftime("%Y-%m-%d %H:%M")
                 tasks = one.settings.get("choice", {}).get("tasks", [])
-                found.append(Choice(one.name, path, " · ".join([*map(str, tasks), when])))
+                about = " · ".join([*map(str, tasks), when])
+                with suppress(InputError):  # its file is missing: it is not offered
+                    found.append(Choice(one.name, project.recogniser_path(one.id), about))
         if self.choice is not None and self.choice.path not in [one.path for one in found]:
             found.append(self.choice)
         return tuple(found)

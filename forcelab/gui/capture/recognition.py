@@ -1,4 +1,4 @@
-"""The panel of live recognition: the present action, large, and how probable each one is."""
+"""The panel of live recognition: the present action, what the latency means, what is measured."""
 
 from __future__ import annotations
 
@@ -6,27 +6,21 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
-from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtGui import QColor, QPalette
+from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
+from forcelab.gui.capture.calm_label import CalmLabel, show_text
+from forcelab.gui.capture.present_action import PresentAction
 from forcelab.gui.capture.recognising import Loaded, Recognising
 from forcelab.gui.capture.session import Session
-from forcelab.gui.figures import text
-from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
     from forcelab.live.promise import Promise
 
-__all__ = ["PresentAction", "RecognitionPanel", "measured", "promise_text"]
+__all__ = ["RecognitionPanel", "measured", "promise_text"]
 
-#: Height of a bar's row, width of a cell at least, and rows at least and at most, in pixels.
-ROW, CELL, FEWEST, MOST = 17, 128, 3, 6
-#: Width of a cell at most, in pixels: a longer bar tells no more.
-WIDEST = 240
-#: Width of what is left for the present action, in pixels.
-LARGE = 190
 #: Seconds between two texts, and early scales that are named one by one.
 OFTEN, NAMED = 0.5, 4
 #: Expected error, as a share, below which a scale counts as known.
@@ -39,7 +33,6 @@ class RecognitionPanel(QWidget):
     Parameters
     ----------
     session : Session
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -48,13 +41,13 @@ class RecognitionPanel(QWidget):
         What the latency means, and what is measured.
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session) -> None:
+        super().__init__()
         self._session = session
         self._told = -math.inf
         self.setAccessibleName(self.tr("Live recognition"))
         self.present = PresentAction(session)
-        self.promise, self.figures = _line(), _line()
+        self.promise, self.figures = CalmLabel(), CalmLabel()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 2)
         column.setSpacing(3)
@@ -94,112 +87,6 @@ class RecognitionPanel(QWidget):
         connected = self._session.connected
         line = measured(self._session.recognising, self._session.now) if connected else ""
         _show(self.figures, line, colours().text)
-
-
-class PresentAction(QWidget):
-    """The action of the latest label, and a bar for each that the recogniser knows.
-
-    Parameters
-    ----------
-    session : Session
-    parent : QWidget, optional
-    """
-
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self._session = session
-        self._said = ""
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.refresh()
-
-    def sizeHint(self) -> QSize:
-        """As high as the bars need, within bounds."""
-        loaded = self._session.recognising.loaded
-        count = 0 if loaded is None else len(loaded.recogniser.actions)
-        columns = max(1, (max(self.width(), 480) - LARGE) // CELL)
-        rows = min(max(-(-count // columns), FEWEST), MOST)
-        return QSize(480, rows * ROW + 2)
-
-    def minimumSizeHint(self) -> QSize:
-        """Narrow, but as high as it is."""
-        return QSize(240, self.sizeHint().height())
-
-    def refresh(self) -> None:
-        """Another recogniser, other actions."""
-        self.updateGeometry()
-        self.update()
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the action and the bars."""
-        painter = QPainter(self)
-        glimpse = self._session.recognising.glimpse
-        action = "" if glimpse is None or not self._session.connected else glimpse.action
-        self._tell(action)
-        self._paint_action(painter, action)
-        loaded = self._session.recognising.loaded
-        if loaded is not None:
-            known = glimpse.probabilities if glimpse is not None else ()
-            self._paint_bars(painter, loaded.recogniser.actions, known)
-        painter.end()
-
-    def _tell(self, action: str) -> None:
-        """For those who do not see it."""
-        if action != self._said or not self.accessibleName():
-            self._said = action
-            self.setAccessibleName(self.tr("Present action: {0}").format(action or self._none()))
-
-    def _none(self) -> str:
-        return self.tr("unlabelled")
-
-    def _paint_action(self, painter: QPainter, action: str) -> None:
-        box = QRectF(0, 1, LARGE - 16, self.height() - 2)
-        swatch = QRectF(box.left(), box.center().y() - 15, 30, 30)
-        theme = colours()
-        face = text.font(22.0, bold=True)
-        if action:
-            paint_swatch(painter, swatch, look_of(self._session.seen_vocabulary, action))
-        else:
-            painter.setPen(QColor(theme.frame))
-            painter.setBrush(QColor(theme.unlabelled))
-            painter.drawRect(swatch.adjusted(0, 0, -1, -1))
-        room = box.right() - swatch.right() - 10
-        said = text.elided(action, face, room) if action else self._none()
-        ink = QColor(theme.text if action else theme.muted)
-        face = face if action else text.font(14.0)
-        text.put(painter, swatch.right() + 10, swatch.center().y(), said, face=face, ink=ink)
-
-    def _paint_bars(
-        self, painter: QPainter, actions: tuple[str, ...], known: tuple[float, ...]
-    ) -> None:
-        """Name, bar and number of each action, in columns."""
-        theme, vocabulary = colours(), self._session.seen_vocabulary
-        rows = max(1, (self.height() - 2) // ROW)
-        columns = min(max(1, (self.width() - LARGE) // CELL), -(-len(actions) // rows))
-        rows = min(rows, -(-len(actions) // columns))  # all columns of like height
-        width = min((self.width() - LARGE) / columns, WIDEST)
-        begin = (self.height() - rows * ROW) / 2
-        face = text.font(10.0)
-        number = text.width("100 %", face) + 14
-        named = min(text.widest(actions, face) + 8, 0.55 * (width - number))
-        for i, action in enumerate(actions[: rows * columns]):
-            left, top = LARGE + (i // rows) * width, begin + (i % rows) * ROW
-            share = known[i] if i < len(known) else 0.0
-            middle = top + ROW / 2
-            name = text.elided(action, face, named - 4)
-            text.put(painter, left, middle, name, face=face, ink=QColor(theme.text))
-            bar = QRectF(left + named, top + 4, width - named - number - 4, ROW - 8)
-            painter.fillRect(bar, QColor(theme.grid))
-            look = look_of(vocabulary, action)
-            full = QRectF(bar.left(), bar.top(), bar.width() * share, bar.height())
-            painter.fillRect(full, look.colour)
-            painter.setPen(QColor(theme.frame))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRect(bar)
-            if known:
-                label = f"{100 * share:.0f} %"
-                text.put(
-                    painter, bar.right() + 5, middle, label, face=face, ink=QColor(theme.muted)
-                )
 
 
 def promise_text(loaded: Loaded) -> str:
@@ -292,23 +179,10 @@ def _percent(share: float) -> str:
     return f"{value:.0f}" if value >= 1 else f"{value:.1f}"
 
 
-def _line() -> QLabel:
-    """A text of a line or two that leaves the width alone."""
-    label = QLabel()
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    return label
-
-
 def _show(label: QLabel, line: str, colour: str) -> None:
-    """Show a text; nothing is laid out anew where it is the same."""
+    """Show a text in a colour."""
     palette = label.palette()
     if palette.color(QPalette.ColorRole.WindowText) != QColor(colour):
         palette.setColor(QPalette.ColorRole.WindowText, QColor(colour))
         label.setPalette(palette)
-    if label.text() != line:
-        label.setText(line)
-        label.setAccessibleName(line)
-    if label.isHidden() == bool(line):
-        label.setVisible(bool(line))
+    show_text(label, line)

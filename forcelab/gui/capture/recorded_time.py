@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QLabel
 
+from forcelab.gui.capture.calm_label import show_text
 from forcelab.gui.capture.elsewhere import DOT
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.session import Session
@@ -19,11 +20,10 @@ class RecordedTime(QLabel):
     Parameters
     ----------
     session : Session
-    parent : QWidget, optional
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session) -> None:
+        super().__init__()
         self._session = session
         face = self.font()
         face.setPointSizeF(face.pointSizeF() * 1.5)
@@ -49,7 +49,4 @@ class RecordedTime(QLabel):
             text = f"{DOT} {int(minutes)}:{seconds:04.1f}"
         elif phase is Phase.READY:
             text = self.tr("Ready")
-        if self.text() != text:
-            self.setText(text)
-        if self.isHidden() == bool(text):
-            self.setVisible(bool(text))
+        show_text(self, text)

@@ -53,7 +53,6 @@ class LiveScalogramView(QWidget):
     jobs : Jobs
     beside : QWidget
         The live channels, with whose time axis this one's agrees.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -63,10 +62,8 @@ class LiveScalogramView(QWidget):
         The newest picture.
     """
 
-    def __init__(
-        self, session: Session, jobs: Jobs, beside: QWidget, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session, jobs: Jobs, beside: QWidget) -> None:
+        super().__init__()
         self._session, self._jobs, self._beside = session, jobs, beside
         self.channel = settings.text(CHANNEL)
         self.strip: Strip | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QCoreApplication
-from PySide6.QtWidgets import QComboBox, QWidget
+from PySide6.QtWidgets import QComboBox
 
 from forcelab.gui.capture.scalogram import LiveScalogramView
 from forcelab.gui.capture.session import Session
@@ -18,13 +18,10 @@ class ScalogramChoice(QComboBox):
     ----------
     session : Session
     view : LiveScalogramView
-    parent : QWidget, optional
     """
 
-    def __init__(
-        self, session: Session, view: LiveScalogramView, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session, view: LiveScalogramView) -> None:
+        super().__init__()
         self._session, self._view = session, view
         self._offered: tuple[str, ...] | None = None
         self.setAccessibleName(self.tr("Channel of the live scalogram"))

@@ -188,10 +188,10 @@ class Session(Attached):
                 Phase.RECOVERING, recovering(project.path), self._recovered, lambda: after, after
             )
 
-    def let_go(self) -> None:
-        """Let go of everything: the window closes. What is being recorded is kept."""
+    def let_go(self) -> str:
+        """Let go of everything: the window closes. What is being recorded is kept, or why not."""
         self._second.stop()
-        super().let_go()
+        return super().let_go()
 
     # When jobs are done
 

@@ -46,11 +46,10 @@ class Sources(QWidget):
     ----------
     session : Session
     jobs : Jobs
-    parent : QWidget, optional
     """
 
-    def __init__(self, session: Session, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session, jobs: Jobs) -> None:
+        super().__init__()
         self._session, self._jobs = session, jobs
         self._first = True  # nobody has looked yet
         self._choosing = True

@@ -6,12 +6,11 @@ import math
 
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from forcelab.capture.calibration import counting, uncalibrated
-from forcelab.capture.camera import CameraState
-from forcelab.capture.reader import DeviceState
-from forcelab.capture.recorder_state import RecorderState
+from forcelab.capture.recorder_state import CameraState, DeviceState, RecorderState
+from forcelab.gui.capture.calm_label import CalmLabel, show_text
 from forcelab.gui.capture.session import Session
 from forcelab.gui.numerals import thousands
 from forcelab.gui.theme import colours, themes
@@ -30,14 +29,13 @@ class Standing(QWidget):
     Parameters
     ----------
     session : Session
-    parent : QWidget, optional
     """
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, session: Session) -> None:
+        super().__init__()
         self._session = session
         self.setAccessibleName(self.tr("Devices and alarms"))
-        self.alarms, self.facts, self.sentences = _line(), _line(), _Sentences()
+        self.alarms, self.facts, self.sentences = CalmLabel(), CalmLabel(), _Sentences()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 4)
         column.setSpacing(4)
@@ -57,8 +55,8 @@ class Standing(QWidget):
         state = self._told = self._session.state
         remarks = [f"\N{WARNING SIGN} {one}" for one in self._session.recognising.remarks]
         alarms = [] if state is None else [*alarms_of(state), *remarks]
-        _show(self.alarms, "\n".join(alarms))
-        _show(self.facts, "" if state is None else "\n".join(_facts(state)))
+        show_text(self.alarms, "\n".join(alarms))
+        show_text(self.facts, "" if state is None else "\n".join(_facts(state)))
         told = [sentence for sentence, _ in self._session.sentences]
         self.sentences.tell(told)
 
@@ -78,12 +76,11 @@ class Standing(QWidget):
             line.setPalette(palette)
 
 
-class _Sentences(QLabel):
+class _Sentences(CalmLabel):
     """What was said last, whole; of what was said before it a line each: curves need the room."""
 
     def __init__(self) -> None:
         super().__init__()
-        _make_calm(self)
         self._told: list[str] = []
 
     def tell(self, told: list[str]) -> None:
@@ -103,7 +100,7 @@ class _Sentences(QLabel):
         metrics, cut = self.fontMetrics(), Qt.TextElideMode.ElideRight
         older = [metrics.elidedText(told, cut, width) for told in self._told[:-1]]
         shown = "\n".join([*older, *self._told[-1:]])
-        _show(self, shown)
+        show_text(self, shown)
         self.setToolTip(whole if shown != whole else "")
         self.setAccessibleName(whole)
 
@@ -194,27 +191,3 @@ def _short(name: str) -> str:
         return short
     half = (LONGEST - 1) // 2
     return f"{short[:half]}…{short[-half:]}"
-
-
-def _line() -> QLabel:
-    """A text of several lines."""
-    label = QLabel()
-    _make_calm(label)
-    return label
-
-
-def _make_calm(label: QLabel) -> None:
-    """Have a text of several lines leave the layout alone as it changes."""
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-
-
-def _show(label: QLabel, text: str) -> None:
-    """Show a text; nothing is laid out anew where it is the same."""
-    if label.text() != text:
-        label.setText(text)
-        label.setAccessibleName(text)
-    if label.isHidden() == bool(text):
-        label.setVisible(bool(text))

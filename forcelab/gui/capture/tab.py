@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMessageBox, QVBoxLayout, QWidget
 
 from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
 from forcelab.gui.capture.phase import Phase
@@ -30,7 +31,6 @@ class CaptureTab(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
 
     Signals
     -------
@@ -52,13 +52,14 @@ class CaptureTab(QWidget):
     recording_changed = Signal()
     label_wanted = Signal()
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self._jobs = jobs
         self._built: CaptureWorkspace | None = None
         self.line = RecordingLine()
         self.recording, self.stuck = "", False
+        self._asked = False
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         document.project_changed.connect(self._tell_unfinished)
@@ -94,17 +95,21 @@ class CaptureTab(QWidget):
             return True
         session = self._built.session
         refused = 0 if session.state is None else session.state.in_memory
-        return asks_to_leave(
+        self._asked = asks_to_leave(
             self.recording,
             window,
             stuck=self.stuck,
             in_memory=amount(refused) if refused else "",
         )
+        return self._asked
 
     def let_go(self) -> None:
-        """Let go of the devices; what is being recorded is kept."""
-        if self._built is not None:
-            self._built.let_go()
+        """Let go of the devices; what is being recorded is kept, or it is said where it is."""
+        trouble = "" if self._built is None else self._built.let_go()
+        if trouble:
+            logging.getLogger("forcelab").error(trouble)
+            if self._asked:  # somebody is there; where a signal ends it all, the log has to do
+                QMessageBox.warning(self.window(), self.tr("Recording"), trouble)
 
     def handlers(self) -> dict[str, Callable[[], object]]:
         """What the commands of capturing do, by their id in the table."""

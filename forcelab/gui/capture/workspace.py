@@ -49,7 +49,6 @@ class CaptureWorkspace(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -63,8 +62,8 @@ class CaptureWorkspace(QWidget):
     standing : Standing
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self.session = Session(document, jobs, self)
         self.sources = Sources(self.session, jobs)
@@ -76,11 +75,6 @@ class CaptureWorkspace(QWidget):
         self.recogniser = RecogniserChoice(self.session, self)
         self.standing = Standing(self.session)
         self.fields = NextRecording(self.session)
-        self.task, self.name, self.countdown = (
-            self.fields.task,
-            self.fields.name,
-            self.fields.countdown,
-        )
         self.held = HeldKeys(self, lambda: self.session.vocabulary, self.session.mark)
         self._looked = False
         self._make_buttons()
@@ -90,10 +84,10 @@ class CaptureWorkspace(QWidget):
         keys().changed.connect(self._changed)
         self._changed()
 
-    def let_go(self) -> None:
-        """Let go of the devices; what is being recorded is kept."""
+    def let_go(self) -> str:
+        """Let go of the devices; what is being recorded is kept, or it is said why not."""
         self.held.release_all()
-        self.session.let_go()
+        return self.session.let_go()
 
     # Qt
 
@@ -157,8 +151,8 @@ class CaptureWorkspace(QWidget):
         form.addRow(self.tr("Latency"), self.recogniser.latency)
         form.addRow(self.tr("Scalogram"), self.scalogram_channel)
         guard_from_wheel(
-            self.task,
-            self.countdown,
+            self.fields.task,
+            self.fields.countdown,
             self.recogniser.which,
             self.recogniser.latency,
             self.scalogram_channel,
@@ -235,6 +229,8 @@ class CaptureWorkspace(QWidget):
     def _connect_or_not(self) -> None:
         """Connect what is ticked, or let go of it."""
         self.fields.take_task()
+        # The button is disabled meanwhile: the next field would get the keyboard, and keys as text.
+        self.live.setFocus()
         if self.session.phase is Phase.APART:
             self.sources.remember()
             self.session.connect_to(self.sources.devices, self.sources.cameras)

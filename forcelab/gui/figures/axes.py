@@ -57,6 +57,11 @@ class Axis:
         share = (value - self.start) / (self.end - self.start)
         return self.begin + share * (self.finish - self.begin)
 
+    def value(self, pixel: float) -> float:
+        """The value at a pixel."""
+        share = (pixel - self.begin) / (self.finish - self.begin)
+        return self.start + share * (self.end - self.start)
+
     def marks(self, size: float, upright: bool) -> tuple[tuple[float, str], ...]:
         """Values and their texts: multiples of 1, 2 or 5 times a power of ten that have room.
 

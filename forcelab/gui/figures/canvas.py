@@ -25,10 +25,12 @@ from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 
-__all__ = ["LIGHT", "Figure", "Theme"]
+__all__ = ["LIGHT", "MARGIN", "Figure", "Theme"]
 
 #: Figures are laid out in pixels of 1/96 inch, as in CSS.
 PIXELS_PER_INCH = 96
+#: What is left free around a figure, in pixels.
+MARGIN = 24.0
 #: Fine enough that no edge in a PDF is moved by more than a hundredth of a pixel.
 PDF_DOTS_PER_INCH = 9600
 #: Qt's limit for the side of an image is 32767.
@@ -97,6 +99,12 @@ class Figure(ABC):
     @abstractmethod
     def paint(self, painter: QPainter) -> None:
         """Draw everything but the background inside ``(0, 0, width, height)``."""
+
+    def paint_title(self, painter: QPainter) -> None:
+        """Draw the title at the top, as much of it as there is room for."""
+        face, ink = text.font(14, bold=True), QColor(self.theme.text)
+        title = text.elided(self.title, face, self.size.width() - 2 * MARGIN)
+        text.put(painter, MARGIN, MARGIN + 6, title, face=face, ink=ink)
 
     def draw(self, painter: QPainter) -> None:
         """Draw the figure with its background, on screen or paper."""

@@ -13,14 +13,13 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve
 from forcelab.gui.figures.tracks import Look, paint_track
 from forcelab.labels import from_codes
 
 __all__ = ["ClusterFigure", "cluster_figure"]
 
-MARGIN = 24.0
 LEFT = 72.0
 PLOT_WIDTH, PLOT_HEIGHT = 560.0, 76.0
 #: Height of the bar of clusters under each signal, and of the line that names the features.
@@ -94,10 +93,7 @@ class ClusterFigure(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw a signal, its clusters and its name for each row, and the time axis."""
-        ink = QColor(self.theme.text)
-        heading = text.font(14, bold=True)
-        title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
-        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+        self.paint_title(painter)
         for row in range(len(self.rows)):
             self._paint_row(painter, row)
         bottom = self.box(len(self.rows) - 1).bottom() + 8

@@ -13,13 +13,12 @@ from PySide6.QtGui import QColor, QLinearGradient, QPainter
 
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
-from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.cell_texts import counts_alone, shares_first
 from forcelab.gui.figures.shades import STOPS, shades
 
 __all__ = ["ConfusionMatrix", "Words"]
 
-MARGIN = 24.0
 #: The matrix is about this wide where its cells may have the size that takes.
 MATRIX = 640.0
 SMALLEST_CELL, LARGEST_CELL = 20.0, 64.0
@@ -155,11 +154,9 @@ class ConfusionMatrix(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, names, cells, totals and the scale of colours."""
-        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
-        heading, small, words = text.font(14, bold=True), text.font(10), self.words
+        muted, small, words = QColor(self.theme.muted), text.font(10), self.words
         if self.headed:
-            title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
-            text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+            self.paint_title(painter)
             text.put(painter, MARGIN, MARGIN + 26, self._key, face=small, ink=muted)
         middle, margin = self._matrix.center(), self._margin
         x, y = middle.x(), self._predicted_at

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom
-from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.legend import Legend, looks_in_order
 from forcelab.gui.figures.pairs import CAPTION, Measures, Pair, PairBoxes, captions, paint_pair
 from forcelab.gui.figures.tracks import Look
@@ -20,7 +20,6 @@ from forcelab.vocabulary import Vocabulary
 
 __all__ = ["Pair", "TimelinePairs"]
 
-MARGIN = 24.0
 MEASURES = Measures()
 #: Between one pair and the next.
 ROW_GAP = 9.0
@@ -129,9 +128,7 @@ class TimelinePairs(Figure):
         """Draw title, legend, pairs and time axis."""
         ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
         room = self.width - 2 * MARGIN
-        heading = text.font(14, bold=True)
-        title = text.elided(self.title, heading, room)
-        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
+        self.paint_title(painter)
         for line, words in enumerate(self._key):
             key = text.elided(words, text.font(10), room)
             height = MARGIN + 26 + line * KEY_LINE

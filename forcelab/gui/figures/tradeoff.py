@@ -13,14 +13,13 @@ from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import LogAxis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen
 from forcelab.gui.figures.label_places import along, covered, places
 from forcelab.measure.rows import Row, Table
 
 __all__ = ["Tradeoff"]
 
-MARGIN = 24.0
 #: Room for the numbers of the upward axis, and for half of the last one across.
 LEFT, RIGHT = 84.0, 36.0
 PLOT_WIDTH, PLOT_HEIGHT = 440.0, 290.0
@@ -111,12 +110,9 @@ class Tradeoff(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, key and a panel for each size."""
-        ink, muted = QColor(self.theme.text), QColor(self.theme.muted)
-        room = self.size.width() - 2 * MARGIN
-        heading, small = text.font(14, bold=True), text.font(10)
-        title = text.elided(self.title, heading, room)
-        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=ink)
-        key = text.elided(KEY, small, room)
+        self.paint_title(painter)
+        small, muted = text.font(10), QColor(self.theme.muted)
+        key = text.elided(KEY, small, self.size.width() - 2 * MARGIN)
         text.put(painter, MARGIN, MARGIN + 26, key, face=small, ink=muted)
         for panel in range(len(self.table.sizes)):
             self._paint_frame(painter, panel)

@@ -13,14 +13,13 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPen
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
-from forcelab.gui.figures.canvas import LIGHT, Figure, Theme
+from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve, paint_names
 from forcelab.gui.figures.shades import shades
 from forcelab.signals.showcase import WaveletView, two_tones, view_wavelets
 
 __all__ = ["WaveletFigure", "wavelet_figure"]
 
-MARGIN = 24.0
 LEFT = 76.0
 COLUMN, APART = 230.0, 36.0
 HEADING = 64.0
@@ -91,9 +90,7 @@ class WaveletFigure(Figure):
 
     def paint(self, painter: QPainter) -> None:
         """Draw title, wavelets, signal and magnitudes."""
-        heading = text.font(14, bold=True)
-        title = text.elided(self.title, heading, self.size.width() - 2 * MARGIN)
-        text.put(painter, MARGIN, MARGIN + 6, title, face=heading, ink=QColor(self.theme.text))
+        self.paint_title(painter)
         real, imaginary, envelope = self._pens
         names = (("real part", real), ("imaginary part", imaginary), ("envelope", envelope))
         paint_names(painter, MARGIN, MARGIN + 28, names, self.theme)

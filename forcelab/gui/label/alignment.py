@@ -22,15 +22,10 @@ class AlignmentPlot(QWidget):
     """Motion upwards and change of force downwards from a line between them, on the force clock.
 
     Where the clock is right their peaks meet. A click moves the cursor.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self._proposal: Proposal | None = None
         self._clock = ClockMap()
@@ -43,7 +38,7 @@ class AlignmentPlot(QWidget):
 
     def sizeHint(self) -> QSize:
         """Room for two curves and an axis."""
-        return QSize(480, 10 * self.fontMetrics().height())
+        return QSize(480, 9 * self.fontMetrics().height())
 
     def minimumSizeHint(self) -> QSize:
         """As :meth:`sizeHint`: less cannot be read."""

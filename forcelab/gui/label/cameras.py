@@ -20,11 +20,6 @@ PADDING = 4
 class Cameras(QObject):
     """The cameras of the open demonstration, and the one that is looked through.
 
-    Parameters
-    ----------
-    document : Document
-    parent : QObject, optional
-
     Attributes
     ----------
     all : tuple of Camera
@@ -85,13 +80,7 @@ class Cameras(QObject):
 
 
 class CameraChoice(QComboBox):
-    """Chooses the camera; hidden unless there are several.
-
-    Parameters
-    ----------
-    cameras : Cameras
-    parent : QWidget, optional
-    """
+    """Chooses the camera; hidden unless there are several."""
 
     def __init__(self, cameras: Cameras, parent: QWidget | None = None) -> None:
         super().__init__(parent)

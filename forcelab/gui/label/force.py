@@ -12,7 +12,7 @@ from PySide6.QtGui import (
     QHelpEvent,
     QPainter,
 )
-from PySide6.QtWidgets import QMenu, QToolTip, QWidget
+from PySide6.QtWidgets import QMenu, QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -59,7 +59,6 @@ class ForcePanel(TimePanel):
         What is shown.
     jobs : Jobs
         Runs the reading of long demonstrations.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -71,10 +70,9 @@ class ForcePanel(TimePanel):
     beside_cursor = 120.0
     gutter_follows = True
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(document, "", parent)
-        self.title = self.tr("Forces")
-        self.setAccessibleName(self.title)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__(document)
+        self.setAccessibleName(self.tr("Forces"))
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
@@ -84,47 +82,20 @@ class ForcePanel(TimePanel):
         self.source.choices_changed.connect(self.invalidate)
         self.source.grown.connect(self.invalidate)
 
-    # What is wanted
-
-    @property
-    def shown(self) -> tuple[str, ...]:
-        """The names of those that are shown."""
-        return self.source.shown
-
-    def set_shown(self, name: str, shown: bool) -> None:
-        """Show or hide a channel."""
-        self.source.set_shown(name, shown)
-
-    def set_overlaid(self, overlaid: bool) -> None:
-        """Draw the channels of one unit over each other, or each on its own axis."""
-        self.source.set_overlaid(overlaid)
-
-    def set_autoscale(self, autoscale: bool) -> None:
-        """Let axes follow what is visible, or hold the whole recording."""
-        self.source.set_autoscale(autoscale)
-
-    def save_choices(self) -> None:
-        """Remember what is wanted."""
-        self.source.save_choices()
-
-    def restore_choices(self) -> None:
-        """Want again what was remembered."""
-        self.source.restore_choices()
-
     def menu(self) -> QMenu:
         """The panel's menu, for a right click, the menu key and the window's own menus."""
-        menu = QMenu(self.title, self)
+        menu = QMenu(self.accessibleName(), self)
         menu.setToolTipsVisible(True)
         for name in self.source.names:
-            self._entry(menu, name.replace("&", "&&"), name in self.shown).toggled.connect(
-                lambda shown, name=name: self.set_shown(name, shown)
+            self._entry(menu, name.replace("&", "&&"), name in self.source.shown).toggled.connect(
+                lambda shown, name=name: self.source.set_shown(name, shown)
             )
         menu.addSeparator()
         menu.addAction(self.tr("Show all channels")).triggered.connect(self.source.show_all)
         entry = self._entry(menu, self.tr("One axis for each unit"), self.source.overlaid)
-        entry.toggled.connect(self.set_overlaid)
+        entry.toggled.connect(self.source.set_overlaid)
         entry = self._entry(menu, self.tr("Scale to what is visible"), self.source.autoscale)
-        entry.toggled.connect(self.set_autoscale)
+        entry.toggled.connect(self.source.set_autoscale)
         return menu
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
@@ -147,7 +118,7 @@ class ForcePanel(TimePanel):
         """Draw the curves, or what was read of them so far."""
         now = colours()
         strips = lanes(
-            self.source.channels, self.shown, plot.height(), overlaid=self.source.overlaid
+            self.source.channels, self.source.shown, plot.height(), overlaid=self.source.overlaid
         )
         if not strips:
             self._axes = ()
@@ -160,7 +131,7 @@ class ForcePanel(TimePanel):
             return
         canvas = self._canvas = self._canvas.cleared(plot, painter.device().devicePixelRatioF())
         columns = self.source.columns(self._times(canvas.edges()))
-        found = self.source.drawn(self.shown, columns)
+        found = self.source.drawn(self.source.shown, columns)
         names = self.source.names
         self._axes = tuple(
             (lane, axis_of(lane, self._span([names[i] for i in lane.channels], found)))

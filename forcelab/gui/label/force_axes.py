@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import groupby, pairwise
 
 from PySide6.QtCore import QLineF, QRectF, Qt
@@ -12,12 +13,13 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from forcelab.demonstration import Channel
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.shades import translucent
+from forcelab.gui.figures.shades import mixed, translucent
 from forcelab.gui.label.force_lanes import Lane
 from forcelab.gui.theme import Colours
 
 __all__ = [
     "curve_colour",
+    "curve_ink",
     "number_of",
     "paint_axis",
     "paint_ground",
@@ -37,6 +39,8 @@ LEAST, SMALLEST = 11.0, 9.0
 ASIDE = 3.0
 #: Where names start, with and without the brackets of groups left of them.
 BESIDE, ALONE = 20.0, 6.0
+#: The least contrast of a text to its ground (WCAG 2.2).
+READ = 4.5
 #: Width of a value at the cursor: names and values end where the axis' numbers may begin.
 VALUE = 40.0
 
@@ -44,6 +48,14 @@ VALUE = 40.0
 def curve_colour(column: int, theme: Colours) -> QColor:
     """The colour of a channel: it depends on its place in the recording only."""
     return QColor(theme.curves[column % len(theme.curves)])
+
+
+@cache
+def curve_ink(column: int, theme: Colours) -> QColor:
+    """The colour of a channel's name and values: its curve's, deepened until it can be read."""
+    colour = curve_colour(column, theme)
+    inks = (mixed(colour, theme.text, share / 20) for share in range(21))
+    return next(ink for ink in inks if text.contrast(ink, QColor(theme.panel)) >= READ)
 
 
 def number_of(value: float | None, span: float) -> str:
@@ -132,7 +144,7 @@ def paint_names(
         if text.width(name, face) > room:
             face = small
         name = text.elided(name, face, room, middle=True)
-        text.put(painter, x, y, name, face=face, ink=curve_colour(column, theme))
+        text.put(painter, x, y, name, face=face, ink=curve_ink(column, theme))
         used = text.width(name, face)
         if behind:
             taken.append(QRectF(box.right() - 6 - VALUE, y - NUMBER / 2, VALUE, NUMBER))
@@ -191,7 +203,7 @@ def paint_tag(
     painter.fillRect(QRectF(left, top, wide, high), QColor(theme.background))
     for row, (column, number) in enumerate(shown):
         y = top + high * (row + 0.5) / len(shown)
-        ink = curve_colour(column, theme)
+        ink = curve_ink(column, theme)
         text.put(painter, left + wide - 4, y, number, face=face, ink=ink, align=1.0)
 
 

@@ -47,7 +47,6 @@ class ForceChannels(QObject):
         Whose demonstration is drawn.
     jobs : Jobs
         Runs the reading of long demonstrations.
-    parent : QObject, optional
 
     Attributes
     ----------

@@ -20,10 +20,6 @@ PATIENCE = 5.0
 class Frames(QObject):
     """The frames of one video at a time.
 
-    Parameters
-    ----------
-    parent : QObject, optional
-
     Attributes
     ----------
     opened : Signal(ndarray, tuple)

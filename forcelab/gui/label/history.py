@@ -38,15 +38,10 @@ class HistoryView(QWidget):
 
     Double click or Enter on an edit undoes what came after it, or redoes up to it. While the view
     is hidden nothing is read.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.setAccessibleName(self.tr("History"))
         self.model = HistoryModel(document, self)
@@ -72,9 +67,7 @@ class HistoryView(QWidget):
         column.setSpacing(4)
         column.addLayout(bar)
         column.addWidget(self._pages, 1)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(PAUSE)
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
         document.demonstration_changed.connect(self.refresh)
@@ -87,7 +80,7 @@ class HistoryView(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Room for two."""
-        return QSize(180, 110)
+        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Read what there is by now."""

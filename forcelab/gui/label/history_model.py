@@ -71,11 +71,6 @@ class HistoryModel(QAbstractListModel):
 
     A long history is read by pages, as one scrolls down.
 
-    Parameters
-    ----------
-    document : Document
-    parent : QObject, optional
-
     Attributes
     ----------
     rows : list of Edit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -23,6 +24,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
+from forcelab.gui.kept import Kept
 from forcelab.gui.label.force import ForcePanel
 from forcelab.gui.label.force_axes import curve_colour
 from forcelab.gui.label.force_curves import Canvas, Curve
@@ -59,18 +61,14 @@ class Overview(QWidget):
         What is shown.
     force : ForcePanel
         Whose channels are drawn, those that are shown there.
-    parent : QWidget, optional
     """
 
-    def __init__(
-        self, document: Document, force: ForcePanel, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, force: ForcePanel) -> None:
+        super().__init__()
         self.document = document
         self._source = force.source
         #: What is drawn without the coder's track, and with it.
-        self._curves: QPixmap | None = None
-        self._kept: QPixmap | None = None
+        self._curves, self._whole = Kept(), Kept()
         self._held: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
@@ -89,9 +87,7 @@ class Overview(QWidget):
             themes().changed,
         ):
             stale.connect(self.invalidate)
-        self._repainting = QTimer(self)
-        self._repainting.setSingleShot(True)
-        self._repainting.setInterval(PAUSE)
+        self._repainting = QTimer(self, singleShot=True, interval=PAUSE)
         self._repainting.timeout.connect(self._tracks_changed)
         for painted in (document.tracks_changed, document.vocabulary_changed):
             painted.connect(self._repainting.start)
@@ -143,12 +139,12 @@ class Overview(QWidget):
 
     def invalidate(self, *_: object) -> None:
         """Say that the picture is stale."""
-        self._curves = None
-        self.update()
+        self._curves.forget()
+        self._tracks_changed()
 
     def _tracks_changed(self) -> None:
         """Say that the coder's track is another one."""
-        self._kept = None
+        self._whole.forget()
         self.update()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -164,25 +160,20 @@ class Overview(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the kept picture, the window and the cursor."""
-        ratio = self.devicePixelRatioF()
-        if self._curves is None or self._curves.devicePixelRatio() != ratio:
-            self._curves, self._kept = self._drawn(ratio), None
-        if self._kept is None:
-            self._kept = self._with_track(self._curves)
+        size, ratio = self.size(), self.devicePixelRatioF()
+        curves = self._curves.picture(size, ratio, None, self._draw)
+        whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
         painter = QPainter(self)
-        painter.drawPixmap(0, 0, self._kept)
+        painter.drawPixmap(0, 0, whole)
         if self.document.demonstration is not None:
             painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
             self._paint_window(painter)
         painter.end()
 
-    def _drawn(self, ratio: float) -> QPixmap:
-        """Everything but the track, at the screen's resolution."""
+    def _draw(self, painter: QPainter) -> None:
+        """Draw everything but the track."""
         now, plot = colours(), self.plot
-        drawn = QPixmap(self.size() * ratio)
-        drawn.setDevicePixelRatio(ratio)
-        drawn.fill(QColor(now.panel))
-        painter = QPainter(drawn)
+        painter.fillRect(self.rect(), QColor(now.panel))
         painter.fillRect(plot, QColor(now.background))
         if self.document.demonstration is not None:
             self._paint_curves(painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - STRIP - 2))
@@ -196,16 +187,13 @@ class Overview(QWidget):
                 text.put(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
         painter.setPen(QPen(QColor(now.panel_edge), 1))
         painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
-        painter.end()
-        return drawn
 
-    def _with_track(self, curves: QPixmap) -> QPixmap:
-        """The same with the coder's track, which is all that a stroke changes."""
-        kept, plot = curves.copy(), self.plot
-        if self.document.demonstration is not None:
-            painter = QPainter(kept)
+    def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
+        """Draw the same with the coder's track, which is all that a stroke changes."""
+        painter.drawPixmap(0, 0, curves)
+        document, plot = self.document, self.plot
+        if document.demonstration is not None:
             strip = QRectF(plot.left(), HEIGHT - STRIP - 1, plot.width(), STRIP)
-            document = self.document
             paint_row(
                 painter,
                 strip,
@@ -215,8 +203,6 @@ class Overview(QWidget):
                 theme=colours(),
                 size=8.0,
             )
-            painter.end()
-        return kept
 
     def _paint_curves(self, painter: QPainter, box: QRectF) -> None:
         """Draw the envelopes over each other, those of one unit on one scale."""

@@ -38,10 +38,6 @@ def scaled(image: QImage, size: QSize) -> QImage:
 class PictureView(QWidget):
     """A picture, or a sentence in its place, and a caption below.
 
-    Parameters
-    ----------
-    parent : QWidget, optional
-
     Attributes
     ----------
     fits : Signal(QSize)
@@ -51,11 +47,11 @@ class PictureView(QWidget):
 
     fits = Signal(QSize)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self.setMinimumSize(160, 120)
+        self.setMinimumSize(160, 96)
         self._image: QImage | None = None
         # Every pixel is painted here; what lies below need not be.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)

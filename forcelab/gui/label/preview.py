@@ -34,8 +34,8 @@ class VideoPreview(QWidget):
         Of the frame that is chosen, from 0.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.times: NDArray[np.float64] = np.empty(0)
         self.number = 0
         self._wanted = 0.0

@@ -6,7 +6,7 @@ import math
 
 from PySide6.QtCore import QLineF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -61,18 +61,16 @@ class Ruler(TimePanel):
     ----------
     document : Document
         What is shown.
-    parent : QWidget, optional
     """
 
     #: The tag with the cursor's time, which at the ends stands beside it.
     beside_cursor = 150.0
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(document, "", parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
         #: Where the numbers are.
         self._places: list[QRectF] = []
-        self.title = self.tr("Time")
-        self.setAccessibleName(self.title)
+        self.setAccessibleName(self.tr("Time"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
         self.setToolTip(self.tr("Drag to move the cursor"))

@@ -18,7 +18,6 @@ from PySide6.QtGui import (
     QResizeEvent,
     QShowEvent,
 )
-from PySide6.QtWidgets import QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
@@ -52,7 +51,6 @@ class ScalogramPanel(TimePanel):
     document : Document
     jobs : Jobs
         Runs the computing.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -60,11 +58,10 @@ class ScalogramPanel(TimePanel):
         The newest picture.
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
+    def __init__(self, document: Document, jobs: Jobs) -> None:
         self.picture: Scalogram | None = None
-        super().__init__(document, "", parent)
-        self.title = self.tr("Scalogram")
-        self.setAccessibleName(self.title)
+        super().__init__(document)
+        self.setAccessibleName(self.tr("Scalogram"))
         self._channel = ""
         self._phase = False
         self._steady = True

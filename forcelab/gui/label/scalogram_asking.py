@@ -29,7 +29,6 @@ class Asking(QObject):
         Runs the computing.
     wish : callable
         What is wanted a picture of, when it is begun; None for nothing.
-    parent : QObject
 
     Attributes
     ----------
@@ -56,9 +55,7 @@ class Asking(QObject):
         self._jobs, self._wish = jobs, wish
         self._shown: Scalogram | None = None
         self._job: Job | None = None
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(PATIENCE)
+        self._timer = QTimer(self, singleShot=True, interval=PATIENCE)
         self._timer.timeout.connect(self._begin)
 
     def ask(self) -> None:

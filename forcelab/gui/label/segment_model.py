@@ -50,7 +50,6 @@ class SegmentModel(QAbstractTableModel):
     ----------
     document : Document
         Whose track is shown, and which carries out what is typed into a cell.
-    parent : QObject, optional
 
     Attributes
     ----------

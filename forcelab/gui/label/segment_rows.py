@@ -42,12 +42,7 @@ RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class SegmentRows(QTableView):
-    """A table of whole rows, edited on double click or Enter; the window's keys are left to it.
-
-    Parameters
-    ----------
-    model : SegmentModel
-    """
+    """A table of whole rows, edited on double click or Enter; the window's keys are left to it."""
 
     def __init__(self, model: SegmentModel) -> None:
         super().__init__()

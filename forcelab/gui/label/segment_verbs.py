@@ -30,9 +30,9 @@ __all__ = [
     "on_segment",
     "previous_segment",
     "say_no",
-    "split_at_cursor",
     "start_to_cursor",
     "the_segment",
+    "to_copy",
     "zoom_selection",
     "zoom_to",
 ]
@@ -119,11 +119,6 @@ def fill_range(document: Document, action: str) -> bool:
     return done
 
 
-def split_at_cursor(document: Document) -> bool:
-    """Cut the segment under the cursor in two."""
-    return document.split(document.cursor)
-
-
 def merge(document: Document) -> bool:
     """Make one of the segments in the marked range; without one, of the segment and the next."""
     segments = document.segments
@@ -162,24 +157,31 @@ def fill_gaps(document: Document, longest: float) -> bool:
     )
 
 
-def copy_from(document: Document, author: str) -> bool:
-    """Take over what another author has in the marked range.
+def to_copy(document: Document, author: str, time: float) -> tuple[float, float] | None:
+    """What is taken over from another author at a time: start and end in seconds; None for nothing.
 
-    Without a range it is what lies along the selected segment, and without one the other author's
-    segment under the cursor.
+    That is the marked range. Without one it is everything while one's own track is empty; later on
+    what lies along the selected segment, and elsewhere the other author's segment there.
     """
     other = document.others.get(author, ())
     if document.range is not None:
-        return document.copy_from(author, *document.range)
-    if document.selected is not None:
-        segment: Segment | None = document.segments[document.selected]
-    else:
-        index = index_at(other, document.cursor)
-        segment = None if index is None else other[index]
-    if segment is None:
+        return document.range
+    if other and not document.segments:
+        return document.bounds
+    chosen = None if document.selected is None else document.segments[document.selected]
+    if chosen is None or not chosen.start - SAME <= time <= chosen.end + SAME:
+        index = index_at(other, time)
+        chosen = None if index is None else other[index]
+    return None if chosen is None else (chosen.start, chosen.end)
+
+
+def copy_from(document: Document, author: str) -> bool:
+    """Take over what another author has at the cursor (:func:`to_copy`)."""
+    stretch = to_copy(document, author, document.cursor)
+    if stretch is None:
         sentence = translate("forcelab", "{0} has no segment at the cursor; mark a range to copy.")
         return say_no(document, sentence.format(author))
-    return document.copy_from(author, segment.start, segment.end)
+    return document.copy_from(author, *stretch)
 
 
 def start_to_cursor(document: Document) -> bool:
@@ -239,5 +241,5 @@ def _starts_at(document: Document, index: int) -> bool:
 
 def say_no(document: Document, sentence: str, *, trouble: bool = True) -> bool:
     """Say why nothing was done; gives False."""
-    document.say(sentence, trouble)
+    document.say_here(sentence, trouble)
     return False

@@ -6,9 +6,9 @@ from functools import partial
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
 from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import QLineEdit, QMenu, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMenu, QStackedWidget, QVBoxLayout, QWidget
 
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import placeholder, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_model import NUMBER, SegmentModel
@@ -26,22 +26,14 @@ class SegmentTable(QWidget):
 
     Choosing a row selects its segment and moves the cursor to its start; the segment under the
     cursor is marked. While the table is hidden it does nothing at all.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.setAccessibleName(self.tr("Segments"))
         self.model = SegmentModel(document, self)
-        self.filter = QLineEdit()
-        self.filter.setPlaceholderText(self.tr("Filter by action"))
-        self.filter.setAccessibleName(self.tr("Filter by action"))
-        self.filter.setClearButtonEnabled(True)
+        self.filter = search_field(self.tr("Filter by action"), self.tr("Filter by action"))
         self.filter.textChanged.connect(self._filter_changed)
         self.table = SegmentRows(self.model)
         self.table.setAccessibleName(self.tr("Segments of your track"))
@@ -72,7 +64,7 @@ class SegmentTable(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Less than the columns need; then one scrolls."""
-        return QSize(180, 110)
+        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""

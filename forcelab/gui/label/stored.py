@@ -24,23 +24,16 @@ class StoredIndicator(QWidget):
     An edit that could not be stored is not on screen either, so that what one sees is always
     stored; the trouble stands here until an edit is stored again. Where there is no room for words
     only the sign is shown.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.trouble = ""
         self.text = ""
         self._newest = 0  # the number of the last edit that is known to be stored
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
-        self._looking = QTimer(self)
-        self._looking.setSingleShot(True)
-        self._looking.setInterval(PAUSE)
+        self._looking = QTimer(self, singleShot=True, interval=PAUSE)
         self._looking.timeout.connect(self.look)
         document.tracks_changed.connect(self._looking.start)
         document.demonstration_changed.connect(self._looking.start)

@@ -23,8 +23,6 @@ __all__ = ["KeyStrokes"]
 
 #: Times closer than this are the same, in seconds.
 SAME = 1e-9
-#: How wide the time axis is taken to be where no panel tells, in pixels.
-WIDTH = 1000.0
 
 
 class KeyStrokes(QObject):
@@ -52,7 +50,7 @@ class KeyStrokes(QObject):
         What is painted on.
     window : QWidget
         Keys pressed in it and in whatever is inside it count, but not where keys are text.
-    pixels_per_second : callable, optional
+    pixels_per_second : callable
         How far one is zoomed in; tells how near a target must be.
     clock : callable
         Seconds of a clock that never jumps.
@@ -64,14 +62,14 @@ class KeyStrokes(QObject):
         self,
         document: Document,
         window: QWidget,
-        pixels_per_second: Callable[[], float] | None = None,
+        pixels_per_second: Callable[[], float],
         clock: Callable[[], float] = time.monotonic,
         shown: Callable[[], bool] = lambda: True,
     ) -> None:
         super().__init__(window)
         self.document = document
         self.window = window
-        self._scale = pixels_per_second or self._nominal_scale
+        self._scale = pixels_per_second
         self._clock = clock
         self._shown = shown
         #: The key that began the stroke and is still down: key, when, and where the cursor was.
@@ -197,7 +195,7 @@ class KeyStrokes(QObject):
         position = self._position()
         same = stroke.action == action
         if same or abs(position - stroke.start) > SAME:
-            self._end(position)
+            self.document.end_stroke(position)
         else:
             # Nothing was painted yet: the coder has thought better of the action.
             self.document.cancel_stroke()
@@ -222,11 +220,7 @@ class KeyStrokes(QObject):
         self._held = None
         held = 1000 * (now - pressed) >= settings.hold_ms()
         if held and cursor != began and self.document.stroke is not None:
-            self._end(position)
-
-    def _end(self, position: float) -> None:
-        """End the stroke."""
-        self.document.end_stroke(position)
+            self.document.end_stroke(position)
 
     def _chosen(self) -> int | None:
         """The selected segment, if nothing is playing."""
@@ -266,10 +260,6 @@ class KeyStrokes(QObject):
                 if min(abs(segment.start - cursor), abs(segment.end - cursor)) <= SAME:
                     return True
         return False
-
-    def _nominal_scale(self) -> float:
-        """Pixels per second on a time axis of usual width."""
-        return WIDTH / (self.document.end - self.document.start)
 
 
 def _name(event: QKeyEvent) -> str:

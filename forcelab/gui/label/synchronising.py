@@ -48,7 +48,6 @@ class SynchroniseDialog(SynchroniseForm):
         With a demonstration that has a video.
     jobs : Jobs
         Runs the search for a proposal.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -82,7 +81,7 @@ class SynchroniseDialog(SynchroniseForm):
             (self.reset_button, self.reset),
         ):
             button.clicked.connect(verb)
-        self.fit_rate.toggled.connect(self._fit_again)
+        self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._look_at)
         self.preview.show_time(float(self.stored.to_device(document.cursor)))
         self.preview.frames.open(demonstration.video.path)
@@ -201,10 +200,6 @@ class SynchroniseDialog(SynchroniseForm):
         rate = self.stored.rate  # one event tells nothing about it
         clock = ClockMap(float(np.mean(felt - rate * seen)), rate)
         return clock, float(np.sqrt(np.mean((clock.to_force(seen) - felt) ** 2)))
-
-    def _fit_again(self) -> None:
-        """The rate is to be fitted, or no longer."""
-        self.set_rows(self.rows)
 
     def _look_at(self, number: int) -> None:
         """Show the frame and the force of an event that was chosen."""

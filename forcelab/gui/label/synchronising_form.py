@@ -6,7 +6,6 @@ from typing import TypeVar
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QCheckBox,
     QDialog,
     QDialogButtonBox,
@@ -22,6 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import whole_rows
 from forcelab.gui.document import Document
 from forcelab.gui.label.alignment import AlignmentPlot
 from forcelab.gui.label.preview import VideoPreview
@@ -33,13 +33,7 @@ ButtonT = TypeVar("ButtonT", QPushButton, QCheckBox)
 
 
 class SynchroniseForm(QDialog):
-    """The video left, marks and clock right, the curves below.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
-    """
+    """The video left, marks and clock right, the curves below."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -99,15 +93,9 @@ class SynchroniseForm(QDialog):
         )
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        header.setHighlightSections(False)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        self.table.verticalHeader().hide()
-        self.table.setShowGrid(False)
-        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        self.table.setTabKeyNavigation(False)
-        self.table.setMinimumHeight(7 * self.fontMetrics().height())
+        whole_rows(self.table)
+        self.table.setMinimumHeight(round(5.4 * self.fontMetrics().height()))
         box = QGroupBox(self.tr("Taps seen in both"))
         grid = QGridLayout(box)
         grid.addWidget(self.frame_button, 0, 0)

@@ -35,7 +35,6 @@ class Timeline(QWidget):
         that have no room.
     shares : sequence of int
         How much of the room each panel gets.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -50,9 +49,8 @@ class Timeline(QWidget):
         shares: tuple[int, ...],
         overview: QWidget,
         transport: QWidget,
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.splitter = QSplitter(Qt.Orientation.Vertical)
         self.splitter.setChildrenCollapsible(False)
         for i, (panel, share) in enumerate(zip(panels, shares, strict=True)):

@@ -119,9 +119,11 @@ def ask_action(parent: QWidget, document: Document) -> QInputDialog:
 
 
 def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
-    """From whom to copy what lies at a time in seconds."""
+    """From whom to copy what lies at a time in seconds: Enter copies from the same as last."""
     menu = QMenu(translate("forcelab", "Copy from another track"), parent)
-    _copies(menu, document, time)
+    found = _copies(menu, document, time)
+    if found:
+        menu.setDefaultAction(found.get(document.copied_from, next(iter(found.values()))))
     return menu
 
 
@@ -204,30 +206,20 @@ def _actions(
     menu.setEnabled(bool(menu.actions()))
 
 
-def _copies(menu: QMenu, document: Document, time: float) -> None:
-    """One entry for each other author to copy from."""
+def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
+    """One entry for each other author to copy from; gives those that would copy something."""
+    found = {}
     for author in document.others:
-        label = translate("forcelab", "Copy from {0}").format(_plain(author))
-        copy = _entry(menu, label, partial(_copy, document, author, time))
-        copy.setEnabled(_copied(document, author, time) is not None)
-
-
-def _copied(document: Document, author: str, time: float) -> tuple[float, float] | None:
-    """What copying from another author at a time would take: the range, or a segment."""
-    if document.range is not None:
-        return document.range
-    for segments in (document.segments, document.others.get(author, ())):
-        index = index_at(segments, time)
-        if index is not None:
-            return segments[index].start, segments[index].end
-    return None
-
-
-def _copy(document: Document, author: str, time: float) -> None:
-    """Copy from another author."""
-    stretch = _copied(document, author, time)
-    if stretch is not None:
-        document.copy_from(author, *stretch)
+        stretch = verbs.to_copy(document, author, time)
+        copy = _entry(
+            menu,
+            translate("forcelab", "Copy from {0}").format(_plain(author)),
+            partial(document.copy_from, author, *(stretch or ())),
+        )
+        copy.setEnabled(stretch is not None)
+        if stretch is not None:
+            found[author] = copy
+    return found
 
 
 def _plain(words: str) -> str:

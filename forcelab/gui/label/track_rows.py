@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QHelpEvent, QPainter, QPixmap
-from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
+from PySide6.QtWidgets import QSizePolicy, QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -54,12 +54,10 @@ class TrackRows(TimePanel):
     ----------
     document : Document
         What is shown.
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(document, "", parent)
-        self.title = self.tr("Tracks")
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
         self.setAccessibleName(self.tr("Tracks of the coders"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         # Other authors' rows stay the same while one paints: pictures of them are kept.

@@ -6,7 +6,7 @@ from weakref import ref
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QMenu
 
 from forcelab.gui.document import Document
 from forcelab.gui.label import track_menu
@@ -51,14 +51,13 @@ class TrackPanel(TrackRows):
     ----------
     document : Document
         What is shown and painted on.
-    parent : QWidget, optional
     """
 
     #: Somebody wants a stretch to be played: start and end in seconds.
     play_requested = Signal(float, float)
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(document, parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # its menu is for the keyboard, too
         #: The drag that is on, and whether it has gone far enough to be one.
         self._gesture: Gesture | None = None
@@ -178,32 +177,26 @@ class TrackPanel(TrackRows):
             self.document.select(found.index)
         return track_menu.own_menu(self, self.document, time, play)
 
-    def event(self, event: QEvent) -> bool:
-        """Keep Esc for the drag that is on, whatever else it is bound to."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() == Qt.Key.Key_Escape
-            and self._gesture is not None
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Esc is for the drag that is on, whatever else it is bound to."""
+        return event.key() == Qt.Key.Key_Escape and self._gesture is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc ends a drag as if nothing had happened."""
-        if event.key() == Qt.Key.Key_Escape and self._gesture is not None:
+        if self.keeps(event):
             self.cancel_drag()
         else:
             super().keyPressEvent(event)
 
     def show_menu(self, menu: QMenu, where: QPoint) -> None:
-        """Show a menu; nothing waits for it."""
+        """Show a menu, ready for Enter where one entry is the likeliest; nothing waits for it."""
         if self.menu is not None:
             self.menu.close()
         self.menu = menu
         menu.aboutToHide.connect(self._menu_hides)
         menu.popup(where)
+        if (likeliest := menu.defaultAction()) is not None:
+            menu.setActiveAction(likeliest)
 
     def _menu_hides(self) -> None:
         """Let go of the menu, once what was chosen in it is done."""

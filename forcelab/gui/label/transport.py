@@ -33,17 +33,10 @@ ONE_ROW = 150
 
 
 class Transport(QWidget):
-    """The bar below the panels.
+    """The bar below the panels."""
 
-    Parameters
-    ----------
-    document : Document
-    player : Player
-    parent : QWidget, optional
-    """
-
-    def __init__(self, document: Document, player: Player, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, player: Player) -> None:
+        super().__init__()
         self.document, self.player = document, player
         self.setAccessibleName(self.tr("Transport"))
         self.buttons: dict[str, QToolButton] = {}

@@ -78,7 +78,7 @@ def handlers(
         "redo": document.redo,
         "snapping": lambda: document.set_snapping(not document.snapping),
         "done": document.set_done,
-        "split": partial(segment_verbs.split_at_cursor, document),
+        "split": lambda: document.split(document.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),
         "cancel": partial(_cancel, document, tracks),
@@ -146,8 +146,13 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
         return
     if len(authors) == 1:
         segment_verbs.copy_from(document, authors[0])
-    elif authors:
+    elif any(segment_verbs.to_copy(document, author, document.cursor) for author in authors):
         menu = copy_menu(tracks, document, document.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
+    elif authors:
+        sentence = translate(
+            "forcelab", "No other track has a segment at the cursor; mark a range to copy."
+        )
+        segment_verbs.say_no(document, sentence)
     else:
         document.say(translate("forcelab", "No other track is shown to copy from."), True)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QImage, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QWidget
+from PySide6.QtWidgets import QDockWidget
 
 from forcelab.demonstration import VideoReference
 from forcelab.gui.document import Document
@@ -35,9 +35,8 @@ class VideoPanel(PictureView):
     ----------
     document : Document
         What is open; its cursor is followed.
-    parent : QWidget, optional
-    cameras : Cameras, optional
-        Says which camera's video is shown; by default the first one's.
+    cameras : Cameras
+        Says which camera's video is shown.
 
     Attributes
     ----------
@@ -48,24 +47,17 @@ class VideoPanel(PictureView):
 
     frame_shown = Signal(int)
 
-    def __init__(
-        self,
-        document: Document,
-        parent: QWidget | None = None,
-        cameras: Cameras | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, cameras: Cameras) -> None:
+        super().__init__()
         self.document = document
         self._cameras = cameras
-        self._choice: CameraChoice | None = None
+        self._choice = CameraChoice(cameras, self)
+        self._choice.move(CHOICE, CHOICE)
         self.setAccessibleName(self.tr("Video"))
         self._frames: Frames | None = None
         self._open: tuple[str, str] | None = None
         self._forget()
-        if cameras is not None:
-            self._choice = CameraChoice(cameras, self)
-            self._choice.move(CHOICE, CHOICE)
-            cameras.changed.connect(self._demonstration_changed)
+        cameras.changed.connect(self._demonstration_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.cursor_moved.connect(self._follow)
         document.peeked.connect(self._follow)
@@ -139,8 +131,7 @@ class VideoPanel(PictureView):
     @property
     def above(self) -> float:
         """Room for the choice of a camera, where there are several."""
-        choice = self._choice
-        return 0.0 if choice is None or choice.isHidden() else choice.height() + 2.0 * CHOICE
+        return 0.0 if self._choice.isHidden() else self._choice.height() + 2.0 * CHOICE
 
     @property
     def troubled(self) -> bool:
@@ -164,10 +155,7 @@ class VideoPanel(PictureView):
     @property
     def _reference(self) -> VideoReference | None:
         """The video of the open demonstration, by the camera that is looked through."""
-        if self._cameras is not None:
-            return self._cameras.video
-        demonstration = self.document.demonstration
-        return None if demonstration is None else demonstration.video
+        return self._cameras.video
 
     @property
     def _here(self) -> float:
@@ -297,8 +285,7 @@ class VideoPanel(PictureView):
 
     def _fit_choice(self) -> None:
         """Give the choice of a camera its room."""
-        if self._choice is not None:
-            self._choice.fit(self.width() - 2 * CHOICE)
+        self._choice.fit(self.width() - 2 * CHOICE)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Ask for the frame at the cursor, which was not followed while hidden."""

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from PySide6.QtCore import QModelIndex, QPoint, QSize, Qt, QTimer
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QShowEvent
 from PySide6.QtWidgets import (
+    QApplication,
     QCompleter,
     QHBoxLayout,
-    QLineEdit,
     QMenu,
     QToolButton,
     QVBoxLayout,
@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import placeholder, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_verbs import fill_range
@@ -39,24 +39,16 @@ class VocabularyView(QWidget):
 
     Clicking an action (or Enter on it) makes it the brush, and once more puts the brush down; while
     a range is marked it fills the range instead.
-
-    Parameters
-    ----------
-    document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.setAccessibleName(self.tr("Actions"))
         self.model = VocabularyModel(document, self)
         self.list = _List(self.model, self)
         self.list.clicked.connect(self._clicked)
-        self.entry = QLineEdit()
-        self.entry.setPlaceholderText(self.tr("Add an action"))
-        self.entry.setAccessibleName(self.tr("Name of an action to add"))
-        self.entry.setClearButtonEnabled(True)
+        self.entry = search_field(self.tr("Add an action"), self.tr("Name of an action to add"))
         self.entry.returnPressed.connect(self._add_typed)
         completer = QCompleter(list(entries()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
@@ -84,9 +76,7 @@ class VocabularyView(QWidget):
         column.addWidget(self.nothing, 1)
         column.addLayout(bar)
         self._striking = -1
-        self._counting = QTimer(self)
-        self._counting.setSingleShot(True)
-        self._counting.setInterval(PAUSE)
+        self._counting = QTimer(self, singleShot=True, interval=PAUSE)
         self._counting.timeout.connect(self._count)
         document.vocabulary_changed.connect(self._refresh)
         document.demonstration_changed.connect(self._refresh)
@@ -113,7 +103,7 @@ class VocabularyView(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Room for two."""
-        return QSize(180, 110)
+        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Count what was painted while it was hidden."""
@@ -126,13 +116,13 @@ class VocabularyView(QWidget):
         """Fill the marked range with an action, or take it up as the brush, or put it down."""
         document = self.document
         if document.range is not None:
-            self.fill(name)
+            fill_range(document, name)
         else:
-            document.set_action(None if document.action == name else name)
+            self._toggle(name)
 
-    def fill(self, name: str) -> None:
-        """Fill the marked range with an action, and forget the range."""
-        fill_range(self.document, name)
+    def _toggle(self, name: str) -> None:
+        """Take an action up as the brush, or put it down."""
+        self.document.set_action(None if self.document.action == name else name)
 
     def add(self, name: str) -> bool:
         """Add an action; the others stay as they are."""
@@ -169,12 +159,10 @@ class VocabularyView(QWidget):
         brush = menu.addAction(self.tr("Use as brush"))
         brush.setCheckable(True)
         brush.setChecked(document.action == name)
-        brush.triggered.connect(
-            lambda: document.set_action(None if document.action == name else name)
-        )
+        brush.triggered.connect(lambda: self._toggle(name))
         if document.range is not None:
             fill = menu.addAction(icon("range"), self.tr("Fill the marked range"))
-            fill.triggered.connect(lambda: self.fill(name))
+            fill.triggered.connect(lambda: fill_range(document, name))
         menu.addSeparator()
         key = menu.addAction(icon("key"), self.tr("Change key…"))
         key.triggered.connect(lambda: self._ask_key(name))
@@ -260,6 +248,9 @@ class VocabularyView(QWidget):
         suggesting = self._suggested is not None
         there = self.document.demonstration is not None
         self.list.setVisible(there and (bool(self.document.vocabulary.names) or not suggesting))
+        focus = QApplication.focusWidget()
+        if not suggesting and focus is not None and self.suggestions.isAncestorOf(focus):
+            self.list.setFocus()  # not the field below, where the next keys would be text
         self.suggestions.setVisible(suggesting)
         self.nothing.setHidden(there)
 

@@ -35,7 +35,6 @@ class KeyDialog(QDialog):
     vocabulary : Vocabulary
     name : str
         The action.
-    parent : QWidget, optional
 
     Attributes
     ----------

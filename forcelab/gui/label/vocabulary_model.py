@@ -21,11 +21,6 @@ __all__ = ["VocabularyModel", "entries"]
 class VocabularyModel(QAbstractListModel):
     """A row for every action of the open demonstration's task.
 
-    Parameters
-    ----------
-    document : Document
-    parent : QObject, optional
-
     Attributes
     ----------
     counts : dict of str to (int, float)

@@ -24,12 +24,7 @@ __all__ = ["ActionRows"]
 
 
 class ActionRows(QListView):
-    """A list view of actions.
-
-    Parameters
-    ----------
-    model : VocabularyModel
-    """
+    """A list view of actions."""
 
     def __init__(self, model: VocabularyModel) -> None:
         super().__init__()

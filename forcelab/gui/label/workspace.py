@@ -49,7 +49,6 @@ class LabelWorkspace(QMainWindow):
     document : Document
     jobs : Jobs
         Runs what takes long.
-    parent : QWidget, optional
     """
 
     def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
@@ -62,7 +61,7 @@ class LabelWorkspace(QMainWindow):
         self.force = ForcePanel(document, jobs)
         self.scalogram = ScalogramPanel(document, jobs)
         self.cameras = Cameras(document, self)
-        self.video = VideoPanel(document, cameras=self.cameras)
+        self.video = VideoPanel(document, self.cameras)
         self.vocabulary = VocabularyView(document)
         self.segments = SegmentTable(document)
         self.history = HistoryView(document)
@@ -133,7 +132,7 @@ class LabelWorkspace(QMainWindow):
 
     def restore_layout(self) -> None:
         """Put the panels where they were when the window was last closed."""
-        self.force.restore_choices()
+        self.force.source.restore_choices()
         state = settings.data("label/layout")
         if state and self.restoreState(QByteArray(state), LAYOUT):
             self._shared_out = True
@@ -144,7 +143,7 @@ class LabelWorkspace(QMainWindow):
 
     def remember_layout(self) -> None:
         """Keep where the panels are, and what they show."""
-        self.force.save_choices()
+        self.force.source.save_choices()
         settings.put("label/layout", bytes(self.saveState(LAYOUT).data()))
         settings.put("label/panels", bytes(self._splitter.saveState().data()))
         hidden = [name for name, action in self.toggles.items() if not action.isChecked()]

@@ -19,7 +19,7 @@ from forcelab.gui.measuring.videos import measuring_video
 from forcelab.jobs import Progress
 from forcelab.measure.latency import Latencies, Latency, load
 
-__all__ = ["FULL", "QUICK", "Amount", "measuring"]
+__all__ = ["FULL", "QUICK", "Amount", "tabulate"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +43,6 @@ class Amount:
         In the project that has many.
     live : int
         Frames of the Capture workspace, with each of what it can show.
-    size : tuple of int
-        Of the window, in pixels.
     """
 
     samples: tuple[int, ...] = (1_000_000, 10_000_000)
@@ -58,7 +56,6 @@ class Amount:
     openings: int = 10
     demonstrations: int = 1000
     live: int = 600
-    size: tuple[int, int] = SIZE
 
 
 FULL = Amount()
@@ -74,17 +71,26 @@ QUICK = Amount(
 )
 
 
-def measuring(
-    *, quick: bool = False, amount: Amount | None = None
-) -> Generator[Progress, None, Latencies]:
-    """Measure everything; see :func:`forcelab.gui.measuring.tabulate`."""
-    wanted = amount or (QUICK if quick else FULL)
+def tabulate(*, quick: bool = False) -> Generator[Progress, None, Latencies]:
+    """Measure everything: some minutes, and 2 GB of disk for a while.
+
+    With `quick` only recordings of 1e6 samples, and fewer repetitions.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Latencies
+    """
+    wanted = QUICK if quick else FULL
     before = load()
     rows: list[Latency] = []
     with stage() as folder:
         for scene in _scenes(folder, wanted):
             rows += yield from scene()
-    width, height = wanted.size
+    width, height = SIZE
     return Latencies(
         f"The window, {width} x {height} pixels, scalogram and lists shown; times in ms",
         tuple(rows),
@@ -108,7 +114,7 @@ def _scenes(
         dense.append(recordings.segmented(folder, wanted.segments))
         return (
             yield from measuring_strokes(
-                dense[0], segments=wanted.segments, times=wanted.strokes, size=wanted.size
+                dense[0], segments=wanted.segments, times=wanted.strokes, size=SIZE
             )
         )
 
@@ -120,21 +126,19 @@ def _scenes(
             ),
             f"{wanted.segments} segments": dense[0],
         }
-        return (yield from measuring_opening(projects, times=wanted.openings, size=wanted.size))
+        return (yield from measuring_opening(projects, times=wanted.openings, size=SIZE))
 
     def video(film: Film) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_video(
-            folder, film, frames=wanted.frames, times=wanted.moves, size=wanted.size
-        )
+        return measuring_video(folder, film, frames=wanted.frames, times=wanted.moves, size=SIZE)
 
     def panning(count: int) -> Generator[Progress, None, tuple[Latency, ...]]:
-        return measuring_panning(folder, count, gestures=wanted.gestures, size=wanted.size)
+        return measuring_panning(folder, count, gestures=wanted.gestures, size=SIZE)
 
     return [
         start,
         strokes,
         opening,
-        partial(measuring_capture, folder, frames=wanted.live, size=wanted.size),
+        partial(measuring_capture, folder, frames=wanted.live, size=SIZE),
         *(partial(video, film) for film in wanted.films),
         *(partial(panning, count) for count in wanted.samples),
     ]

@@ -14,21 +14,27 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
+import psutil
+from PySide6.QtCore import QTimer
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.gui.jobs import Job
+from forcelab.gui.measuring import recordings
+from forcelab.gui.measuring.stage import AUTHOR, Lateness, rest, settle, shown, stage, until
+from forcelab.gui.review.training_jobs import BACKGROUND
+from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
 from forcelab.measure.latency import Bound, Latencies, Latency, Level, load
-
-if TYPE_CHECKING:
-    from forcelab.gui.jobs import Job
-    from forcelab.gui.window import Window
-    from forcelab.recognition.settings import Settings
-    from forcelab.review.outcome import Outcome
+from forcelab.project import Project
+from forcelab.recognition.choice import Choice
+from forcelab.recognition.presets import preset
+from forcelab.recognition.settings import Settings
+from forcelab.review.outcome import Outcome
 
 __all__ = ["FULL", "QUICK", "Amount", "tabulate"]
 
@@ -90,8 +96,6 @@ def tabulate(
     -------
     Latencies
     """
-    from forcelab.gui.measuring.stage import shown, stage
-
     wanted = amount or (QUICK if quick else FULL)
     before = load()
     with stage() as folder:
@@ -119,10 +123,6 @@ def tabulate(
 
 def _made(folder: Path, samples: int) -> Path:
     """A project of two demonstrations, labelled from end to end."""
-    from forcelab.gui.measuring import recordings
-    from forcelab.gui.measuring.stage import AUTHOR
-    from forcelab.project import Project
-
     actions = recordings.ACTIONS
     with Project.create(folder / "training.forcelab") as project:
         for number in range(2):
@@ -179,8 +179,6 @@ class _Bench:
 
     def cancelling(self) -> Generator[Progress, None, tuple[Latency, ...]]:
         """How long it takes from Cancel until nothing works any more, at random moments."""
-        from forcelab.gui.measuring.stage import rest
-
         random, rows = np.random.default_rng(6), []
         for classifier in ("mlp", "svm"):
             taken = []
@@ -210,9 +208,6 @@ class _Bench:
 
     def _train(self, classifier: str) -> tuple[Job, list[Any]]:
         """Begin a training just as the window does."""
-        from forcelab.gui.review.training_jobs import BACKGROUND
-        from forcelab.recognition.choice import Choice
-
         trail: list[Any] = []
         job = self._window.jobs.run(
             BACKGROUND.train(
@@ -231,7 +226,7 @@ class _Bench:
         self._until(lambda: not job.running)
         if job.error is not None:
             raise job.error
-        self._window.document.set_outcome(cast("Outcome", job.result))
+        self._window.document.set_outcome(cast(Outcome, job.result))
 
     def _cancel(self, job: Job) -> float:
         """Cancel a training; gives the seconds until it is gone."""
@@ -251,8 +246,6 @@ class _Bench:
             CPU seconds that the window's thread takes for each step; whatever else the machine
             does is not in them.
         """
-        from forcelab.gui.measuring.stage import Lateness, rest
-
         document = self._window.document
         low, high = document.bounds
         start, step = low, MOVED * VISIBLE
@@ -272,10 +265,6 @@ class _Bench:
 
     def _until(self, holds: Any) -> None:
         """Run the event loop until something holds, and look every millisecond."""
-        from PySide6.QtCore import QTimer
-
-        from forcelab.gui.measuring.stage import until
-
         tick = QTimer()
         tick.start(1)
         until(holds)
@@ -283,10 +272,6 @@ class _Bench:
 
     def _all_there(self) -> tuple[float, int, int]:
         """Megabytes, threads and processes of the window, once all is quiet."""
-        import psutil
-
-        from forcelab.gui.measuring.stage import rest, settle
-
         settle(self._window)
         rest(1.0)
         gc.collect()
@@ -308,6 +293,4 @@ def _threads() -> int:
 
 def _settings(classifier: str) -> Settings:
     """What is trained, with 96 features."""
-    from forcelab.recognition.presets import preset
-
     return preset("paper").replace(classifier=classifier, max_scale=WIDEST)

@@ -18,14 +18,11 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
-from forcelab.gui.review.bar_dialogs import ask_choice, ask_settings
 from forcelab.gui.review.bar_texts import progress_text, run_text, standing_text
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.learning import Learning
-from forcelab.gui.review.narrow_list import NAME, NarrowList
 from forcelab.gui.review.run_choice import RunChoice
-from forcelab.gui.review.task_choice import choice_name
-from forcelab.gui.review.wanted import shown_task
+from forcelab.gui.review.task_list import TaskList
 from forcelab.gui.review.whose_line import WhoseLine
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.theme import colours, themes
@@ -35,7 +32,7 @@ __all__ = ["TrainBar"]
 
 #: Pixels left and right of the row.
 EDGE = 6
-#: From which width of the bar on in pixels up to twice as many characters of the tasks are seen.
+#: From which width of the bar on, in pixels, more of the tasks is seen.
 ROOMY = 1200
 
 
@@ -46,15 +43,12 @@ class TrainBar(QWidget):
     ----------
     document : Document
     learning : Learning
-    parent : QWidget, optional
     """
 
     compare_asked = Signal()
 
-    def __init__(
-        self, document: Document, learning: Learning, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, learning: Learning) -> None:
+        super().__init__()
         self.document, self.learning = document, learning
         self.setAccessibleName(self.tr("Training"))
         self._make()
@@ -88,7 +82,7 @@ class TrainBar(QWidget):
         learning.runs_changed.connect(self._count_runs)
         document.listing_changed.connect(self.refresh)
         document.project_changed.connect(self.refresh)
-        document.tracks_changed.connect(self._show_whose)
+        document.tracks_changed.connect(self._show_labels)
         keys().changed.connect(self._name_keys)
         themes().changed.connect(self._colour)
         self._name_keys()
@@ -100,9 +94,7 @@ class TrainBar(QWidget):
 
     def _make(self) -> None:
         """All that stands in the row."""
-        self.task = NarrowList()
-        self.task.set_name(self.tr("Task to train on"))
-        self.task.activated.connect(self._task_chosen)
+        self.task = TaskList(self.learning)
         self.train = QPushButton(self.tr("Train"))
         self.train.clicked.connect(self.learning.train)
         self.whose = WhoseLine(self.document)
@@ -139,6 +131,9 @@ class TrainBar(QWidget):
         self.more.setMenu(self._menu)
         for button in (self.train, self.settings, self.cancel, self.compare):
             button.setAutoDefault(False)
+        # Each goes as the other comes; a click leaves the keyboard where it is.
+        self.train.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.cancel.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self._make_trouble()
 
     def _make_trouble(self) -> None:
@@ -181,24 +176,28 @@ class TrainBar(QWidget):
     def refresh(self) -> None:
         """Show how it stands."""
         learning = self.learning
-        self._list_tasks()
+        held = self.train.hasFocus() or self.cancel.hasFocus()
+        self.task.refresh()
         self.automatic.blockSignals(True)
         self.automatic.setChecked(learning.automatic)
         self.automatic.blockSignals(False)
         self.train.setEnabled(learning.ready and not learning.training)
-        self._show_whose()
+        self._show_labels()
         self._show_preset()
-        self.standing.set_text(*standing_text(learning.edits))
         self._show_progress()
         self.trouble.setText(learning.trouble)
         self.trouble_row.setVisible(bool(learning.trouble))
         self._fit()
+        if held:
+            (self.cancel if learning.training else self.train).setFocus()
 
-    def _show_whose(self) -> None:
-        """Name the coder whose labels are trained on, among several."""
-        before = self.whose.text
-        self.whose.show_coder(self.learning.whose if self.learning.ready else None)
-        if self.whose.text != before:
+    def _show_labels(self) -> None:
+        """Name the coder whose labels are trained on, among several, and what was trained on."""
+        learning = self.learning
+        before = self.whose.text, self.standing.text
+        self.whose.show_coder(learning.whose if learning.ready else None)
+        self.standing.set_text(*standing_text(learning.edits, learning.learnt_from))
+        if (self.whose.text, self.standing.text) != before:
             self._name_keys()
             self._fit()
 
@@ -229,10 +228,7 @@ class TrainBar(QWidget):
     def _fit(self) -> None:
         """Hide what has no room, the least needed first; how it stands is always seen."""
         training = self.learning.training
-        name = self.task.currentText()
-        self.task.setToolTip(f"{self.task.accessibleName()}: {name}" if name else "")
-        roomy = self.width() >= ROOMY
-        self.task.setMinimumContentsLength(min(max(len(name), NAME), 2 * NAME) if roomy else NAME)
+        self.task.fit(roomy=self.width() >= ROOMY)
         texts = [self.standing, self.told] if training else [self.standing]
         needed: list[QWidget] = [self.task]
         needed += [self.progress, self.cancel] if training else [self.train]
@@ -297,41 +293,24 @@ class TrainBar(QWidget):
         for label in (self.whose, self.standing, self.told):
             label.setForegroundRole(QPalette.ColorRole.WindowText)
 
-    # Choosing
-
-    def _list_tasks(self) -> None:
-        """The tasks of the project; below them, the page on which several are chosen."""
-        learning = self.learning
-        tasks = learning.tasks
-        if [self.task.itemData(i) for i in range(self.task.count() - 1)] != list(tasks):
-            self.task.clear()
-            for task in tasks:
-                self.task.addItem(shown_task(task), task)
-            self.task.addItem(self.tr("Tasks and tests…"), None)
-        self.task.setEnabled(bool(tasks))
-        self.task.setCurrentIndex(max(self.task.findData(learning.task), 0) if tasks else -1)
-        if tasks and learning.task in tasks:
-            at = self.task.findData(learning.task)
-            for index, task in enumerate(tasks):
-                self.task.setItemText(index, shown_task(task))
-            self.task.setItemText(at, choice_name(*learning.chosen))
-
-    def _task_chosen(self, index: int) -> None:
-        """Turn to a task, or choose several."""
-        task = self.task.itemData(index)
-        if task is None:
-            self.open_choice()
-        else:
-            self.learning.set_task(str(task))
-        self.refresh()
-
-    def open_choice(self) -> None:
-        """Let the coder choose what is trained on and what is tested."""
-        ask_choice(self.learning, self.window())
-
     def open_settings(self) -> None:
         """Let the coder choose how recognisers are trained."""
-        ask_settings(self.learning, self.window())
+        learning = self.learning
+        if not learning.ready:
+            return
+        from forcelab.gui.review.settings_dialog import SettingsDialog  # loads much
+        from forcelab.gui.review.settings_facts import facts_of
+
+        facts = facts_of(learning.document, learning.choice)
+        dialog = SettingsDialog(learning.settings, facts, self.window())
+
+        def take() -> None:
+            if dialog.chosen is not None:
+                learning.set_settings(dialog.chosen)
+
+        dialog.accepted.connect(take)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        dialog.open()
 
 
 def _wide(widget: QWidget) -> int:

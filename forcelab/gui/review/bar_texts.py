@@ -17,16 +17,21 @@ __all__ = ["progress_text", "run_text", "standing_text"]
 translate = QCoreApplication.translate
 
 
-def standing_text(edits: int | None) -> tuple[str, str]:
+def standing_text(edits: int | None, coder: str = "") -> tuple[str, str]:
     """How up to date what is reviewed is, at length and in short.
 
     Parameters
     ----------
     edits : int or None
         Edits and new demonstrations since it was trained; None where nothing is.
+    coder : str, optional
+        Whose labels it was trained on, where the next training takes another coder's.
     """
     if edits is None:
         return translate("forcelab", "not trained yet"), ""
+    if coder:
+        told = translate("forcelab", "trained on the labels of {0}")
+        return told.format(coder), translate("forcelab", "trained on {0}").format(coder)
     if not edits:
         return translate("forcelab", "up to date"), ""
     if edits == 1:

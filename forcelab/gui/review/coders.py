@@ -6,18 +6,17 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
-    QScrollArea,
     QStackedLayout,
     QTabWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import placeholder, scrolled
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.coders_alone import AloneView
@@ -49,11 +48,10 @@ class CodersView(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self.found: Agreement | None = None
         self._jobs = jobs
@@ -71,8 +69,8 @@ class CodersView(QWidget):
         self.pages.setDocumentMode(True)
         self.pages.setAccessibleName(self.tr("Coders"))
         self.pages.addTab(self._agreement_page(), self.tr("Agreement"))
-        self.pages.addTab(_scrolled(self.consensus), self.tr("Consensus"))
-        self.pages.addTab(_scrolled(self.alone), self.tr("Each coder"))
+        self.pages.addTab(scrolled(self.consensus), self.tr("Consensus"))
+        self.pages.addTab(scrolled(self.alone), self.tr("Each coder"))
         room = QWidget()
         self._stack = QStackedLayout(room)
         self._stack.addWidget(self.pages)
@@ -136,7 +134,7 @@ class CodersView(QWidget):
         for widget in (self.summary, self.matrix, self.counts, self.pair):
             column.addWidget(widget)
         column.setStretchFactor(self.pair, 1)
-        return _scrolled(page)
+        return scrolled(page)
 
     def _project_changed(self) -> None:
         """Forget the other project."""
@@ -286,14 +284,3 @@ def _counted(found: Agreement) -> str:
         f"{author}: " + ", ".join(f"{task} {count}" for task, count in tasks.items())
         for author, tasks in sorted(found.counts.items())
     )
-
-
-def _scrolled(widget: QWidget) -> QScrollArea:
-    """A widget that scrolls up and down where it is higher than its room."""
-    area = QScrollArea()
-    area.setWidget(widget)
-    area.setWidgetResizable(True)
-    area.setFrameShape(QScrollArea.Shape.NoFrame)
-    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-    return area

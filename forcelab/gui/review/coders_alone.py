@@ -6,19 +6,13 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QComboBox,
-    QHeaderView,
-    QTableWidget,
-    QTableWidgetItem,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractItemView, QComboBox, QVBoxLayout, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.review.coders_pair import sentence
 from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
+from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
+from forcelab.gui.review.wanted import shown_task
 
 if TYPE_CHECKING:
     from forcelab.review.agreement import Agreement
@@ -33,11 +27,10 @@ class AloneView(QWidget):
     Parameters
     ----------
     document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self._own: tuple[Consistency, ...] = ()
         self._names: Mapping[str, str] = {}
@@ -47,32 +40,20 @@ class AloneView(QWidget):
         about = sentence(muted=True)
         about.setText(
             self.tr(
-                "Variation is the spread of an action's durations, as a share of their mean. A low "
-                "one means that its segments are about as long each time."
+                "± is the spread of an action's durations, as a share of their mean. A low one "
+                "means that its segments are about as long each time."
             )
         )
-        self.durations = QTableWidget(0, 4)
+        self._model = TextModel(self)
+        self.durations = TextRows(self._model)
         self.durations.setAccessibleName(self.tr("Durations of each action"))
-        self.durations.setHorizontalHeaderLabels(
-            [self.tr("Action"), self.tr("Segments"), self.tr("Mean, s"), self.tr("Variation")]
-        )
-        for number in range(4):
-            if (title := self.durations.horizontalHeaderItem(number)) is not None:
-                title.setTextAlignment(_side(number))
-        self.durations.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.durations.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.durations.setShowGrid(False)
-        self.durations.verticalHeader().hide()
-        high = round(1.6 * self.fontMetrics().height())
-        self.durations.verticalHeader().setDefaultSectionSize(high)
+        high = self.durations.verticalHeader().defaultSectionSize()
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
-        head = self.durations.horizontalHeader()
-        head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        head.setHighlightSections(False)
         self._odd = sentence()
         self.places = PlaceTable(self.tr("Segments that stand out"))
-        self.places.wanted.connect(self._show_place)
+        self.places.wanted.connect(document.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
         column.addWidget(self.coder)
@@ -97,14 +78,15 @@ class AloneView(QWidget):
             return
         own = self._own[index]
         tasks = len({one.task for one in own.actions})
-        self.durations.setRowCount(len(own.actions))
-        for row, one in enumerate(own.actions):
-            name = one.action if tasks == 1 else f"{one.task}: {one.action}"
-            spread = "–" if one.variation is None else f"{100 * one.variation:.0f} %"
-            for column, text in enumerate((name, str(one.count), f"{one.mean:.2f}", spread)):
-                item = QTableWidgetItem(text)
-                item.setTextAlignment(_side(column))
-                self.durations.setItem(row, column, item)
+        rows = []
+        for one in own.actions:
+            # The task stands last, so that it is cut before the action is.
+            name = one.action if tasks == 1 else f"{one.action} · {shown_task(one.task)}"
+            spread = "–" if one.variation is None else f"{100 * one.variation:.0f}"
+            rows.append(Row((name, str(one.count), f"{one.mean:.2f}", spread)))
+        numbers = self.tr("Count"), self.tr("Mean, s"), self.tr("± %")
+        self._model.show((Column(self.tr("Action"), number=False), *map(Column, numbers)), rows)
+        self.durations.fit_columns(stretched=0)
         odd = [PlaceRow(place, self.tr("unusual duration")) for place in own.odd]
         rare = [PlaceRow(place, self.tr("order found nowhere else")) for place in own.rare]
         text = self.tr(
@@ -117,13 +99,3 @@ class AloneView(QWidget):
         self.places.setVisible(bool(odd or rare))
         heads = (self.tr("Action"), self.tr("Then"), self.tr("What"))
         self.places.put([*odd, *rare], self._names, heads)
-
-    def _show_place(self, row: int) -> None:
-        """Look at a place."""
-        self.document.examine(self.places.rows.rows[row].place)
-
-
-def _side(column: int) -> Qt.AlignmentFlag:
-    """How a column is aligned: numbers at the right."""
-    side = Qt.AlignmentFlag.AlignLeft if column == 0 else Qt.AlignmentFlag.AlignRight
-    return side | Qt.AlignmentFlag.AlignVCenter

@@ -50,15 +50,10 @@ def bins(offsets: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.fl
 
 
 class OffsetHistogram(QWidget):
-    """How many boundaries the second coder puts how much later than the first.
+    """How many boundaries the second coder puts how much later than the first."""
 
-    Parameters
-    ----------
-    parent : QWidget, optional
-    """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.offsets: NDArray[np.float64] = np.empty(0)
         self._second = ""
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -141,15 +136,10 @@ class OffsetHistogram(QWidget):
 
 
 class ActionBars(QWidget):
-    """A bar for the agreement on each action, from 0 to 100 %.
+    """A bar for the agreement on each action, from 0 to 100 %."""
 
-    Parameters
-    ----------
-    parent : QWidget, optional
-    """
-
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.shares: dict[str, float | None] = {}
         self._looks: dict[str, Look] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)

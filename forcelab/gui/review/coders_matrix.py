@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, QEvent, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from forcelab.gui.figures.shades import shade
 from forcelab.gui.figures.text import ink_on
+from forcelab.gui.review.moving import ARROWS, plain
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -24,13 +25,6 @@ translate = QCoreApplication.translate
 NARROWEST, WIDEST, LINES, PADDING = 6.5, 18.0, 2.5, 6
 #: Kappa below which all cells are as light: chance agreement and worse.
 LIGHTEST = 0.0
-
-_ARROWS = {
-    Qt.Key.Key_Left: (0, -1),
-    Qt.Key.Key_Right: (0, 1),
-    Qt.Key.Key_Up: (-1, 0),
-    Qt.Key.Key_Down: (1, 0),
-}
 
 
 def word(kappa: float) -> str:
@@ -50,10 +44,6 @@ def word(kappa: float) -> str:
 class CoderMatrix(QWidget):
     """Coders against coders: kappa and its word; the darker, the better they agree.
 
-    Parameters
-    ----------
-    parent : QWidget, optional
-
     Signals
     -------
     chosen(PairAgreement)
@@ -62,8 +52,8 @@ class CoderMatrix(QWidget):
 
     chosen = Signal(object)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.authors: tuple[str, ...] = ()
         self.at = (0, 1)
         self._found: Agreement | None = None
@@ -87,10 +77,7 @@ class CoderMatrix(QWidget):
     @property
     def pair(self) -> PairAgreement | None:
         """The pair that is chosen."""
-        row, column = self.at
-        if self._found is None or max(row, column) >= len(self.authors) or row == column:
-            return None
-        return self._found.pair(self.authors[row], self.authors[column])
+        return self._pair_at(*self.at) if max(self.at) < len(self.authors) else None
 
     def choose(self, row: int, column: int) -> None:
         """Choose a pair by its cell."""
@@ -113,21 +100,13 @@ class CoderMatrix(QWidget):
         """As high as it is; names are cut."""
         return QSize(160, self.sizeHint().height())
 
-    def event(self, event: QEvent) -> bool:
-        """Keep the arrow keys from the window's commands."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.key() in _ARROWS
-            and not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is an arrow, which is the window's too."""
+        return event.key() in ARROWS and plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """The arrow keys go from pair to pair."""
-        step = _ARROWS.get(Qt.Key(event.key()))
+        step = ARROWS.get(Qt.Key(event.key()))
         if step is None:
             super().keyPressEvent(event)
             return

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QFont, QPalette
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.review.coders_histogram import ActionBars, OffsetHistogram
 from forcelab.gui.review.coders_matrix import word
 from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
+from forcelab.gui.review.confusion_switches import choice
 
 if TYPE_CHECKING:
     from forcelab.review.pair import PairAgreement
@@ -41,11 +42,10 @@ class PairDetails(QWidget):
     Parameters
     ----------
     document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self._pair: PairAgreement | None = None
         self._names: Mapping[str, str] = {}
@@ -57,18 +57,18 @@ class PairDetails(QWidget):
         self.each, self.bars = sentence(), ActionBars()
         self.offsets, self.histogram = sentence(), OffsetHistogram()
         self.segments = sentence()
-        self.kinds = QComboBox()
-        self.kinds.setAccessibleName(self.tr("Which places are listed"))
-        for kind, text in (
-            ("all", self.tr("All differences")),
-            ("apart", self.tr("Different actions")),
-            ("alone", self.tr("Only one labelled")),
-            ("shifted", self.tr("Boundaries moved")),
-        ):
-            self.kinds.addItem(text, kind)
+        self.kinds = choice(
+            self.tr("Which places are listed"),
+            {
+                self.tr("All differences"): "all",
+                self.tr("Different actions"): "apart",
+                self.tr("Only one labelled"): "alone",
+                self.tr("Boundaries moved"): "shifted",
+            },
+        )
         self.kinds.activated.connect(lambda _: self._list())
         self.places = PlaceTable(self.tr("Places where the two differ"))
-        self.places.wanted.connect(self._show_place)
+        self.places.wanted.connect(document.examine)
         self._count = sentence(muted=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
@@ -197,10 +197,6 @@ class PairDetails(QWidget):
         self._count.setText(count if rows else self.tr("There are none."))
         self.places.setVisible(bool(rows))
         self.places.put(rows[:MOST], self._names, (pair.a, pair.b, self.tr("What")))
-
-    def _show_place(self, row: int) -> None:
-        """Look at a place."""
-        self.document.examine(self.places.rows.rows[row].place)
 
 
 def _share(share: float) -> str:

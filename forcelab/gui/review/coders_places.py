@@ -4,26 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QObject,
-    QSize,
-    Qt,
-    Signal,
-)
-from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import QHeaderView
 
-from forcelab.gui.arranging import whole_rows
-from forcelab.gui.indexes import Index
+from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.review.places import Place
 
 __all__ = ["PlaceRow", "PlaceTable"]
 
-#: Columns whose texts are numbers.
-_NUMBERS = (1, 2)
+#: Widths of all columns but the last, in digits.
+WIDTHS = (15, 8, 10, 10, 10)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,105 +26,40 @@ class PlaceRow:
     done: bool = False
 
 
-class _Model(QAbstractTableModel):
-    """Where, how long, what each says, and what kind of difference it is."""
-
-    def __init__(self, parent: QObject) -> None:
-        super().__init__(parent)
-        self.rows: tuple[PlaceRow, ...] = ()
-        self.names: Mapping[str, str] = {}
-        self.heads: tuple[str, ...] = ("", "", "")
-
-    def put(
-        self, rows: Sequence[PlaceRow], names: Mapping[str, str], heads: tuple[str, ...]
-    ) -> None:
-        """Show other places."""
-        self.beginResetModel()
-        self.rows, self.names, self.heads = tuple(rows), names, heads
-        self.endResetModel()
-
-    def rowCount(self, parent: Index | None = None) -> int:
-        """How many places."""
-        return 0 if parent is not None and parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: Index | None = None) -> int:
-        """Demonstration, time, length, both sayings, kind."""
-        return 0 if parent is not None and parent.isValid() else 6
-
-    def headerData(
-        self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole
-    ) -> Any:
-        """What stands in a column."""
-        if orientation == Qt.Orientation.Horizontal and role == Qt.ItemDataRole.TextAlignmentRole:
-            return _side(section)
-        if orientation != Qt.Orientation.Horizontal or role not in (
-            Qt.ItemDataRole.DisplayRole,
-            Qt.ItemDataRole.ToolTipRole,
-        ):
-            return None
-        return (
-            self.tr("Demonstration"),
-            self.tr("At, s"),
-            self.tr("Length, s"),
-            *self.heads,
-        )[section]
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        """The text of a cell."""
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _side(index.column())
-        if role not in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
-            return None
-        row = self.rows[index.row()]
-        place = row.place
-        return (
-            self.names.get(place.demonstration, place.demonstration),
-            f"{'✓ ' if row.done else ''}{place.start:.2f}",
-            f"{place.duration:.3f}",
-            place.human or "–",
-            place.predicted or "–",
-            row.kind,
-        )[index.column()]
-
-
-def _side(column: int) -> Qt.AlignmentFlag:
-    """How a column is aligned: numbers at the right."""
-    side = Qt.AlignmentFlag
-    return side.AlignVCenter | (side.AlignRight if column in _NUMBERS else side.AlignLeft)
-
-
-class PlaceTable(QTableView):
-    """Places in rows; a click, or Enter, shows one.
+class PlaceTable(TextRows):
+    """Places in rows: where, how long, what each of two says, and what kind of place it is.
 
     Parameters
     ----------
     title : str
         What is listed, for screen readers.
-    parent : QWidget, optional
+
+    Attributes
+    ----------
+    rows : tuple of PlaceRow
 
     Signals
     -------
-    wanted(int)
-        The row that is to be shown.
+    wanted(Place)
+        A click, or Enter: it is to be shown.
     """
 
-    wanted = Signal(int)
+    wanted = Signal(object)
 
-    def __init__(self, title: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.rows = _Model(self)
-        self.setModel(self.rows)
+    def __init__(self, title: str) -> None:
+        super().__init__(TextModel())
+        self.rows: tuple[PlaceRow, ...] = ()
         self.setAccessibleName(title)
-        whole_rows(self)
         self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         header = self.horizontalHeader()
         header.setStretchLastSection(True)
         header.setTextElideMode(Qt.TextElideMode.ElideMiddle)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
+        self.put((), {}, ("", "", ""))
         digit = self.fontMetrics().horizontalAdvance("0")
-        for column, digits in enumerate((15, 8, 10, 10, 10)):
+        for column, digits in enumerate(WIDTHS):
             header.resizeSection(column, digits * digit)
-        self.clicked.connect(lambda index: self.wanted.emit(index.row()))
+        self.clicked.connect(lambda index: self.wanted.emit(self.rows[index.row()].place))
 
     def put(
         self, rows: Sequence[PlaceRow], names: Mapping[str, str], heads: tuple[str, str, str]
@@ -148,16 +74,10 @@ class PlaceTable(QTableView):
         heads : tuple of str
             Over the two sayings and the kind.
         """
-        self.rows.put(rows, names, heads)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter is a click; keys that paint and play are left to the window."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.currentIndex().isValid():
-            self.wanted.emit(self.currentIndex().row())
-        elif event.text().isprintable() and event.text():
-            event.ignore()
-        else:
-            super().keyPressEvent(event)
+        self.rows = tuple(rows)
+        numbers = Column(self.tr("At, s")), Column(self.tr("Length, s"))
+        texts = [Column(head, number=False) for head in (self.tr("Demonstration"), *heads)]
+        self._model.show((texts[0], *numbers, *texts[1:]), [_cells(row, names) for row in rows])
 
     def sizeHint(self) -> QSize:
         """Room for some rows."""
@@ -166,3 +86,18 @@ class PlaceTable(QTableView):
     def minimumSizeHint(self) -> QSize:
         """Room for the header and three rows."""
         return QSize(160, round(4.5 * self.verticalHeader().defaultSectionSize()))
+
+
+def _cells(row: PlaceRow, names: Mapping[str, str]) -> Row:
+    """What stands in a row."""
+    place = row.place
+    return Row(
+        (
+            names.get(place.demonstration, place.demonstration),
+            f"{'✓ ' if row.done else ''}{place.start:.2f}",
+            f"{place.duration:.3f}",
+            place.human or "–",
+            place.predicted or "–",
+            row.kind,
+        )
+    )

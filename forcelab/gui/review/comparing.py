@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from pathlib import Path
 
-from PySide6.QtCore import QModelIndex, Qt
-from PySide6.QtGui import QPalette
+from PySide6.QtCore import QModelIndex, QSize, Qt
 from PySide6.QtWidgets import (
-    QComboBox,
     QDialog,
     QHBoxLayout,
     QLabel,
@@ -19,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import muted, resize_on_screen
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.comparing_table import (
@@ -29,6 +28,7 @@ from forcelab.gui.review.comparing_table import (
 )
 from forcelab.gui.review.confusion_switches import choice
 from forcelab.gui.review.metric_words import Metric, events, rates
+from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
@@ -67,7 +67,7 @@ class ComparingDialog(QDialog):
         self.comparison: Comparison | None = None
         self._ids: tuple[str, ...] = ()
         self.setWindowTitle(self.tr("Compare two runs"))
-        self.one, self.other = QComboBox(), QComboBox()
+        self.one, self.other = NarrowList(), NarrowList()
         self.one.setAccessibleName(self.tr("First run"))
         self.other.setAccessibleName(self.tr("Second run"))
         self.stage = choice(
@@ -79,9 +79,7 @@ class ComparingDialog(QDialog):
         self.settings.setAccessibleName(self.tr("Settings that differ"))
         self.settings.setWordWrap(True)
         self.settings.setTextFormat(Qt.TextFormat.PlainText)
-        self.note = QLabel()
-        self.note.setWordWrap(True)
-        self.note.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.note = muted()
         self.model, self.each_model = TextModel(self), TextModel(self)
         self.table, self.each = TextRows(self.model), TextRows(self.each_model)
         self.table.setAccessibleName(self.tr("Scores of both runs"))
@@ -93,7 +91,7 @@ class ComparingDialog(QDialog):
         self.table.selectionModel().currentRowChanged.connect(self._show_each)
         self.each.clicked.connect(self._open)
         themes().changed.connect(self._show)
-        self.resize(720, 620)
+        resize_on_screen(self, QSize(720, 620))
         self._list()
 
     @property
@@ -153,19 +151,29 @@ class ComparingDialog(QDialog):
         self._jobs.run(self._work.listed(project.path), self._offer, self._fail, key=LISTING)
 
     def _offer(self, runs: tuple[Kept, ...]) -> None:
-        """Offer the runs: the one before the latest and the latest at first."""
+        """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
                 self.tr("Two runs are needed to compare; train once more, with other settings.")
             )
             return
-        for box, chosen in ((self.one, 1), (self.other, 0)):
+        for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
                 box.addItem(self._name(run), run.number)
             box.setCurrentIndex(chosen)
             box.blockSignals(False)
         self._compare()
+
+    def _first_two(self, runs: tuple[Kept, ...]) -> tuple[int, int]:
+        """Places of an older and a newer run that are worth a comparison; the latest is first."""
+        outcome = self.document.outcome
+        numbers = [run.number for run in runs]
+        shown = None if outcome is None else outcome.number
+        other = numbers.index(shown) if shown in numbers else 0
+        alike = [i for i, run in enumerate(runs) if run.title == runs[other].title and i != other]
+        one = next((i for i in alike if i > other), alike[0] if alike else (other + 1) % len(runs))
+        return max(one, other), min(one, other)
 
     def _name(self, run: Kept) -> str:
         """A run in a list."""

@@ -6,12 +6,25 @@ from collections.abc import Collection
 
 from PySide6.QtCore import QCoreApplication
 
+from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
 from forcelab.gui.review.metric_words import Metric
 from forcelab.gui.review.rows import Column, Row
+from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.theme import colours
 from forcelab.review.comparing import Comparison
 
 translate = QCoreApplication.translate
+
+#: What a run is asked for, by the words of the dialogs in which it is chosen.
+_WORDS = {
+    "preset": QT_TRANSLATE_NOOP("forcelab", "Preset"),
+    "windows": QT_TRANSLATE_NOOP("forcelab", "Windows in seconds"),
+    "tasks": QT_TRANSLATE_NOOP("forcelab", "Train on"),
+    "test task": QT_TRANSLATE_NOOP("forcelab", "Test on another task"),
+    "coder": QT_TRANSLATE_NOOP("forcelab", "Whose labels"),
+    "apart": QT_TRANSLATE_NOOP("forcelab", "Actions of the same name stay apart"),
+    "groups left out": QT_TRANSLATE_NOOP("forcelab", "Groups left out"),
+}
 
 __all__ = ["by_demonstration", "by_metric", "columns_of", "settings_text"]
 
@@ -58,7 +71,7 @@ def settings_text(comparison: Comparison) -> str:
     if not comparison.settings:
         text = translate("forcelab", "Both runs have the same settings.")
     else:
-        listed = "; ".join(f"{name}: {a} → {b}" for name, a, b in comparison.settings)
+        listed = "; ".join(_asked(*setting) for setting in comparison.settings)
         text = translate("forcelab", "Different settings: {0}.").format(listed)
     if number := len(comparison.relabelled):
         changed = translate(
@@ -66,6 +79,15 @@ def settings_text(comparison: Comparison) -> str:
         )
         text = f"{text} {changed.format(number, len(comparison.shared))}"
     return text
+
+
+def _asked(name: str, one: str, other: str) -> str:
+    """What was asked for differently, as the dialog calls it in which it is chosen."""
+    field = next((field for field in FIELDS if field.name == name), None)
+    words = _WORDS.get(name, name) if field is None else field.label
+    options = {} if field is None else dict(field.options)
+    one, other = (translated(options.get(value, value)) for value in (one, other))
+    return f"{translated(words)}: {one} → {other}"
 
 
 def _row(metric: Metric, name: str, one: float | None, other: float | None) -> Row:

@@ -27,7 +27,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_painting import MatrixCanvas, fitted
 from forcelab.gui.review.confusion_places import PlacesList
 from forcelab.gui.review.confusion_switches import Switches
-from forcelab.gui.review.confusion_words import as_text, sentence
+from forcelab.gui.review.confusion_words import as_text, missing, sentence
 from forcelab.gui.review.rows import copy_text
 from forcelab.gui.review.seen import seen_of
 from forcelab.gui.saving import ask_picture
@@ -51,11 +51,10 @@ class ConfusionView(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self._jobs = jobs
         self.cells: Cells | None = None
@@ -190,7 +189,7 @@ class ConfusionView(QWidget):
         if outcome is None or not outcome.tested:
             self._jobs.cancel(KEY)
             self._outcome = None
-            self._say_why_empty(outcome)
+            self._show_empty(missing(outcome, opened=self.document.project is not None))
             return
         wanted = (tuple(one.id for one in outcome.tested), self.switches.stage)
         if self._outcome is not self.document.outcome or self._wanted != wanted:
@@ -217,25 +216,6 @@ class ConfusionView(QWidget):
         self.switches.show()
         self._draw()
         self._relist()
-
-    def _say_why_empty(self, outcome: Outcome | None) -> None:
-        """Say what is missing."""
-        if self.document.project is None:
-            self._show_empty(self.tr("Open a project to see which actions are confused."))
-        elif outcome is None:
-            self._show_empty(
-                self.tr(
-                    "Nothing was trained yet. Train, and this shows which actions the recogniser "
-                    "confuses, and every place where it does."
-                )
-            )
-        else:
-            self._show_empty(
-                self.tr(
-                    "No demonstration that you may see was tested in this run: label at least "
-                    "two, or finish those that you code blind."
-                )
-            )
 
     def _show_empty(self, text: str) -> None:
         """Show a sentence in place of the matrix."""

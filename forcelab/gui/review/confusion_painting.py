@@ -19,6 +19,7 @@ from PySide6.QtWidgets import QScrollArea, QWidget
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.confusion import MATRIX, ConfusionMatrix
+from forcelab.gui.review.moving import ARROWS, ENTER, plain
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["MatrixCanvas", "fitted"]
@@ -26,22 +27,11 @@ __all__ = ["MatrixCanvas", "fitted"]
 #: How much narrower than its room a figure may end up, in pixels, as cells have whole ones.
 FITTINGS = 2
 
-STEPS = {
-    Qt.Key.Key_Left: (0, -1),
-    Qt.Key.Key_Right: (0, 1),
-    Qt.Key.Key_Up: (-1, 0),
-    Qt.Key.Key_Down: (1, 0),
-}
-ENTER = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
 Cell = tuple[int, int]
 
 
 class MatrixCanvas(QWidget):
     """Draws a matrix and tells which cell is pointed at, focused and chosen.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -58,8 +48,8 @@ class MatrixCanvas(QWidget):
     #: A cell was clicked, or Enter was pressed on it: row, column, and whether by key.
     picked = Signal(int, int, bool)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.figure: ConfusionMatrix | None = None
         self.focus: Cell = (0, 0)
         self.chosen: Cell | None = None
@@ -83,26 +73,18 @@ class MatrixCanvas(QWidget):
 
     # Qt
 
-    def event(self, event: QEvent) -> bool:
-        """Keep arrows and Enter, which are the window's keys too, while it has the keyboard."""
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            plain = event.modifiers() in (
-                Qt.KeyboardModifier.NoModifier,
-                Qt.KeyboardModifier.KeypadModifier,
-            )
-            if plain and (event.key() in STEPS or event.key() in ENTER):
-                event.accept()
-                return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is an arrow or Enter, which are the window's too."""
+        return event.key() in (*ARROWS, *ENTER) and plain(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Arrows move the focus; Enter picks its cell."""
         figure, key = self.figure, Qt.Key(event.key())
         if figure is None:
             super().keyPressEvent(event)
-        elif key in STEPS:
+        elif key in ARROWS:
             k = len(figure.actions)
-            row, column = (now + step for now, step in zip(self.focus, STEPS[key], strict=True))
+            row, column = (now + step for now, step in zip(self.focus, ARROWS[key], strict=True))
             self.focus = (min(max(row, 0), k - 1), min(max(column, 0), k))
             self._hovered = None
             self._bring_into_view()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtGui import QPalette
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
+from forcelab.gui.arranging import muted
 from forcelab.gui.document import Document
 from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.review.places import Place
@@ -21,7 +21,6 @@ class PlacesList(QWidget):
     Parameters
     ----------
     document : Document
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -29,18 +28,16 @@ class PlacesList(QWidget):
         What is listed.
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.places: tuple[Place, ...] = ()
         self.model = TextModel(self)
         self.table = TextRows(self.model)
         self.table.setAccessibleName(self.tr("Places of the cell"))
-        self.hint = QLabel()
-        self.hint.setWordWrap(True)
+        self.hint = muted()
         self.hint.setMargin(8)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.hint.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
@@ -116,9 +113,7 @@ class PlacesList(QWidget):
 
     def _row_clicked(self, index: QModelIndex) -> None:
         """Show the place once more, if the window has gone elsewhere since."""
-        if self.document.examined is not self.places[index.row()]:
-            self._row_chosen(index)
-            return
-        place = self.places[index.row()]
-        if self.document.id != place.demonstration or self.document.cursor != place.start:
-            self._row_chosen(index)
+        document, place = self.document, self.places[index.row()]
+        here = document.id, document.cursor
+        if document.examined is not place or here != (place.demonstration, place.start):
+            document.examine(place)

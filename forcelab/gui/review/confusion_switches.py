@@ -14,20 +14,15 @@ __all__ = ["Switches", "choice"]
 
 
 class Switches(QWidget):
-    """Three lists to choose from, and what can be done with the matrix.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
-    """
+    """Three lists to choose from, and what can be done with the matrix."""
 
     #: Another prediction is asked for, which is to be counted.
     stage_changed = Signal()
     #: The same is to be shown otherwise.
     changed = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.stage_box = choice(
             self.tr("Prediction"),
             {self.tr("Filtered"): "filtered", self.tr("Raw"): "raw"},
@@ -111,7 +106,7 @@ def _row(*widgets: QWidget) -> QHBoxLayout:
     return row
 
 
-def choice(name: str, items: dict[str, str], tip: str) -> QComboBox:
+def choice(name: str, items: dict[str, str], tip: str = "") -> QComboBox:
     """A list to choose from; each item knows what it stands for."""
     box = QComboBox()
     box.setAccessibleName(name)

@@ -1,4 +1,4 @@
-"""What a cell of the confusion matrix holds, in a sentence."""
+"""What a cell of the confusion matrix holds, in a sentence; and why there is no matrix."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.review.rows import as_tsv
 from forcelab.review.cells import Cells, Share, Unit, shares
+from forcelab.review.outcome import Outcome
 
 translate = QCoreApplication.translate
 
-__all__ = ["as_text", "sentence"]
+__all__ = ["as_text", "missing", "sentence"]
 
 
 def sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> str:
@@ -62,6 +63,31 @@ def sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> s
         else translate("forcelab", "in {0} places").format(f"{places:,}")
     )
     return f"{what}: {matrix[row, column]:,.{_decimals(matrix[row, column])}f} s, {of}, {where}"
+
+
+def missing(outcome: Outcome | None, *, opened: bool) -> str:
+    """Why there is no matrix of an outcome without tested demonstrations, or of none.
+
+    Parameters
+    ----------
+    outcome : Outcome or None
+        What is reviewed.
+    opened : bool
+        Whether a project is open.
+    """
+    if not opened:
+        return translate("forcelab", "Open a project to see which actions are confused.")
+    if outcome is None:
+        return translate(
+            "forcelab",
+            "Nothing was trained yet. Train, and this shows which actions the recogniser "
+            "confuses, and every place where it does.",
+        )
+    return translate(
+        "forcelab",
+        "No demonstration that you may see was tested in this run: label at least two, or finish "
+        "those that you code blind.",
+    )
 
 
 def as_text(cells: Cells, unit: Unit, share: Share) -> str:

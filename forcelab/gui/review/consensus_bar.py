@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
 
@@ -21,7 +21,8 @@ from forcelab.gui.review.seen import blind_to
 if TYPE_CHECKING:
     from forcelab.project import Edit
     from forcelab.review.coded import Coded
-    from forcelab.review.consensus import Consensus, Difference
+    from forcelab.review.consensus import Consensus, Disagreement
+    from forcelab.review.places import Place
 
 __all__ = ["ConsensusBar"]
 
@@ -34,14 +35,13 @@ class ConsensusBar(QWidget):
     Parameters
     ----------
     document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.consensus: Consensus | None = None
-        self.current: Difference | None = None
+        self.current: Disagreement | None = None
         self._names: Mapping[str, str] = {}
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(self.tr("Consensus"))
@@ -65,7 +65,7 @@ class ConsensusBar(QWidget):
     def _connect(self) -> None:
         """Listen to what is pressed, and to the document."""
         buttons, document = self.buttons, self.document
-        self.places.wanted.connect(self._row_wanted)
+        self.places.wanted.connect(self._place_wanted)
         self.choice.changed.connect(self._read)
         buttons.begun.connect(self._begin)
         buttons.decided.connect(self._decide)
@@ -198,16 +198,18 @@ class ConsensusBar(QWidget):
             found = next((d for d in reversed(pool) if d.start < start), pool[-1])
         self._go_to(found)
 
-    def _go_to(self, difference: Difference) -> None:
+    def _go_to(self, difference: Disagreement) -> None:
         """Look at a difference."""
         self.current = difference
         self.document.examine(difference.place(self.choice.id))
         self._show()
 
-    def _row_wanted(self, row: int) -> None:
+    def _place_wanted(self, place: Place) -> None:
         """Look at the difference of a row."""
-        if self.consensus is not None and row < len(self.consensus.differences):
-            self._go_to(self.consensus.differences[row])
+        every = () if self.consensus is None else self.consensus.differences
+        for one in every:
+            if one.start == place.start:  # they do not overlap
+                self._go_to(one)
 
     def _begin(self) -> None:
         """Take what both say, and go to the first difference."""
@@ -223,7 +225,7 @@ class ConsensusBar(QWidget):
             if again:
                 self._go_to(again[0])
 
-    def _decide(self, verb: Callable[[Consensus, Difference], Edit | None]) -> None:
+    def _decide(self, verb: Callable[[Consensus, Disagreement], Edit | None]) -> None:
         """Decide the current difference, and go to the next that waits."""
         current = self.current
         if current is None:
@@ -280,19 +282,8 @@ class ConsensusBar(QWidget):
 
     # Keys
 
-    def event(self, event: QEvent) -> bool:
-        """Keep the keys of the buttons from the window's commands."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and self.keeps(event)
-        ):
-            event.accept()
-            return True
-        return super().event(event)
-
     def keeps(self, event: QKeyEvent) -> bool:
-        """Whether a key is one of the buttons', and so paints no action."""
+        """Whether a key is one of the buttons', and not the window's."""
         return self._does(event) is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

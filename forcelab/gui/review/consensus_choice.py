@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSignalBlocker, Signal
-from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QSizePolicy, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QSizePolicy, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.naming import settled_name
+from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.names import tidy_name
 from forcelab.review.consensus import CONSENSUS
 
@@ -27,11 +28,10 @@ class ConsensusChoice(QWidget):
 
     Parameters
     ----------
-    beside : QWidget
-        Stands beside the name: what begins the consensus.
+    begin : QWidget
+        Stands below: what begins the consensus.
     known : callable
         Gives the coders of the project: where a name is nearly one of theirs, one is asked.
-    parent : QWidget, optional
 
     Signals
     -------
@@ -41,30 +41,23 @@ class ConsensusChoice(QWidget):
 
     changed = Signal()
 
-    def __init__(
-        self,
-        beside: QWidget,
-        known: Callable[[], Iterable[str]],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, begin: QWidget, known: Callable[[], Iterable[str]]) -> None:
+        super().__init__()
         self._known = known
         self._coded: tuple[Coded, ...] = ()
-        self.first, self.second, self.demonstration = QComboBox(), QComboBox(), QComboBox()
+        self.first, self.second, self.demonstration = NarrowList(), NarrowList(), NarrowList()
         self.first.setAccessibleName(self.tr("First coder"))
         self.second.setAccessibleName(self.tr("Second coder"))
         self.demonstration.setAccessibleName(self.tr("Demonstration"))
         for box in (self.first, self.second, self.demonstration):
-            box.setMinimumContentsLength(6)
-            box.setSizeAdjustPolicy(
-                QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-            )
+            box.setMinimumContentsLength(3)
             box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.first.activated.connect(lambda _: self._offer_demonstrations())
         self.second.activated.connect(lambda _: self._offer_demonstrations())
         self.demonstration.activated.connect(lambda _: self.changed.emit())
         self.author = QLineEdit(settings.text(NAME, CONSENSUS))
         self.author.setPlaceholderText(CONSENSUS)
+        self.author.setMinimumWidth(40)
         self.author.setAccessibleName(self.tr("Whose track the consensus becomes"))
         self.author.editingFinished.connect(self._named)
         grid = QGridLayout(self)
@@ -76,8 +69,8 @@ class ConsensusChoice(QWidget):
         grid.addWidget(QLabel(self.tr("Demonstration")), 1, 0)
         grid.addWidget(self.demonstration, 1, 1, 1, 2)
         grid.addWidget(QLabel(self.tr("Consensus by")), 2, 0)
-        grid.addWidget(self.author, 2, 1)
-        grid.addWidget(beside, 2, 2)
+        grid.addWidget(self.author, 2, 1, 1, 2)
+        grid.addWidget(begin, 3, 0, 1, 3)
 
     @property
     def coders(self) -> tuple[str, str]:

@@ -67,11 +67,13 @@ class EditCount(QObject):
     def count(self) -> None:
         """Count now."""
         self._at = time.monotonic()
-        project, outcome = self._document.project, self._document.outcome
-        edits = None
-        if project is not None and outcome is not None:
+        project, edits = self._document.project, None
+        if project is not None and self._document.outcome is not None:
+            from forcelab.gui.review.seen import seen_of  # loads much, which an outcome has, too
+
             try:
-                edits = self._of(project, outcome)
+                outcome = seen_of(self._document)
+                edits = None if outcome is None else self._of(project, outcome)
             except ForcelabError:
                 return  # the store is busy; the next edit counts again
         if edits != self.edits:

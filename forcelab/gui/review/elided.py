@@ -12,8 +12,8 @@ __all__ = ["Elided"]
 class Elided(QWidget):
     """Shows the whole text, or the short one, or what fits of that; the tip has the whole."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.text = self.short = ""
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
 

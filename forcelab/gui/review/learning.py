@@ -11,9 +11,9 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import remembered
 from forcelab.gui.review.edit_count import EditCount
-from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
+from forcelab.gui.review.runs import LISTING, LOADING, Runs
+from forcelab.gui.review.training_jobs import BACKGROUND, Work
 from forcelab.gui.review.unasked import Unasked
-from forcelab.gui.review.wanted import Wanted
 
 if TYPE_CHECKING:
     from forcelab.review.outcome import Outcome
@@ -23,11 +23,11 @@ __all__ = ["Learning"]
 
 #: Training by itself begins when nothing was edited for so many ms.
 QUIET = 5000
-#: The keys of its jobs.
-TRAINING, LOADING, LISTING, REMOVING = "training", "outcome", "runs", "removing a run"
+#: The key of its job.
+TRAINING = "training"
 
 
-class Learning(Wanted):
+class Learning(Runs):
     """Trains on a snapshot of the labels in the background, while the coder goes on.
 
     The outcome that is reviewed stays until a new one is there.
@@ -49,12 +49,9 @@ class Learning(Wanted):
         All steps of the training that is under way or was the last one.
     automatic : bool
         Whether edits are followed by a training.
-    runs : tuple of Kept
-        What the project keeps that can be reviewed, the latest first.
     """
 
     losses_changed = Signal()
-    runs_changed = Signal()
 
     def __init__(
         self,
@@ -64,9 +61,7 @@ class Learning(Wanted):
         *,
         work: Work = BACKGROUND,
     ) -> None:
-        super().__init__(document, parent)
-        self.jobs = jobs
-        self._work = work
+        super().__init__(document, jobs, work, parent)
         self._counter = EditCount(document, work.edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
@@ -78,7 +73,6 @@ class Learning(Wanted):
         self._forget()
         document.project_changed.connect(self._project_changed)
         document.demonstration_changed.connect(self._demonstration_changed)
-        document.listing_changed.connect(self._listing_changed)
         self._project_changed()
 
     def _forget(self) -> None:
@@ -88,7 +82,7 @@ class Learning(Wanted):
         self.step: Step | None = None
         self.trail: list[Step] = []
         self.automatic = False
-        self.runs: tuple[Kept, ...] = ()
+        self.runs = ()
         self._by_itself = False
         self._unasked.forget()
 
@@ -103,6 +97,11 @@ class Learning(Wanted):
     def edits(self) -> int | None:
         """How many edits were made since what is reviewed was trained; None where nothing is."""
         return self._counter.edits
+
+    @property
+    def _outdated(self) -> bool:
+        """Whether a training would find anything new."""
+        return bool(self.document.outcome is None or self.edits or self.learnt_from)
 
     def set_automatic(self, automatic: bool) -> None:
         """Train by itself some seconds after edits, or only when told to."""
@@ -122,13 +121,6 @@ class Learning(Wanted):
         self.jobs.cancel(LOADING)  # a run of the task before
         self._turn_to(task)
         self._show_latest()
-
-    def _turn_to(self, task: str) -> None:
-        """Have the settings and the choice of another task count."""
-        self.task = task
-        self._settings = self._choice = None
-        self.trouble = ""
-        self.changed.emit()
 
     # Training
 
@@ -167,37 +159,6 @@ class Learning(Wanted):
         self.document.set_training(False)
         self.changed.emit()
 
-    def show_run(self, number: int) -> None:
-        """Review what another run of the project found."""
-        if self._path is not None:
-            work = self._work.load(self._path, number)
-            self.jobs.run(work, self._take, self._failed_to_load, key=LOADING)
-
-    def remove_run(self, number: int) -> None:
-        """Remove a run of the project for good; where it is reviewed, the latest one is then."""
-        if self._path is not None:
-            work = self._work.remove(self._path, number)
-            self.jobs.run(work, lambda _: self._removed(number), self._failed_to_load, key=REMOVING)
-
-    def list_again(self) -> None:
-        """Read again which runs there are."""
-        self._list_runs()
-
-    def _removed(self, number: int) -> None:
-        """Take note that a run is gone."""
-        shown = self.document.outcome
-        if shown is not None and shown.number == number:
-            self.jobs.cancel(LOADING)
-            self.document.set_outcome(None)
-        self.document.say(self.tr("Run {0} was removed.").format(number))
-        self._list_runs()
-
-    def dismiss(self) -> None:
-        """Take note of the trouble."""
-        if self.trouble:
-            self.trouble = ""
-            self.changed.emit()
-
     def _progressed(self, step: object) -> None:
         """Take note of how far the training is."""
         if self.trail and step is not None and self.step is not self.trail[-1]:
@@ -223,7 +184,7 @@ class Learning(Wanted):
             )
         self.changed.emit()
         self.losses_changed.emit()
-        self._list_runs()
+        self.list_runs()
         if self.automatic and self.edits:
             self._quiet.start()  # what was painted meanwhile
 
@@ -234,24 +195,18 @@ class Learning(Wanted):
         known = isinstance(error, ForcelabError)
         self._refuse(str(error) if known else self.tr("The training failed; the log says more."))
 
-    def _refuse(self, sentence: str) -> None:
-        """Say what is missing; also where the bar that shows it is not in front."""
-        self.trouble = sentence
-        self.document.say(sentence, True)
-        self.changed.emit()
-
     def _train_by_itself(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""
         if self._unasked.resting:
             self._quiet.start()
-        elif self.automatic and not self.training and (self.edits or self.document.outcome is None):
+        elif self.automatic and not self.training and self._outdated:
             self._by_itself = self.train()
 
     # What happens to the document
 
     def _project_changed(self) -> None:
         """Turn to another project, or to none."""
-        for key in (TRAINING, LOADING, LISTING, REMOVING):
+        for key in (TRAINING, LOADING, LISTING):
             self.jobs.cancel(key)
         self._quiet.stop()
         self._counter.forget()
@@ -261,7 +216,7 @@ class Learning(Wanted):
         if self._path is not None:
             self.task = next(iter(self.tasks), "")
             self.automatic = remembered.recall_automatic(self._path)
-            self._list_runs()
+            self.list_runs()
         self.changed.emit()
         self.losses_changed.emit()
         self.runs_changed.emit()
@@ -278,60 +233,7 @@ class Learning(Wanted):
             return
         self.set_task(demonstration.task)
 
-    def _listing_changed(self) -> None:
-        """Read what is reviewed again where it tells of a demonstration that was removed."""
-        outcome = self.document.outcome
-        if outcome is None or self._path is None:
-            return
-        there = {info.id for info in self.document.infos}
-        if all(one.id in there for one in (*outcome.tested, *outcome.proposals)):
-            return
-        work = self._work.load(self._path, outcome.number)
-        self.jobs.run(work, self._take, self._nothing_left, key=LOADING)
-
-    def _nothing_left(self, error: Exception) -> None:
-        """Review nothing where nothing that was tested is left."""
-        self.document.set_outcome(None)
-        self._failed_to_load(error)
-
     def _edited(self) -> None:
         """Train by itself when it has been quiet for a while."""
         if self.automatic:
             self._quiet.start()
-
-    # What is kept
-
-    def _list_runs(self) -> None:
-        """Read in the background which runs there are."""
-        if self._path is not None:
-            self.jobs.run(
-                self._work.listed(self._path), self._listed, self._failed_to_load, key=LISTING
-            )
-
-    def _listed(self, runs: tuple[Kept, ...]) -> None:
-        """Offer the runs; where nothing is reviewed yet, the latest one is."""
-        self.runs = runs
-        self.runs_changed.emit()
-        if self.document.outcome is None:
-            self._show_latest()
-
-    def _show_latest(self) -> None:
-        """Review the latest run of the task, or nothing where there is none."""
-        run = next((run for run in self.runs if self.task in run.tasks), None)
-        shown = self.document.outcome
-        if run is not None and (shown is None or shown.number != run.number):
-            self.show_run(run.number)
-        elif run is None and shown is not None:
-            self.document.set_outcome(None)
-
-    def _take(self, outcome: Outcome) -> None:
-        """Review what was read; what is trained next is of the same task."""
-        self.document.set_outcome(outcome)
-        if outcome.tasks and self.task not in (*outcome.tasks, outcome.test_task):
-            self._turn_to(outcome.tasks[0])
-        self.changed.emit()
-
-    def _failed_to_load(self, error: Exception) -> None:
-        """Say what of the project could not be read."""
-        if isinstance(error, ForcelabError):
-            self._refuse(str(error))

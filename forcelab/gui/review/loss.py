@@ -20,9 +20,11 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
 
+from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
 from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.seen import seen_of
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -59,8 +61,8 @@ def losses(steps: Sequence[Step]) -> tuple[Curve, ...]:
 class LossCurves(QWidget):
     """The curves themselves: the fold at work is bold, the final fit has the accent's colour."""
 
-    def __init__(self, learning: Learning, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, learning: Learning) -> None:
+        super().__init__()
         self._learning = learning
         self.curves: tuple[Curve, ...] = ()
         self.setAccessibleName(self.tr("Loss of each fold"))
@@ -184,13 +186,10 @@ class LossView(QWidget):
     ----------
     document : Document
     learning : Learning
-    parent : QWidget, optional
     """
 
-    def __init__(
-        self, document: Document, learning: Learning, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, learning: Learning) -> None:
+        super().__init__()
         self.document, self.learning = document, learning
         self.setAccessibleName(self.tr("Training"))
         self.curves = LossCurves(learning)
@@ -213,7 +212,9 @@ class LossView(QWidget):
         self._soon.timeout.connect(self.refresh)
         learning.losses_changed.connect(self._refresh_soon)
         learning.changed.connect(self._refresh_soon)
-        document.outcome_changed.connect(self.refresh)
+        for changed in (document.outcome_changed, document.author_changed):
+            changed.connect(self.refresh)
+        document.listing_changed.connect(self.refresh)  # somebody may code blind from now on
         themes().changed.connect(self.refresh)
         self.refresh()
 
@@ -241,9 +242,18 @@ class LossView(QWidget):
         parts = [] if outcome is None else self._spent(outcome)
         self.times.setText(" · ".join(parts))
         self.times.setVisible(bool(parts))
-        self.remarks.setText("\n".join(() if outcome is None else outcome.remarks))
-        self.remarks.setVisible(bool(outcome is not None and outcome.remarks))
+        remarks = self._remarks()
+        self.remarks.setText(remarks)
+        self.remarks.setVisible(bool(remarks))
         self.remarks.setStyleSheet(f"color: {colours().warning}")
+
+    def _remarks(self) -> str:
+        """What the run says besides, as far as the coder may know it."""
+        try:
+            seen = seen_of(self.document)
+        except ForcelabError as error:
+            return str(error)
+        return "" if seen is None else "\n".join(seen.remarks)
 
     def _spent(self, outcome: Outcome) -> list[str]:
         """How long what took."""

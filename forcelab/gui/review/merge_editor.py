@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QKeyEvent, QPalette
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QCompleter,
@@ -22,11 +22,12 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
+from forcelab.gui.arranging import muted
 from forcelab.gui.icons import icon
 from forcelab.gui.indexes import Index
 from forcelab.gui.review.settings_editors import Editor
 from forcelab.gui.review.settings_facts import Facts
-from forcelab.gui.review.settings_fields import Field
+from forcelab.gui.review.settings_field import Field
 from forcelab.gui.theme import colours, themes
 from forcelab.merging import MergeMap
 
@@ -36,8 +37,8 @@ __all__ = ["MergeEditor"]
 class MergeEditor(Editor):
     """Two columns; an empty line at the end waits for more. Delete takes a line away."""
 
-    def __init__(self, field: Field, facts: Facts, parent: QWidget | None = None) -> None:
-        super().__init__(field, parent)
+    def __init__(self, field: Field, facts: Facts) -> None:
+        super().__init__(field)
         self._spellings = facts.spellings
         self.table = _Table(0, 2)
         self.table.setAccessibleName(field.shown)
@@ -51,14 +52,12 @@ class MergeEditor(Editor):
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.AllEditTriggers)
         self.table.setItemDelegate(_Offering(facts.spellings, self.table))
         self.table.itemChanged.connect(self._edited)
-        self.hint = QLabel(
+        self.hint = muted(
             self.tr(
                 "Click a line and write what was labelled and what it is to count as; an emptied "
                 "line is left out."
             )
         )
-        self.hint.setWordWrap(True)
-        self.hint.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self.remark = QLabel()
         self.remark.setWordWrap(True)
         self.remark.hide()

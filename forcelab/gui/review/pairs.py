@@ -49,11 +49,10 @@ class PairsView(QWidget):
     document : Document
     jobs : Jobs
         Reads the tracks of all demonstrations.
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self._jobs = jobs
         self._stale = True

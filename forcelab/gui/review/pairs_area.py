@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QHelpEvent, QKeyEvent, QMouseEvent, QResizeEvent
-from PySide6.QtWidgets import QToolTip, QWidget
+from PySide6.QtWidgets import QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.review.moving import ARROWS, ENTER, plain
 from forcelab.gui.review.pairs_canvas import PairsCanvas
 from forcelab.gui.review.pairs_hits import Hit, hit, told
 from forcelab.gui.review.pairs_rows import Entry
@@ -17,18 +18,8 @@ from forcelab.gui.review.pairs_rows import Entry
 __all__ = ["PairsArea"]
 
 #: Keys that the list keeps from the window, where arrows move the cursor.
-OWN = {
-    Qt.Key.Key_Left,
-    Qt.Key.Key_Right,
-    Qt.Key.Key_Up,
-    Qt.Key.Key_Down,
-    Qt.Key.Key_PageUp,
-    Qt.Key.Key_PageDown,
-    Qt.Key.Key_Home,
-    Qt.Key.Key_End,
-    Qt.Key.Key_Return,
-    Qt.Key.Key_Enter,
-}
+PAGING = (Qt.Key.Key_PageUp, Qt.Key.Key_PageDown, Qt.Key.Key_Home, Qt.Key.Key_End)
+OWN = {*ARROWS, *PAGING, *ENTER}
 
 
 class PairsArea(PairsCanvas):
@@ -42,8 +33,8 @@ class PairsArea(PairsCanvas):
 
     chosen = Signal(object, object)
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(document, parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__(document)
         document.demonstration_changed.connect(self.follow)
         document.examined_changed.connect(self.follow)
 
@@ -115,7 +106,7 @@ class PairsArea(PairsCanvas):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Up and Down for rows, Left and Right for disagreements, Enter to go there."""
         entry, key = self.focused, Qt.Key(event.key())
-        if entry is None or event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier:
+        if entry is None or not plain(event):
             super().keyPressEvent(event)
             return
         page = self._page
@@ -129,20 +120,15 @@ class PairsArea(PairsCanvas):
             begin = (-1 if step > 0 else count) if self.mark is None else self.mark
             if count:
                 self._go_to(self.row, min(max(begin + step, 0), count - 1))
-        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        elif key in ENTER:
             what = None if self.mark is None else entry.marks[self.mark]
             self.chosen.emit(entry, Hit(self.row, None, what))
         else:
             super().keyPressEvent(event)
 
-    def event(self, event: QEvent) -> bool:
-        """Keep the keys of the list from the window, where arrows move the cursor."""
-        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
-            plain = not event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
-            if event.key() in OWN and plain and self.entries:
-                event.accept()
-                return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of the list's, which are the window's too."""
+        return event.key() in OWN and plain(event) and bool(self.entries)
 
     def reveal(self, row: int) -> None:
         """Scroll until a row is in view."""

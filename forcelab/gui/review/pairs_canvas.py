@@ -17,7 +17,7 @@ from PySide6.QtGui import (
     QPixmap,
     QResizeEvent,
 )
-from PySide6.QtWidgets import QAbstractScrollArea, QWidget
+from PySide6.QtWidgets import QAbstractScrollArea
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
@@ -47,7 +47,6 @@ class PairsCanvas(QAbstractScrollArea):
     ----------
     document : Document
         Whose open demonstration, cursor and examined place are shown.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -59,8 +58,8 @@ class PairsCanvas(QAbstractScrollArea):
         Which of its disagreements.
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.entries: list[Entry] = []
         self.row = -1

@@ -15,7 +15,7 @@ from forcelab.gui.figures.marks import mark_box
 from forcelab.gui.review.pairs_layout import Layout
 from forcelab.gui.review.pairs_rows import Entry
 from forcelab.labels import Segment, Segments
-from forcelab.review.places import Place
+from forcelab.review.places import Place, action_over
 
 __all__ = ["Hit", "described", "hit", "place_of", "told"]
 
@@ -59,9 +59,7 @@ def hit(layout: Layout, point: QPointF) -> Hit | None:
     x, y = point.x(), point.y() - layout.tops[row]
     if not boxes.predicted.left() - REACH <= x <= boxes.predicted.right() + REACH:
         return Hit(row)
-    share = (x - axis.begin) / (axis.finish - axis.begin)
-    time = axis.start + share * (axis.end - axis.start)
-    time = min(max(time, entry.reviewed.start), entry.reviewed.end)
+    time = min(max(axis.value(x), entry.reviewed.start), entry.reviewed.end)
     if boxes.band.top() <= y < boxes.band.bottom():
         distances = [(_distance(mark_box(boxes.band, axis, m), x), m) for m in entry.marks]
         distance, mark = min(distances, key=lambda pair: pair[0], default=(REACH + 1, None))
@@ -87,8 +85,8 @@ def at(segments: Sequence[Segment], time: float) -> Segment | None:
 
 def place_of(entry: Entry, what: Segment | Place) -> Place:
     """A segment or a disagreement as a place: what each sees in most of it, and how sure."""
-    predicted = _most(entry.reviewed.predicted, what.start, what.end)
-    human = _most(entry.human or (), what.start, what.end)
+    predicted = action_over(entry.reviewed.predicted, what.start, what.end)
+    human = action_over(entry.human or (), what.start, what.end)
     if isinstance(what, Place):
         human, predicted = what.human, what.predicted
     certainty, confidence = entry.reviewed.certainty, None
@@ -158,13 +156,3 @@ def _distance(box: QRectF, x: float) -> float:
     if box.left() <= x <= box.right():
         return box.width() / 1e6
     return min(abs(box.left() - x), abs(box.right() - x))
-
-
-def _most(segments: Segments, start: float, end: float) -> str | None:
-    """The action that covers the most of a stretch; None where nothing does."""
-    seconds: dict[str, float] = {}
-    for segment in segments:
-        common = min(segment.end, end) - max(segment.start, start)
-        if common > 0:
-            seconds[segment.action] = seconds.get(segment.action, 0.0) + common
-    return max(seconds, key=lambda action: seconds[action], default=None)

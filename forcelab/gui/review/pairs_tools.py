@@ -8,7 +8,6 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QComboBox,
     QHBoxLayout,
     QLineEdit,
     QMenu,
@@ -23,6 +22,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom
 from forcelab.gui.figures.legend import Legend
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.review.confusion_switches import choice
 from forcelab.gui.review.pairs_layout import MARGIN
 from forcelab.gui.review.pairs_rows import Order, Wanted
 from forcelab.gui.theme import colours, themes
@@ -48,8 +48,8 @@ class PairsTools(QWidget):
     changed = Signal()
     exporting = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._wanted = set(settings.strings(ROWS))
         self.coders: tuple[str, ...] = ()
         self.search = QLineEdit()
@@ -57,14 +57,14 @@ class PairsTools(QWidget):
         self.search.setAccessibleName(self.tr("Filter timeline pairs by name or task"))
         self.search.setClearButtonEnabled(True)
         self.search.setMinimumWidth(60)
-        self.order = QComboBox()
-        self.order.setAccessibleName(self.tr("Order of the timeline pairs"))
-        for title, key in (
-            (self.tr("By name"), "name"),
-            (self.tr("Worst first"), "worst"),
-            (self.tr("Longest first"), "longest"),
-        ):
-            self.order.addItem(title, key)
+        self.order = choice(
+            self.tr("Order of the timeline pairs"),
+            {
+                self.tr("By name"): "name",
+                self.tr("Worst first"): "worst",
+                self.tr("Longest first"): "longest",
+            },
+        )
         self.order.setCurrentIndex(max(0, self.order.findData(settings.text(ORDER))))
         self.stretched = QCheckBox(self.tr("Full width"))
         self.stretched.setAccessibleName(self.tr("Stretch each demonstration to the full width"))
@@ -164,8 +164,8 @@ class LegendStrip(QWidget):
 
     fitted = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._looks: Mapping[str, Look] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setAccessibleName(self.tr("Legend of the actions"))
@@ -210,14 +210,13 @@ class LegendRoom(QScrollArea):
     Parameters
     ----------
     legend : LegendStrip
-    parent : QWidget, optional
     """
 
     #: Pixels: as many lines as leave room for the pairs, and the first line.
     MOST, LEAST = 76, 30
 
-    def __init__(self, legend: LegendStrip, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, legend: LegendStrip) -> None:
+        super().__init__()
         self._legend = legend
         self.setWidget(legend)
         self.setWidgetResizable(True)
@@ -241,8 +240,8 @@ class AxisStrip(QWidget):
 
     HEIGHT = 38
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._axis: Axis | None = None
         self.setFixedHeight(self.HEIGHT)
         self.setAccessibleName(self.tr("Time axis of the pairs"))

@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtGui import QPalette, QShowEvent
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import (
     QHeaderView,
-    QLabel,
     QStackedWidget,
     QTableView,
     QVBoxLayout,
     QWidget,
 )
 
-from forcelab.gui.arranging import placeholder, whole_rows
+from forcelab.gui.arranging import muted, placeholder, whole_rows
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import spans_of
@@ -45,7 +44,6 @@ class ProposalsView(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -53,17 +51,15 @@ class ProposalsView(QWidget):
         Take predictions over.
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document, self.jobs = document, jobs
         self.setAccessibleName(self.tr("Proposals"))
         self.model = ProposalModel(self)
         self._shown: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
-        self.order = QLabel()
-        self.order.setWordWrap(True)
-        self.order.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.order = muted()
         self._empty = placeholder()
         self.accepting = AcceptButtons(document)
         self._pages = QStackedWidget()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QSize
-from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
-from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import muted, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.queue_buttons import VerdictButtons
@@ -16,12 +16,12 @@ from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_reading import QueueReader
 from forcelab.gui.review.queue_undo import Repainted
 from forcelab.gui.review.queue_words import missing, summary
+from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment
 from forcelab.project.decisions import StoredVerdict, VerdictKind
 from forcelab.review.differences import Difference
-from forcelab.review.judging import change_for, judge, withdraw
+from forcelab.review.judging import action_for, judge, withdraw
 from forcelab.review.outcome import Outcome
-from forcelab.review.places import Place
 from forcelab.review.queue import Queue
 
 __all__ = ["QueueView"]
@@ -36,11 +36,10 @@ class QueueView(QWidget):
         Whose outcome is compared with the tracks as they are now.
     jobs : Jobs
         Where that is done.
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self.reader = QueueReader(document, jobs, self)
         self._steps = 0  # asked for before the comparison was there
@@ -48,7 +47,7 @@ class QueueView(QWidget):
         self.setAccessibleName(self.tr("Disagreement queue"))
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
-        self.list.chosen.connect(self._examine)
+        self.list.chosen.connect(document.examine)
         self.filter = QLineEdit()
         self.filter.setPlaceholderText(self.tr("Filter by action or demonstration"))
         self.filter.setAccessibleName(self.tr("Filter by action or demonstration"))
@@ -57,7 +56,7 @@ class QueueView(QWidget):
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._empty = _muted(), placeholder()
+        self._summary, self._empty = muted(), placeholder()
         self._lay_out()
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)
@@ -140,7 +139,7 @@ class QueueView(QWidget):
             return False
         self.reader.put_away(self.queue.after(said, difference))
         if after is not None:
-            self._examine(after)
+            self.document.examine(after)
         elif not self.list.waiting:
             self.document.say(self.tr("That was the last one; everything listed is judged."))
         self.reader.track_changed()
@@ -150,7 +149,7 @@ class QueueView(QWidget):
         """Take back what the last verdict painted, wherever that was; else the latest edit here."""
         place = self._repainted.take()
         if place is not None:
-            self._examine(place)
+            self.document.examine(place)
         undone = self.document.undo()
         self._repainted.undone()
         return undone
@@ -180,16 +179,20 @@ class QueueView(QWidget):
         """Give the coder's track what the model sees; gives whether the verdict may be kept."""
         document = self.document
         if document.author != outcome.author:
-            told = self.tr("The verdict is kept; only {0} can change {0}'s labels.")
-            document.say(told.format(outcome.author))
+            told = self.tr(
+                "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
+                "copy them ({2})."
+            )
+            key = keys().shown("copy_from") or self.tr("in the menu Segments")
+            document.say(told.format(outcome.author, document.author, key))
             return True
         if document.id != difference.demonstration and not document.examine(difference):
             return False
-        change = change_for(outcome, difference)
-        if change.action is None:
-            document.erase(change.start, change.end)
+        action, start, end = action_for(outcome, difference), difference.start, difference.end
+        if action is None:
+            document.erase(start, end)
         else:
-            document.adopt(Segment(change.start, change.end, change.action))
+            document.adopt(Segment(start, end, action))
         if not document.refused:
             self._repainted.add(difference)
         return not document.refused
@@ -207,13 +210,9 @@ class QueueView(QWidget):
             self.document.say(self._missing or self.tr("Everything listed is judged."))
             return
         place, wrapped = self.list.beside(direction)
-        if self._examine(place) and wrapped:
+        if self.document.examine(place) and wrapped:
             first, last = self.tr("Back at the first."), self.tr("Back at the last.")
             self.document.say(first if direction > 0 else last)
-
-    def _examine(self, place: Place) -> bool:
-        """Show a place, with everything around it."""
-        return self.document.examine(place)
 
     def _follow(self) -> None:
         """Mark the place that is examined, wherever it was chosen; only that one is judged."""
@@ -262,11 +261,3 @@ class QueueView(QWidget):
         self._summary.setVisible(there)
         self._summary.setText(summary(self.queue))
         self._offer()
-
-
-def _muted() -> QLabel:
-    """A sentence beside the matter."""
-    label = QLabel()
-    label.setWordWrap(True)
-    label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-    return label

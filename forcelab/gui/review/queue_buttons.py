@@ -27,8 +27,8 @@ class VerdictButtons(QWidget):
     judged = Signal(str)
     withdrawn = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self._texts = {
             "human": (self.tr("Human right"), self.tr("Human")),
             "model": (self.tr("Model right"), self.tr("Model")),

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QModelIndex, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QPalette
-from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 
+from forcelab.gui.review.moving import ENTER
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_painting import QueuePainter, row_height
 from forcelab.gui.theme import themes
@@ -25,7 +26,6 @@ class QueueList(QTableView):
     model : QueueModel
     vocabulary : callable
         Gives the vocabulary whose colours are drawn.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -35,13 +35,8 @@ class QueueList(QTableView):
 
     chosen = Signal(object)
 
-    def __init__(
-        self,
-        model: QueueModel,
-        vocabulary: Callable[[], Vocabulary],
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, model: QueueModel, vocabulary: Callable[[], Vocabulary]) -> None:
+        super().__init__()
         self._model = model
         self._last = 0  # where in the order the marked item stood last
         self.setModel(model)
@@ -165,7 +160,7 @@ class QueueList(QTableView):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter shows the place; letters are the window's."""
         text = event.text()
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if event.key() in ENTER:
             self._clicked(self.currentIndex())
         elif text and text.isprintable():
             event.ignore()

@@ -17,6 +17,7 @@ from PySide6.QtCore import (
 )
 
 from forcelab.gui.indexes import NOWHERE, Index
+from forcelab.gui.review.queue_words import action_name, explained, percentages, verdict_name
 from forcelab.project import StoredVerdict
 from forcelab.review.differences import Difference
 from forcelab.review.places import Place
@@ -24,7 +25,7 @@ from forcelab.review.queue import Queue
 
 translate = QCoreApplication.translate
 
-__all__ = ["Item", "QueueModel", "Section", "action_name", "place_of", "verdict_name"]
+__all__ = ["Item", "QueueModel", "Section", "place_of"]
 
 Kind = Literal["suspected", "actions", "missed", "boundaries", "invented", "judged"]
 
@@ -93,22 +94,20 @@ class Section:
     @property
     def explained(self) -> str:
         """What it holds, in a sentence."""
-        return {
-            "suspected": translate(
-                "forcelab",
-                "A recogniser that has not seen them contradicts, where it is usually right.",
-            ),
-            "actions": translate("forcelab", "Both see an action, but not the same one."),
-            "missed": translate("forcelab", "Labelled, and the model sees nothing."),
-            "boundaries": translate(
-                "forcelab", "Both see the same actions; only the edge between them differs."
-            ),
-            "invented": translate(
-                "forcelab",
-                "Unlabelled time, which is never scored, where the model sees an action.",
-            ),
-            "judged": translate("forcelab", "What somebody has judged, the latest first."),
-        }[self.kind]
+        return explained(self.kind)
+
+    @property
+    def rated(self) -> str:
+        """What the percentages at the right are; empty where there are none."""
+        if self.kind == "suspected":
+            return translate("forcelab", "suspicion")
+        sure = any(isinstance(d, Difference) and d.confidence is not None for d in self.listed[:1])
+        return translate("forcelab", "confidence") if sure else ""
+
+    @property
+    def tip(self) -> str:
+        """What it holds, what the percentages are, and in which order it stands."""
+        return "\n".join(filter(None, (self.explained, self.rated and percentages(self.kind))))
 
 
 def place_of(about: Difference | StoredVerdict) -> Place:
@@ -116,20 +115,6 @@ def place_of(about: Difference | StoredVerdict) -> Place:
     if isinstance(about, StoredVerdict):
         return Place(about.demonstration, about.start, about.end, about.human, about.predicted)
     return about
-
-
-def action_name(action: str | None) -> str:
-    """An action as it is written in a row."""
-    return translate("forcelab", "unlabelled") if action is None else action
-
-
-def verdict_name(verdict: str) -> str:
-    """A verdict as it is written in a row."""
-    return {
-        "human": translate("forcelab", "human right"),
-        "model": translate("forcelab", "model right"),
-        "ambiguous": translate("forcelab", "ambiguous"),
-    }[verdict]
 
 
 def sections_of(queue: Queue, names: Mapping[str, str], sought: str = "") -> tuple[Section, ...]:
@@ -269,7 +254,7 @@ class QueueModel(QAbstractListModel):
             return {
                 Qt.ItemDataRole.DisplayRole: found.title,
                 Qt.ItemDataRole.AccessibleTextRole: told,
-                Qt.ItemDataRole.ToolTipRole: found.explained,
+                Qt.ItemDataRole.ToolTipRole: found.tip,
             }.get(Qt.ItemDataRole(role))
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.AccessibleTextRole):
             return "; ".join(facts(found))

@@ -12,13 +12,8 @@ from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.indexes import Index
 from forcelab.gui.label.swatches import look_of, paint_swatch
-from forcelab.gui.review.queue_model import (
-    Item,
-    QueueModel,
-    Section,
-    action_name,
-    verdict_name,
-)
+from forcelab.gui.review.queue_model import Item, QueueModel, Section
+from forcelab.gui.review.queue_words import action_name, verdict_name
 from forcelab.gui.row_painting import (
     ABOVE,
     GAP,
@@ -127,6 +122,10 @@ def _paint_section(
     face.setBold(True)
     ink = theme.warning if section.kind == "suspected" else theme.text
     put_line(painter, line, section.title, face, ink)
+    if rated := section.rated:  # as the head of the percentages below it
+        put_line(painter, below, rated, small, theme.text, RIGHT)
+        wide = QFontMetricsF(small).horizontalAdvance(rated)
+        below.setRight(right - wide - 2 * GAP * height)
     put_line(painter, below, section.explained, small, theme.muted)
 
 

@@ -9,7 +9,15 @@ from forcelab.review.judging import report
 from forcelab.review.outcome import Outcome
 from forcelab.review.queue import Queue
 
-__all__ = ["missing", "summary", "untested"]
+__all__ = [
+    "action_name",
+    "explained",
+    "missing",
+    "percentages",
+    "summary",
+    "untested",
+    "verdict_name",
+]
 
 translate = QCoreApplication.translate
 
@@ -69,6 +77,38 @@ def untested(outcome: Outcome, nothing: str, further: str = "") -> str:
     return " ".join(filter(None, (reason, further)))
 
 
+def explained(kind: str) -> str:
+    """What a section of the queue holds, in a sentence."""
+    return {
+        "suspected": translate(
+            "forcelab",
+            "A recogniser that has not seen them contradicts, where it is usually right.",
+        ),
+        "actions": translate("forcelab", "Both see an action, but not the same one."),
+        "missed": translate("forcelab", "Labelled, and the model sees nothing."),
+        "boundaries": translate(
+            "forcelab", "Both see the same actions; only the edge between them differs."
+        ),
+        "invented": translate(
+            "forcelab",
+            "Unlabelled time, which is never scored, where the model sees an action.",
+        ),
+        "judged": translate("forcelab", "What somebody has judged, the latest first."),
+    }[kind]
+
+
+def percentages(kind: str) -> str:
+    """What the percentages of a section are, and in which order it stands."""
+    if kind == "suspected":
+        return translate(
+            "forcelab",
+            "Percentages: how much speaks for an error of the coder, the largest first.",
+        )
+    return translate(
+        "forcelab", "Percentages: how sure the model is; what is long and sure comes first."
+    )
+
+
 def summary(queue: Queue) -> str:
     """How much is open, and who was right so far."""
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
@@ -82,3 +122,17 @@ def summary(queue: Queue) -> str:
         sum(pair.model_right for pair in said),
         sum(pair.ambiguous for pair in said),
     )
+
+
+def action_name(action: str | None) -> str:
+    """An action as it is written in a row."""
+    return translate("forcelab", "unlabelled") if action is None else action
+
+
+def verdict_name(verdict: str) -> str:
+    """A verdict as it is written in a row."""
+    return {
+        "human": translate("forcelab", "human right"),
+        "model": translate("forcelab", "model right"),
+        "ambiguous": translate("forcelab", "ambiguous"),
+    }[verdict]

@@ -16,10 +16,11 @@ from PySide6.QtGui import (
     QGuiApplication,
     QKeyEvent,
 )
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtWidgets import QHeaderView, QTableView
 
 from forcelab.gui.arranging import whole_rows
 from forcelab.gui.indexes import NOWHERE, Index
+from forcelab.gui.review.moving import ENTER
 from forcelab.gui.theme import themes
 
 __all__ = ["Column", "Row", "TextModel", "TextRows", "as_tsv", "copy_text"]
@@ -102,7 +103,7 @@ class TextModel(QAbstractTableModel):
         if role == _ALIGNMENT:
             return _RIGHT if self.columns[column].number else _LEFT
         if role == _TIP:
-            return row.tip or self.columns[column].tip or None
+            return row.tip or self.columns[column].tip or row.cells[column]  # which may be cut
         if role == _COLOUR and column < len(row.colours):
             colour = row.colours[column]
             return None if colour is None else QBrush(QColor(colour))
@@ -127,7 +128,8 @@ class TextModel(QAbstractTableModel):
         if role == _DISPLAY:
             return self.columns[section].name if across else self.rows[section].name
         if role == _TIP:
-            return (self.columns[section].tip if across else self.rows[section].tip) or None
+            named = self.columns[section] if across else self.rows[section]
+            return named.tip or named.name or None
         if role == _ALIGNMENT:
             return _RIGHT if across and self.columns[section].number else _LEFT
         return None
@@ -139,11 +141,10 @@ class TextRows(QTableView):
     Parameters
     ----------
     model : TextModel
-    parent : QWidget, optional
     """
 
-    def __init__(self, model: TextModel, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, model: TextModel) -> None:
+        super().__init__()
         self._model = model
         self.setModel(model)
         whole_rows(self)
@@ -182,7 +183,7 @@ class TextRows(QTableView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter opens the row, as a click does; plain characters are not searched for."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+        if event.key() in ENTER:
             if self.currentIndex().isValid():
                 self.clicked.emit(self.currentIndex())
         elif event.text() and event.text().isprintable():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
@@ -25,13 +25,10 @@ class RunChoice(NarrowList):
     ----------
     document : Document
     learning : Learning
-    parent : QWidget, optional
     """
 
-    def __init__(
-        self, document: Document, learning: Learning, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, learning: Learning) -> None:
+        super().__init__()
         self.document, self.learning = document, learning
         self._name = self.tr("Which run is reviewed")
         self.set_name(self._name)
@@ -84,7 +81,7 @@ class RunChoice(NarrowList):
             self.document.say(str(error), True)
             return
         if not uses:
-            self.learning.list_again()  # somebody else was faster
+            self.learning.list_runs()  # somebody else was faster
             return
         dialog = removal_of_run(self.currentText(), uses[0], self.window())
         dialog.accepted.connect(lambda: self.learning.remove_run(number))

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtGui import QHideEvent, QPalette, QShowEvent
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QStackedWidget,
     QVBoxLayout,
@@ -15,7 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import muted, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_switches import choice
@@ -26,6 +25,7 @@ from forcelab.gui.review.metric_words import (
     reliability_text,
     reliability_tip,
 )
+from forcelab.gui.review.queue_words import untested
 from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
 from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
 from forcelab.gui.review.seen import seen_of
@@ -46,11 +46,10 @@ class ScoresView(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document = document
         self._jobs = jobs
         self.intervals: dict[str, Intervals] = {}
@@ -68,9 +67,7 @@ class ScoresView(QWidget):
         self.model = TextModel(self)
         self.table = TextRows(self.model)
         self.table.setAccessibleName(self.tr("Scores"))
-        self.note = QLabel()
-        self.note.setWordWrap(True)
-        self.note.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.note = muted()
         self._empty = placeholder()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
@@ -179,9 +176,10 @@ class ScoresView(QWidget):
         if seen is None or outcome is None or not outcome.tested:
             self._jobs.cancel(KEY)
             self._outcome = None
-            self._show_empty(
-                self.tr("Nothing was trained yet. Train, and this shows how well that works.")
-            )
+            nothing = self.tr("Nothing was trained yet. Train, and this shows how well that works.")
+            if outcome is not None:
+                nothing = untested(outcome, self.tr("This run tested no demonstration."))
+            self._show_empty(nothing)
             return
         if outcome is not self._outcome:
             self._outcome, self.intervals = outcome, {}

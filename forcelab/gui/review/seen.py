@@ -30,7 +30,9 @@ def blind_to(document: Document) -> frozenset[str]:
 def seen_of(document: Document) -> Outcome | None:
     """The outcome that is reviewed, without what the coder is assigned to code blind.
 
-    Scores that are pooled over demonstrations stay as the run has them.
+    Scores that are pooled over demonstrations stay as the run has them. Its remarks name segments
+    and demonstrations, so where it rests on labels that are hidden none of them is told. Such
+    labels are nobody's: how often they were edited since is not told either.
 
     Raises
     ------
@@ -40,8 +42,15 @@ def seen_of(document: Document) -> Outcome | None:
     outcome, blind = document.outcome, blind_to(document)
     if outcome is None or not blind:
         return outcome
+    hidden = {
+        used
+        for used in outcome.labels
+        if used.edit and used.author != document.author and used.demonstration in blind
+    }
     return replace(
         outcome,
+        labels=tuple(replace(u, author="") if u in hidden else u for u in outcome.labels),
+        remarks=() if hidden else outcome.remarks,
         tested=tuple(one for one in outcome.tested if one.id not in blind),
         proposals=tuple(one for one in outcome.proposals if one.id not in blind),
     )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
@@ -18,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import rule, scrolled
+from forcelab.gui.arranging import muted, rule, scrolled
 from forcelab.gui.numerals import thousands
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS
@@ -74,10 +73,7 @@ class SettingsDialog(QDialog):
         self.about = QLabel()
         self.about.setWordWrap(True)
         self.about.setAccessibleName(self.tr("What the preset is"))
-        self.scales, self.cost = QLabel(), QLabel()
-        for label in (self.scales, self.cost):
-            label.setWordWrap(True)
-            label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
+        self.scales, self.cost = muted(), muted()
         self._pages = QStackedWidget()
         self._pages.addWidget(self._summary_page())
         self._pages.addWidget(self._form_page())

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.gui.commands import translated
 from forcelab.gui.review.settings_facts import Facts
-from forcelab.gui.review.settings_fields import Field
+from forcelab.gui.review.settings_field import Field
 from forcelab.gui.wheel_guard import guard_from_wheel
 
 __all__ = ["ChannelsEditor", "ChoiceEditor", "Editor", "FlagEditor", "NumberEditor"]
@@ -29,8 +29,8 @@ class Editor(QWidget):
 
     changed = Signal()
 
-    def __init__(self, field: Field, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, field: Field) -> None:
+        super().__init__()
         self.field = field
         self.setToolTip(field.shown_tip)
 
@@ -46,8 +46,8 @@ class Editor(QWidget):
 class NumberEditor(Editor):
     """A number, behind a switch where it may be off."""
 
-    def __init__(self, field: Field, parent: QWidget | None = None) -> None:
-        super().__init__(field, parent)
+    def __init__(self, field: Field) -> None:
+        super().__init__(field)
         self.switch = QCheckBox(self.tr("on")) if field.default is not None else None
         # One that holds whole numbers only ends at 2^31.
         self.box = QDoubleSpinBox()
@@ -108,8 +108,8 @@ class NumberEditor(Editor):
 class ChoiceEditor(Editor):
     """One of several values."""
 
-    def __init__(self, field: Field, parent: QWidget | None = None) -> None:
-        super().__init__(field, parent)
+    def __init__(self, field: Field) -> None:
+        super().__init__(field)
         self.box = QComboBox()
         self.box.setAccessibleName(field.shown)
         for value, name in field.options:
@@ -136,8 +136,8 @@ class ChoiceEditor(Editor):
 class FlagEditor(Editor):
     """Yes or no."""
 
-    def __init__(self, field: Field, parent: QWidget | None = None) -> None:
-        super().__init__(field, parent)
+    def __init__(self, field: Field) -> None:
+        super().__init__(field)
         self.box = QCheckBox(self.tr("on"))
         self.box.setAccessibleName(field.shown)
         row = QHBoxLayout(self)
@@ -160,8 +160,8 @@ class FlagEditor(Editor):
 class ChannelsEditor(Editor):
     """Which recognition channels are used; all of them is None."""
 
-    def __init__(self, field: Field, facts: Facts, parent: QWidget | None = None) -> None:
-        super().__init__(field, parent)
+    def __init__(self, field: Field, facts: Facts) -> None:
+        super().__init__(field)
         self.boxes: dict[str, QCheckBox] = {}
         self._grid = QGridLayout(self)
         self._grid.setContentsMargins(0, 0, 0, 0)

@@ -7,7 +7,7 @@ from statistics import median_low
 from typing import TYPE_CHECKING
 
 from forcelab.gui.document import Document
-from forcelab.gui.review.whose import whose_labels
+from forcelab.gui.review.wanted import whose_labels
 
 if TYPE_CHECKING:
     from forcelab.recognition.choice import Choice

@@ -32,7 +32,6 @@ def _has_windows(values: Values) -> bool:
 FEATURES = (
     Field(
         "features",
-        "features",
         "choice",
         QT_TRANSLATE_NOOP("forcelab", "Features"),
         QT_TRANSLATE_NOOP(
@@ -47,14 +46,12 @@ FEATURES = (
     ),
     Field(
         "channels",
-        "features",
         "channels",
         QT_TRANSLATE_NOOP("forcelab", "Channels"),
         QT_TRANSLATE_NOOP("forcelab", "What the recogniser looks at; leaving some out saves time."),
     ),
     Field(
         "rate",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Rate"),
         QT_TRANSLATE_NOOP(
@@ -69,7 +66,6 @@ FEATURES = (
     ),
     Field(
         "wavelet",
-        "features",
         "choice",
         QT_TRANSLATE_NOOP("forcelab", "Wavelet"),
         QT_TRANSLATE_NOOP("forcelab", "What the forces are compared with at every scale."),
@@ -85,7 +81,6 @@ FEATURES = (
     ),
     Field(
         "parameter",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Parameter p"),
         QT_TRANSLATE_NOOP(
@@ -101,7 +96,6 @@ FEATURES = (
     ),
     Field(
         "min_scale",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Smallest scale"),
         QT_TRANSLATE_NOOP("forcelab", "The finest detail that is looked at."),
@@ -113,7 +107,6 @@ FEATURES = (
     ),
     Field(
         "max_scale",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Largest scale"),
         QT_TRANSLATE_NOOP(
@@ -130,7 +123,6 @@ FEATURES = (
     ),
     Field(
         "spacing",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Octaves apart"),
         QT_TRANSLATE_NOOP("forcelab", "Octaves from one scale to the next."),
@@ -142,7 +134,6 @@ FEATURES = (
     ),
     Field(
         "phase",
-        "features",
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Phases"),
         QT_TRANSLATE_NOOP("forcelab", "Phases beside the magnitudes: twice the features."),
@@ -150,7 +141,6 @@ FEATURES = (
     ),
     Field(
         "circular",
-        "features",
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Cosine and sine"),
         QT_TRANSLATE_NOOP(
@@ -161,7 +151,6 @@ FEATURES = (
     ),
     Field(
         "amplitude",
-        "features",
         "choice",
         QT_TRANSLATE_NOOP("forcelab", "Unit of forces"),
         QT_TRANSLATE_NOOP(
@@ -179,7 +168,6 @@ FEATURES = (
     ),
     Field(
         "peaks",
-        "features",
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Peaks"),
         QT_TRANSLATE_NOOP(
@@ -191,7 +179,6 @@ FEATURES = (
     ),
     Field(
         "step",
-        "features",
         "number",
         QT_TRANSLATE_NOOP("forcelab", "Time step"),
         QT_TRANSLATE_NOOP(

@@ -28,8 +28,6 @@ class Field:
     ----------
     name : str
         As of :class:`~forcelab.recognition.settings.Settings`.
-    group : str
-        One of :data:`~forcelab.gui.review.settings_fields.GROUPS`.
     kind : str
         Which editor it has.
     label, tip : str
@@ -49,7 +47,6 @@ class Field:
     """
 
     name: str
-    group: str
     kind: Kind
     label: str
     tip: str

@@ -18,7 +18,8 @@ from forcelab.gui.review.settings_editors import (
     NumberEditor,
 )
 from forcelab.gui.review.settings_facts import Facts
-from forcelab.gui.review.settings_fields import FIELDS, GROUPS, Field
+from forcelab.gui.review.settings_field import Field
+from forcelab.gui.review.settings_fields import FIELDS, GROUPS
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ class SettingsForm(QWidget):
     ----------
     facts : Facts
         What the demonstrations say.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -53,8 +53,8 @@ class SettingsForm(QWidget):
 
     changed = Signal()
 
-    def __init__(self, facts: Facts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, facts: Facts) -> None:
+        super().__init__()
         self.facts = facts
         self.editors: dict[str, Editor] = {}
         self.troubles: dict[str, QLabel] = {}
@@ -62,19 +62,17 @@ class SettingsForm(QWidget):
         self.preset = "paper"
         self._base: Settings | None = None
         self._wavelet = ""
-        self._forms: dict[str, QFormLayout] = {}
-        self._cells: dict[str, QWidget] = {}
+        self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
-        for group, name in GROUPS.items():
+        for name, fields in GROUPS.items():
             box = QGroupBox(translated(name))
             form = QFormLayout(box)
             form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
             form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-            self._forms[group] = form
             column.addWidget(box)
-        for field in FIELDS:
-            self._add(field)
+            for field in fields:
+                self._add(field, form)
         column.addStretch(1)
         themes().changed.connect(self._colour)
         self._colour()
@@ -160,7 +158,7 @@ class SettingsForm(QWidget):
             return field.name
         return next((f.name for f in FIELDS if f.name in self.trouble), FIELDS[-1].name)
 
-    def _add(self, field: Field) -> None:
+    def _add(self, field: Field, form: QFormLayout) -> None:
         """Add the row of a field."""
         shown = _editor(field, self.facts)
         shown.changed.connect(self._edited)
@@ -175,9 +173,9 @@ class SettingsForm(QWidget):
         column.addWidget(trouble)
         name = QLabel(field.shown)
         name.setToolTip(field.shown_tip)
-        self._forms[field.group].addRow(name, cell)
+        form.addRow(name, cell)
         self.editors[field.name], self.troubles[field.name] = shown, trouble
-        self._cells[field.name] = cell
+        self._rows[field.name] = form, cell
 
     def _edited(self) -> None:
         """Follow what was changed."""
@@ -195,8 +193,8 @@ class SettingsForm(QWidget):
         except _RefusedError:
             values = {}
         for field in FIELDS if values else ():
-            used = field.applies(values)
-            self._forms[field.group].setRowVisible(self._cells[field.name], used)
+            form, cell = self._rows[field.name]
+            form.setRowVisible(cell, field.applies(values))
         self.settings()
         self.changed.emit()
 

@@ -24,7 +24,8 @@ _PRESETS = {
     ),
     "fast": QT_TRANSLATE_NOOP(
         "forcelab",
-        "As best, but without peaks, trained on every fifth decision and not calibrated.",
+        "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
+        "calibrated.",
     ),
     "best": QT_TRANSLATE_NOOP(
         "forcelab",

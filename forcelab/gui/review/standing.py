@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QWidget
-
 from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.review.bar_texts import progress_text, standing_text
 from forcelab.gui.review.learning import Learning
@@ -19,15 +17,15 @@ class Standing(ElsewhereLine):
     Parameters
     ----------
     learning : Learning
-    parent : QWidget, optional
     """
 
-    def __init__(self, learning: Learning, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, learning: Learning) -> None:
+        super().__init__()
         self._learning = learning
         self.setStyleSheet("padding: 0 0.5em")
         self.setToolTip(self.tr("Show the review"))
         learning.changed.connect(self.refresh)
+        learning.document.tracks_changed.connect(self.refresh)
         self.refresh()
 
     def words(self) -> str:
@@ -40,4 +38,6 @@ class Standing(ElsewhereLine):
             )
         if learning.edits is None:
             return ""
-        return self.tr("Recogniser: {0}").format(standing_text(learning.edits)[0])
+        return self.tr("Recogniser: {0}").format(
+            standing_text(learning.edits, learning.learnt_from)[0]
+        )

@@ -33,7 +33,6 @@ class ReviewTab(QWidget):
     jobs : Jobs
     label : LabelWorkspace
         Who lends timeline and video.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -43,14 +42,8 @@ class ReviewTab(QWidget):
         Says how far that is, for the window's status bar.
     """
 
-    def __init__(
-        self,
-        document: Document,
-        jobs: Jobs,
-        label: LabelWorkspace,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs, label: LabelWorkspace) -> None:
+        super().__init__()
         self.document = document
         self.learning = Learning(document, jobs, self)
         self.standing = Standing(self.learning)

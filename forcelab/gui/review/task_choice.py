@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, Qt, Signal
 from PySide6.QtWidgets import (
-    QButtonGroup,
     QCheckBox,
     QComboBox,
     QDialog,
@@ -21,9 +20,9 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.document import Document
-from forcelab.gui.review.wanted import GROUPS, groups_for, shown_task
-from forcelab.gui.review.whose import whose_labels
+from forcelab.gui.review.wanted import OWN, groups_for, shown_task, whose_labels
 from forcelab.gui.theme import colours, themes
+from forcelab.recognition.grouping import GROUPS
 
 if TYPE_CHECKING:
     from forcelab.recognition.choice import Choice
@@ -39,7 +38,6 @@ class TaskChoice(QWidget):
     document : Document
     choice : Choice
         What is shown first.
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -49,8 +47,8 @@ class TaskChoice(QWidget):
 
     changed = Signal()
 
-    def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, choice: Choice) -> None:
+        super().__init__()
         self.document = document
         self.trouble = ""
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
@@ -108,12 +106,12 @@ class TaskChoice(QWidget):
 
     def _testing_box(self, choice: Choice) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
-        self.leave_out = QRadioButton(self.tr("Leave each demonstration out in turn"))
+        self.leave_out = _option(self.tr("Leave each demonstration out in turn"))
         groups = choice.folds or GROUPS
-        self.in_groups = QRadioButton(
+        self.in_groups = _option(
             self.tr("Leave them out in {0} groups, quicker where there are many").format(groups)
         )
-        self.across = QRadioButton(self.tr("Test on another task:"))
+        self.across = _option(self.tr("Test on another task:"))
         self.test_task = QComboBox()
         self.test_task.setAccessibleName(self.tr("Task to test on"))
         for task in self.tasks:
@@ -128,7 +126,6 @@ class TaskChoice(QWidget):
         left_out = self.in_groups if folds else self.leave_out
         (self.across if across else left_out).setChecked(True)
         box = QGroupBox(self.tr("Test"))
-        self._between = _one_of(box, self.leave_out, self.in_groups, self.across)
         self.leave_out.toggled.connect(lambda on: self._leave_out(0, on))
         self.in_groups.toggled.connect(lambda on: self._leave_out(groups, on))
         self.across.toggled.connect(self._follow)
@@ -151,14 +148,13 @@ class TaskChoice(QWidget):
 
     def _actions_box(self, choice: Choice) -> QGroupBox:
         """Whether an action that two tasks have is one."""
-        self.joined = QRadioButton(self.tr("are one: “grab” is “grab” in every task"))
-        self.apart = QRadioButton(self.tr("stay apart, by the task as a suffix"))
+        self.joined = _option(self.tr("are one: “grab” is “grab” in every task"))
+        self.apart = _option(self.tr("stay apart, by the task as a suffix"))
         self.apart.setToolTip(
             self.tr("As for hard and soft objects: can their “grab” be told from each other?")
         )
         (self.apart if choice.apart else self.joined).setChecked(True)
         self._same = QGroupBox(self.tr("Actions of the same name"))
-        self._sharing = _one_of(self._same, self.joined, self.apart)
         self.apart.toggled.connect(self._follow)
         column = QVBoxLayout(self._same)
         column.addWidget(self.joined)
@@ -172,7 +168,8 @@ class TaskChoice(QWidget):
         form.setContentsMargins(0, 0, 0, 0)
         self.coder = QComboBox()
         self.coder.setAccessibleName(self.tr("Whose labels"))
-        self.coder.addItem(self.tr("mine, or of whoever labelled most"), "")
+        nobody = self.tr("mine from {0} demonstrations on, else of whoever labelled most")
+        self.coder.addItem(nobody.format(OWN), "")
         for name in self._coders():
             self.coder.addItem(name, name)
         self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))
@@ -289,10 +286,8 @@ def choice_name(tasks: Sequence[str], test_task: str | None, apart: bool) -> str
     return title
 
 
-def _one_of(parent: QWidget, *buttons: QRadioButton) -> QButtonGroup:
-    """Of these one is chosen."""
-    group = QButtonGroup(parent)
-    for button in buttons:
-        button.setAccessibleName(button.text())
-        group.addButton(button)
-    return group
+def _option(text: str) -> QRadioButton:
+    """One of the buttons of a box, of which one is chosen."""
+    button = QRadioButton(text)
+    button.setAccessibleName(text)
+    return button

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,8 @@ from PySide6.QtCore import QCoreApplication, QObject, Signal
 from forcelab.gui.document import Document
 from forcelab.gui.review import remembered
 from forcelab.gui.review.training_jobs import Given
-from forcelab.gui.review.whose import whose_labels
+from forcelab.labels import is_model
+from forcelab.recognition.grouping import usual_folds
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,11 +20,11 @@ if TYPE_CHECKING:
     from forcelab.recognition.choice import Choice
     from forcelab.recognition.settings import Settings
 
-__all__ = ["GROUPS", "MANY", "Wanted", "groups_for", "shown_task"]
+__all__ = ["OWN", "Wanted", "groups_for", "shown_task", "whose_labels"]
 
-#: More demonstrations than `MANY` are left out in so many groups unless somebody chooses otherwise:
-#: eighty fits of what eighty demonstrations hold take half an hour, ten of them four minutes.
-MANY, GROUPS = 20, 10
+#: A coder's own labels are trained on from so many demonstrations on, whoever labelled more: with
+#: one, as after accepting a single prediction, nothing could be tested.
+OWN = 2
 
 
 def shown_task(task: str) -> str:
@@ -42,7 +44,29 @@ def groups_for(document: Document, tasks: Sequence[str], author: str | None) -> 
         Whose labels count; None where nobody has labelled anything.
     """
     labelled = (author in info.labelled for info in document.infos if info.task in tasks)
-    return GROUPS if sum(labelled) > MANY else 0
+    return usual_folds(sum(labelled))
+
+
+def whose_labels(document: Document, tasks: set[str | None]) -> str | None:
+    """The coder's own labels, or those of who labelled most; None where nobody did.
+
+    So whoever looks at a project of others can train at once. The coder's own count from
+    :data:`OWN` demonstrations on, or where nobody else has more. Models are no coders.
+    """
+    own, open_one = document.author, document.demonstration
+    labelled = {
+        (name, info.id)
+        for info in document.infos
+        for name, seconds in info.labelled.items()
+        if info.task in tasks and seconds and not is_model(name)
+    }
+    if open_one is not None and open_one.task in tasks and document.segments:
+        labelled.add((own, document.id))  # which the list may not tell yet
+    count = Counter(name for name, _ in labelled)
+    if not count:
+        return None
+    most, number = min(count.items(), key=lambda one: (-one[1], one[0]))
+    return own if count[own] >= min(OWN, number) else most
 
 
 class Wanted(QObject):
@@ -127,6 +151,14 @@ class Wanted(QObject):
         return author or whose_labels(self.document, {*tasks, test})
 
     @property
+    def learnt_from(self) -> str:
+        """Whose labels what is reviewed was trained on, if the next training takes another's."""
+        outcome = self.document.outcome
+        if outcome is None or not self.ready or outcome.author == self.whose:
+            return ""
+        return outcome.author
+
+    @property
     def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:
         """The choice as plain values; to build it loads much."""
         choice = self._choice
@@ -149,6 +181,25 @@ class Wanted(QObject):
         if self._path is not None:
             remembered.remember(self._path, self.task, given)
         self.trouble = ""
+        self.changed.emit()
+
+    def _turn_to(self, task: str) -> None:
+        """Have the settings and the choice of another task count."""
+        self.task = task
+        self._settings = self._choice = None
+        self.trouble = ""
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Take note of the trouble."""
+        if self.trouble:
+            self.trouble = ""
+            self.changed.emit()
+
+    def _refuse(self, sentence: str) -> None:
+        """Say what is missing; also where the bar that shows it is not in front."""
+        self.trouble = sentence
+        self.document.say(sentence, True)
         self.changed.emit()
 
     def _given(self) -> Given:
@@ -175,5 +226,8 @@ class Wanted(QObject):
         """Say that the labels of somebody else are taken."""
         own = self.document.author
         if author is not None and author != own:
-            told = self.tr("{0} has labelled nothing of this; training on the labels of {1}.")
-            self.document.say(told.format(own, author))
+            told = self.tr(
+                "{0} has labelled fewer than {1} demonstrations of this; training on the labels of "
+                "{2}."
+            )
+            self.document.say(told.format(own, OWN, author))

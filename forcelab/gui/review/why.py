@@ -45,7 +45,6 @@ class WhyView(QWidget):
     ----------
     document : Document
     jobs : Jobs
-    parent : QWidget, optional
 
     Attributes
     ----------
@@ -55,8 +54,8 @@ class WhyView(QWidget):
         The explanation on the screen; of an older place as long as it is grey.
     """
 
-    def __init__(self, document: Document, jobs: Jobs, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs) -> None:
+        super().__init__()
         self.document, self.jobs = document, jobs
         self.place: Place | None = None
         self.why: Why | None = None

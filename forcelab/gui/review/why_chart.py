@@ -40,11 +40,10 @@ class ProbabilityChart(QWidget):
     Parameters
     ----------
     document : Document
-    parent : QWidget, optional
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.setAccessibleName(self.tr("Probability of each action"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -115,8 +114,7 @@ class ProbabilityChart(QWidget):
             return
         here = self.document.id == self.place.demonstration
         if here and event.button() == Qt.MouseButton.LeftButton:
-            share = (x - axis.begin) / (axis.finish - axis.begin)
-            self.document.seek(axis.start + share * (axis.end - axis.start))
+            self.document.seek(axis.value(x))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw ground, place, lines, names and cursor."""

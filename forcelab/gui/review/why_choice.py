@@ -5,8 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.document import Document
-from forcelab.review.places import Place
-from forcelab.review.why_places import place_at, place_of
+from forcelab.review.places import Place, place_at, place_of
 
 __all__ = ["at_cursor", "chosen", "reason"]
 

@@ -44,11 +44,10 @@ class Card(QAbstractButton):
     neighbour : Neighbour
     name : str
         Of its demonstration.
-    parent : QWidget, optional
     """
 
-    def __init__(self, neighbour: Neighbour, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, neighbour: Neighbour, name: str) -> None:
+        super().__init__()
         self.neighbour, self.name = neighbour, name
         self.trace: Trace | None = None
         self.span: tuple[float, float] | None = None
@@ -147,10 +146,8 @@ class Card(QAbstractButton):
 class Heading(QWidget):
     """The name of a column's action with its colour, and what it is to the place."""
 
-    def __init__(
-        self, document: Document, action: str, role: str, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, action: str, role: str) -> None:
+        super().__init__()
         self.action, self.role = action, role
         self._look = look_of(vocabulary_seen(document), action)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -187,8 +184,8 @@ class Neighbours(QWidget):
 
     chosen = Signal(object)
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.document = document
         self.cards: list[Card] = []
         self._grid = QGridLayout(self)

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import muted
 from forcelab.gui.document import Document
 from forcelab.gui.review import why_words
 from forcelab.gui.review.why_chart import ProbabilityChart
@@ -47,8 +48,8 @@ class WhyPage(QScrollArea):
     neighbours : Neighbours
     """
 
-    def __init__(self, document: Document, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document) -> None:
+        super().__init__()
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -88,10 +89,8 @@ class WhyPage(QScrollArea):
         speaking.addStretch(1)
         title = QLabel(self.tr("Nearest in training"))
         title.setFont(self.sentence.font())
-        note = QLabel(self.tr("d: distance, in standard deviations of the training segments"))
+        note = muted(self.tr("d: distance, in standard deviations of the training segments"))
         note.setFont(self.method.font())
-        note.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        note.setWordWrap(True)
         alike.addWidget(title)
         alike.addWidget(note)
         alike.addWidget(self.neighbours)

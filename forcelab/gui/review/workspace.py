@@ -6,12 +6,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QTabWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.bar import TrainBar
+from forcelab.gui.review.fitting_tabs import FittingTabs
 from forcelab.gui.review.learning import Learning
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.queue import QueueView
@@ -54,18 +56,12 @@ class ReviewWorkspace(QWidget):
         Trains, and says how far that is.
     label : LabelWorkspace
         Who lends timeline and video.
-    parent : QWidget, optional
     """
 
     def __init__(
-        self,
-        document: Document,
-        jobs: Jobs,
-        learning: Learning,
-        label: LabelWorkspace,
-        parent: QWidget | None = None,
+        self, document: Document, jobs: Jobs, learning: Learning, label: LabelWorkspace
     ) -> None:
-        super().__init__(parent)
+        super().__init__()
         self.document = document
         self._jobs = jobs
         self._label = label
@@ -73,11 +69,9 @@ class ReviewWorkspace(QWidget):
         self.pairs = PairsView(document, jobs)
         self.queue = QueueView(document, jobs)
         self._learning = learning
-        self.lists = QTabWidget()
-        self.lists.setObjectName("narrow")  # all of them fit beside the pairs
+        self.lists = FittingTabs()
+        self.lists.setObjectName("narrow")
         self.lists.setMinimumSize(*LEAST)
-        self.lists.setDocumentMode(True)
-        self.lists.setUsesScrollButtons(True)
         self.lists.setAccessibleName(self.tr("What to review"))
         titles = {
             "queue": self.tr("Queue"),
@@ -102,9 +96,17 @@ class ReviewWorkspace(QWidget):
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
         column.addWidget(self.bar)
+        self._nothing = placeholder(
+            self.tr(
+                "Import recordings first. When some are labelled, train; what comes of it is here."
+            )
+        )
         column.addWidget(self._whole, 1)
+        column.addWidget(self._nothing, 1)
         self.bar.compare_asked.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
+        document.listing_changed.connect(self._listing_changed)
+        self._listing_changed()
 
     def borrow(self) -> None:
         """Take timeline and video from the Label workspace."""
@@ -208,6 +210,12 @@ class ReviewWorkspace(QWidget):
         filmed = demonstration is not None and demonstration.video is not None
         self._video.setVisible(filmed)
         self._place.setVisible(demonstration is not None)
+
+    def _listing_changed(self) -> None:
+        """Say what comes first where there is nothing to train on."""
+        empty = not self.document.infos
+        self._whole.setHidden(empty)
+        self._nothing.setVisible(empty)
 
 
 def _holder() -> QWidget:

@@ -11,12 +11,12 @@ from PySide6.QtWidgets import (
     QLabel,
     QProgressBar,
     QPushButton,
-    QSizePolicy,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.gui.review.elided import Elided
+from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.tradeoff.measuring import Measuring
@@ -24,14 +24,12 @@ from forcelab.gui.tradeoff.points import ERRORS, TIMES, Kind
 
 __all__ = ["TradeoffBar", "standing_text"]
 
+#: How many letters of a task's name are shown at most; the list that opens has all of it.
+WIDEST = 44
+
 
 class TradeoffBar(QWidget):
     """Task and measurement in one row, what is drawn in the other.
-
-    Parameters
-    ----------
-    measuring : Measuring
-    parent : QWidget, optional
 
     Signals
     -------
@@ -41,11 +39,12 @@ class TradeoffBar(QWidget):
 
     axes_changed = Signal()
 
-    def __init__(self, measuring: Measuring, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, measuring: Measuring) -> None:
+        super().__init__()
         self._measuring = measuring
         self.setAccessibleName(self.tr("Measurement"))
         self.task = self._box(self.tr("Task to measure"), self._task_chosen)
+        self.task.setMaximumWidth(WIDEST * self.fontMetrics().averageCharWidth())
         self.measure = QPushButton(self.tr("Measure"))
         self.measure.setAccessibleName(self.tr("Measure recognition of this task"))
         self.measure.setToolTip(
@@ -126,12 +125,10 @@ class TradeoffBar(QWidget):
 
     # What it is made of
 
-    def _box(self, name: str, chosen: Callable[[int], object]) -> QComboBox:
+    def _box(self, name: str, chosen: Callable[[int], object]) -> NarrowList:
         """A list to choose from."""
-        box = QComboBox()
-        box.setAccessibleName(name)
-        box.setToolTip(name)
-        box.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        box = NarrowList()
+        box.set_name(name)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.activated.connect(chosen)
         return box

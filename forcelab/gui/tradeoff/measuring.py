@@ -11,8 +11,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.learning import Learning
-from forcelab.gui.review.wanted import shown_task
-from forcelab.gui.review.whose import whose_labels
+from forcelab.gui.review.wanted import shown_task, whose_labels
 from forcelab.gui.tradeoff.jobs import BACKGROUND, MEASURING, Work
 from forcelab.gui.tradeoff.points import named
 from forcelab.jobs import Progress
@@ -42,7 +41,6 @@ class Measuring(QObject):
     jobs : Jobs
     learning : Learning
         Whose task is measured, and whose settings are changed.
-    parent : QObject, optional
     work : Work, optional
         What is done in the background.
 
@@ -84,9 +82,7 @@ class Measuring(QObject):
         self._asked_by = ""
         self._before: list[Settings] = []  # what was adopted in place of, the latest last
         self._adopted: Settings | None = None
-        self._count = QTimer(self)
-        self._count.setSingleShot(True)
-        self._count.setInterval(COUNTING)
+        self._count = QTimer(self, singleShot=True, interval=COUNTING)
         self._count.timeout.connect(self._recount)
         document.tracks_changed.connect(self._edited)
         document.listing_changed.connect(self._relisted)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QFont,
@@ -23,6 +23,7 @@ from forcelab.gui.figures.axes import draw_bottom, draw_left
 from forcelab.gui.figures.curves import curve_pen
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tradeoff import SHAPES
+from forcelab.gui.review.moving import ARROWS, ENTER, plain
 from forcelab.gui.theme import colours, themes
 from forcelab.gui.tradeoff.layout import MARK, RING, Layout, laid_out
 from forcelab.gui.tradeoff.points import Point
@@ -51,8 +52,8 @@ class TradeoffPlot(QWidget):
     pointed = Signal(int)
     chosen = Signal(int)
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.points: tuple[Point, ...] = ()
         self.current: int | None = None
         self.looked_at: int | None = None
@@ -97,11 +98,6 @@ class TradeoffPlot(QWidget):
         if row != self.looked_at:
             self.looked_at = row
             self.update()
-
-    def spot_of(self, row: int) -> QPointF | None:
-        """Where the point of a row lies; None where it is not drawn."""
-        i, layout = self._index(row), self._laid_out()
-        return None if i is None or layout is None else layout.spots[i]
 
     # Painting
 
@@ -245,39 +241,18 @@ class TradeoffPlot(QWidget):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go from point to point; Enter chooses."""
-        steps = {
-            int(Qt.Key.Key_Right): (1, "seconds"),
-            int(Qt.Key.Key_Left): (-1, "seconds"),
-            int(Qt.Key.Key_Up): (1, "error"),
-            int(Qt.Key.Key_Down): (-1, "error"),
-        }
-        if event.key() in steps and self.points:
-            self._go(*steps[event.key()])
-        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self.looked_at is not None:
+        step = ARROWS.get(Qt.Key(event.key()))
+        if step is not None and self.points:
+            down, right = step
+            self._go(right - down, "seconds" if right else "error")
+        elif event.key() in ENTER and self.looked_at is not None:
             self.chosen.emit(self.looked_at)
         else:
             super().keyPressEvent(event)
 
-    def event(self, event: QEvent) -> bool:
-        """The arrow keys move here, whatever they do elsewhere in the window."""
-        if (
-            event.type() == QEvent.Type.ShortcutOverride
-            and isinstance(event, QKeyEvent)
-            and event.modifiers()
-            in (Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.KeypadModifier)
-            and event.key()
-            in (
-                Qt.Key.Key_Left,
-                Qt.Key.Key_Right,
-                Qt.Key.Key_Up,
-                Qt.Key.Key_Down,
-                Qt.Key.Key_Return,
-                Qt.Key.Key_Enter,
-            )
-        ):
-            event.accept()
-            return True
-        return super().event(event)
+    def keeps(self, event: QKeyEvent) -> bool:
+        """The arrow keys move here, whatever they do elsewhere in the window; and Enter chooses."""
+        return event.key() in (*ARROWS, *ENTER) and plain(event)
 
     def _go(self, direction: int, by: str) -> None:
         """To the next point by time or error; the first time to the one in use."""

@@ -25,13 +25,10 @@ class TradeoffTab(QWidget):
     jobs : Jobs
     learning : Learning
         Whose settings are chosen there.
-    parent : QWidget, optional
     """
 
-    def __init__(
-        self, document: Document, jobs: Jobs, learning: Learning, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(parent)
+    def __init__(self, document: Document, jobs: Jobs, learning: Learning) -> None:
+        super().__init__()
         self._given = (document, jobs, learning)
         self._built: TradeoffWorkspace | None = None
         column = QVBoxLayout(self)

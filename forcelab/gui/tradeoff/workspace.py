@@ -18,21 +18,15 @@ __all__ = ["TradeoffWorkspace"]
 
 #: What plot and table get at first.
 SHARES = (3, 2)
-#: The column that gets the room that is left.
-SETTING = 1
+#: The column of names, and how many letters of them are shown at first, to leave room for figures.
+SETTING, LETTERS = 1, 24
 
 
 class TradeoffWorkspace(QWidget):
-    """Error against run time of the current task; a click on a point adopts its settings.
+    """Error against run time of the current task; a click on a point adopts its settings."""
 
-    Parameters
-    ----------
-    measuring : Measuring
-    parent : QWidget, optional
-    """
-
-    def __init__(self, measuring: Measuring, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, measuring: Measuring) -> None:
+        super().__init__()
         self.measuring = measuring
         self.bar = TradeoffBar(measuring)
         self.plot = TradeoffPlot()
@@ -77,7 +71,7 @@ class TradeoffWorkspace(QWidget):
         whole.addWidget(self._pages, 1)
         measuring.changed.connect(self.refresh)
         self.bar.axes_changed.connect(self.refresh)
-        self.plot.pointed.connect(self._pointed)
+        self.plot.pointed.connect(self._look_at)
         self.plot.chosen.connect(measuring.adopt)
         self.table.clicked.connect(lambda index: measuring.adopt(index.row()))
         self.table.selectionModel().currentRowChanged.connect(self._row_changed)
@@ -99,6 +93,9 @@ class TradeoffWorkspace(QWidget):
         with QSignalBlocker(self.table.selectionModel()):
             self._model.show(columns(), rows_of(measured.rows, current, front))
         self.table.fit_columns()
+        header = self.table.horizontalHeader()
+        widest = max(LETTERS * self.fontMetrics().averageCharWidth(), self.table.width() // 2)
+        header.resizeSection(SETTING, min(header.sectionSize(SETTING), widest))
         looked_at = self.plot.looked_at
         self._look_at(current if looked_at is None else looked_at)
 
@@ -117,8 +114,8 @@ class TradeoffWorkspace(QWidget):
         if state.labelled < 2:
             return self.tr(
                 "To measure how well settings recognise '{task}', two labelled demonstrations are "
-                "needed: each is recognised by what was trained on the others. There are "
-                "{count} so far; label more in the Label workspace."
+                "needed: each is recognised by what was trained on the others. Labelled so "
+                "far: {count}. Label more in the Label workspace."
             ).format(task=task, count=state.labelled)
         if state.running:
             return self.tr("'{0}' is being measured; go on with your work meanwhile.").format(task)
@@ -129,10 +126,6 @@ class TradeoffWorkspace(QWidget):
             "on its demonstrations, which takes some minutes in the background; then every one is "
             "a point here, error against run time, and a click on a point trains with it."
         ).format(task)
-
-    def _pointed(self, row: int) -> None:
-        """Show in the table what is pointed at in the plot."""
-        self._look_at(row)
 
     def _row_changed(self, index: QModelIndex) -> None:
         """Show in the plot what is looked at in the table."""

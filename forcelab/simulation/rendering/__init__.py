@@ -24,6 +24,6 @@ Nothing in the picture names the action.
 from __future__ import annotations
 
 from forcelab.simulation.rendering.camera import Camera
-from forcelab.simulation.rendering.filming import render, rendering
+from forcelab.simulation.rendering.filming import render
 
-__all__ = ["Camera", "render", "rendering"]
+__all__ = ["Camera", "render"]

@@ -1,9 +1,8 @@
-"""The camera's clock: when a frame was really taken, and what the file says."""
+"""The camera's clock: when a frame was really taken; frame n of the file is stamped n / 30 s."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 
-__all__ = ["RATE", "Camera", "Filmed"]
+__all__ = ["RATE", "Camera"]
 
 Array = NDArray[np.float64]
 
@@ -88,7 +87,7 @@ class Camera:
         """From the file's timestamps to force time; true but for jitter and late frames."""
         return ClockMap(offset=self.offset, rate=1.0 + self.drift)
 
-    def shots(self, duration: float) -> tuple[Array, Array, NDArray[np.intp]]:
+    def shots(self, duration: float) -> tuple[Array, NDArray[np.intp]]:
         """The frames of a force recording.
 
         Parameters
@@ -98,9 +97,8 @@ class Camera:
 
         Returns
         -------
-        video, force : ndarray, shape (n,)
-            The file's timestamp of each frame, and the force time of the instant that it shows,
-            both rising.
+        force : ndarray, shape (n,)
+            The force time of the instant that each frame shows, rising.
         late : ndarray of int, shape (m,)
             Which frames are late.
 
@@ -117,36 +115,9 @@ class Camera:
                 f"{duration:g} s; let it start earlier."
             )
         rng = np.random.default_rng(self.seed)
-        video = np.arange(count) / RATE
         # Bounded, so that a frame is never taken before the one that is shown before it: one that
         # is 0.8 of a frame late, and 2.5 ms more, still comes 1.7 ms before one 2.5 ms early.
         shaken = self.jitter * np.clip(rng.standard_normal(count), -2.5, 2.5)
         late = np.sort(rng.permutation(count)[: self.late])
         shaken[late] += rng.uniform(0.3, 0.8, late.size) / RATE
-        return video, self.clock.to_force(video) + shaken, late
-
-
-@dataclass(frozen=True)
-class Filmed:
-    """A video of a performance, and what its camera knew.
-
-    Parameters
-    ----------
-    path : Path
-        The video.
-    stamps : Path
-        Table of the true times beside it: frame, video_seconds, force_seconds.
-    video_seconds, force_seconds : ndarray, shape (n,)
-        The file's timestamp of each frame, and the force time of the instant that it shows.
-    clock : ClockMap
-        The true map from the file's timestamps to force time.
-    late : ndarray of int, shape (m,)
-        Which frames were taken late.
-    """
-
-    path: Path
-    stamps: Path
-    video_seconds: Array
-    force_seconds: Array
-    clock: ClockMap
-    late: NDArray[np.intp]
+        return self.clock.to_force(np.arange(count) / RATE) + shaken, late

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from forcelab.simulation.motion import Performance
 
-__all__ = ["EXPOSURE", "State", "States"]
+__all__ = ["State", "States"]
 
 Array = NDArray[np.float64]
 
@@ -23,8 +23,6 @@ class State:
 
     Parameters
     ----------
-    time : float
-        Seconds on the force clock.
     jaws : tuple of float
         Distance of the left and the right jaw from the tongs' middle, m.
     tongs : tuple of float
@@ -41,7 +39,6 @@ class State:
         How fast the tongs rise along the body, m/s.
     """
 
-    time: float
     jaws: tuple[float, ...]
     tongs: tuple[float, ...]
     body: tuple[float, ...]
@@ -52,12 +49,7 @@ class State:
 
 
 class States:
-    """The states of a performance at any time; it rests before its start and after its end.
-
-    Parameters
-    ----------
-    performance : Performance
-    """
+    """The states of a performance at any time; it rests before its start and after its end."""
 
     def __init__(self, performance: Performance) -> None:
         motion, forces = performance.motion, performance.forces
@@ -83,7 +75,6 @@ class States:
         felt = ((self.sums[end] - self.sums[first]) / (end - first)).tolist()
         climbed = float(self.risen[end - 1] - self.risen[first])
         return State(
-            time=time,
             jaws=tuple(track[:2]),
             tongs=tuple(track[2:5]),
             body=tuple(track[5:]),

@@ -47,15 +47,7 @@ SHINING = 0.1
 
 
 class Tongs:
-    """The tongs of one instant, to be drawn part by part between other things.
-
-    Parameters
-    ----------
-    sizes : Proportions
-    view : View
-    state : State
-    pose : Pose
-    """
+    """The tongs of one instant, to be drawn part by part between other things."""
 
     def __init__(self, sizes: Proportions, view: View, state: State, pose: Pose) -> None:
         self.sizes = sizes

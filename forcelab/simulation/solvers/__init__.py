@@ -8,11 +8,12 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.solvers.explicit import integrating_explicitly
+from forcelab.simulation.solvers.explicit import ExplicitBatch
 from forcelab.simulation.solvers.library import integrating_with_scipy
-from forcelab.simulation.solvers.rosenbrock import integrating_linearly_implicitly
+from forcelab.simulation.solvers.rosenbrock import RosenbrockBatch
 from forcelab.simulation.solvers.semi_implicit import integrating_semi_implicitly
 from forcelab.simulation.solvers.solution import (
+    Course,
     Explicit,
     Lsoda,
     Radau,
@@ -49,10 +50,6 @@ def integrate(system: System, start: Array, times: Array, solver: Solver) -> Sol
     solver : Explicit, Rosenbrock, SemiImplicit, Lsoda or Radau
         What to integrate with.
 
-    Returns
-    -------
-    Solution
-
     Raises
     ------
     InputError
@@ -78,10 +75,13 @@ def integrating(
     gaps = np.diff(times)
     if len(times) < 2 or not gaps.min() > 0 or gaps.max() - gaps.min() > 1e-6 * gaps.mean():
         raise InputError("The sample times of a motion must be two or more, evenly spaced.")
+    course = Course(start, times)
     if isinstance(solver, Explicit):
-        return (yield from integrating_explicitly(system, start, times, solver))
-    if isinstance(solver, Rosenbrock):
-        return (yield from integrating_linearly_implicitly(system, start, times, solver))
-    if isinstance(solver, SemiImplicit):
-        return (yield from integrating_semi_implicitly(system, start, times, solver))
-    return (yield from integrating_with_scipy(system, start, times, solver))
+        yield from ExplicitBatch(system, solver, course).run()
+    elif isinstance(solver, Rosenbrock):
+        yield from RosenbrockBatch(system, solver, course).run()
+    elif isinstance(solver, SemiImplicit):
+        yield from integrating_semi_implicitly(system, solver, course)
+    else:
+        yield from integrating_with_scipy(system, solver, course)
+    return course.solution()

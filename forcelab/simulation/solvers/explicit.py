@@ -2,32 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.jobs import Progress
 from forcelab.simulation.solvers.dormand_prince import DENSE, ERROR, NODES, STAGES
-from forcelab.simulation.solvers.solution import Course, Explicit, Solution
+from forcelab.simulation.solvers.solution import Course, Explicit
 from forcelab.simulation.solvers.stepping import Batch
 from forcelab.simulation.system import Array, System
 
-__all__ = ["integrating_explicitly"]
+__all__ = ["ExplicitBatch"]
 
 
-def integrating_explicitly(
-    system: System, start: Array, times: Array, solver: Explicit
-) -> Generator[Progress, None, Solution]:
-    """Integrate with Dormand and Prince's pair; see :func:`~forcelab.simulation.solvers.integrate`.
+class ExplicitBatch(Batch):
+    """Lanes whose every step is a sum of rates.
 
     The coefficients are in :mod:`~forcelab.simulation.solvers.dormand_prince`.
     """
-    return (yield from _Explicit(system, solver, Course(start, times)).run())
-
-
-class _Explicit(Batch):
-    """Lanes whose every step is a sum of rates."""
 
     DENSE = DENSE
     EXPONENT, MEMORY = 0.17, 0.04
@@ -37,7 +27,6 @@ class _Explicit(Batch):
         super().__init__(system, solver, course)
         #: The rates where the lanes are.
         self.first = system.rates(self.time, self.state)
-        course.evaluations += 1
 
     def _arrange(self, system: System) -> None:
         """Make room for the lanes of `system`."""
@@ -61,7 +50,6 @@ class _Explicit(Batch):
         growth *= length
         error = np.dot(ERROR, flat).reshape(trial.shape)
         error *= length
-        self.course.evaluations[self.lanes[length > 0]] += len(STAGES)
         after: Array = times[-1]
         return after, error
 
@@ -73,4 +61,3 @@ class _Explicit(Batch):
         """Look at the rates where the lane starts afresh."""
         now, column = self.time[[lane]], self.state[:, [lane]]
         self.first[:, lane] = alone.rates(now, column)[:, 0]
-        self.course.evaluations[self.lanes[lane]] += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator
+from collections.abc import Iterator
 
 import numpy as np
 from scipy.integrate import LSODA, DenseOutput
@@ -17,7 +17,6 @@ from forcelab.simulation.solvers.solution import (
     Course,
     Lsoda,
     Radau,
-    Solution,
     unresolved,
 )
 from forcelab.simulation.system import Array, System
@@ -29,20 +28,18 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: System, start: Array, times: Array, solver: Lsoda | Radau
-) -> Generator[Progress, None, Solution]:
-    """Integrate with scipy, a lane after the other; see :func:`~.integrate`.
+    system: System, solver: Lsoda | Radau, course: Course
+) -> Iterator[Progress]:
+    """Integrate with scipy, a lane after the other.
 
     LSODA is Petzold's (SIAM J. Sci. Stat. Comput. 4 (1983) 136-148), Radau IIA of order 5 that of
     Hairer and Wanner (*Solving Ordinary Differential Equations II*, section IV.8).
     """
-    course = Course(start, times)
     for lane in range(system.lanes):
         walk = _Walk(system.lane(lane), lane, course, solver)
         while not walk.finished:
             walk.advance()
             yield course.progress()
-    return course.solution()
 
 
 class _Walk:
@@ -103,7 +100,6 @@ class _Walk:
     def _rates(self, time: float, state: Array) -> Array:
         """The rates of one state (s,) or several (s, n)."""
         columns = state.reshape(len(state), -1)
-        self.course.evaluations[self.lane] += columns.shape[1]
         rates = self.system.rates(np.full(columns.shape[1], time), columns)
         self.sound &= bool(np.isfinite(rates).all())
         return rates.reshape(state.shape)
@@ -160,10 +156,7 @@ class _Walk:
     def _happened(self, time: float, state: Array, passage: Passage) -> Array:
         """The state right after an event."""
         self.course.happen(self.lane, time, self.watch.kinds(passage))
-        for event, rising in passage.happened:
-            state = self.system.jump(event, rising, state)
-        sides = np.sign(self.system.watched(np.array([time]), state[:, None])[:, 0])
-        self.sides = np.where(sides != 0, sides, passage.sides)
+        state, _, self.sides = self.watch.after(self.system, passage, time, state)
         return state
 
     def _lost(self, time: float) -> InputError:

@@ -45,10 +45,6 @@ class Watch:
     been exactly zero from the start: leaving zero from there, or touching it, crosses nothing.
     To which side it leaves is seen at the end of a step, as a solver's states within a step may
     err to either side.
-
-    Parameters
-    ----------
-    system : System
     """
 
     def __init__(self, system: System) -> None:
@@ -116,6 +112,20 @@ class Watch:
             if (high - low) * length <= _WIDTH or high - low < 1e-14:
                 return Passage(high, np.where(decided, trace[:, part + 1], 0), happened)
             sides = np.where(decided, trace[:, part], 0)
+
+    @staticmethod
+    def after(
+        lane: System, passage: Passage, time: float, state: Array
+    ) -> tuple[Array, Array, Array]:
+        """The state (s,) right after the events of a passage, its event functions, and their sides.
+
+        A jump may move an event function to its other side; one that is zero then comes from where
+        it was.
+        """
+        for event, rising in passage.happened:
+            state = lane.jump(event, rising, state)
+        values = lane.watched(np.array([time]), state[:, None])[:, 0]
+        return state, values, np.where(values != 0, np.sign(values), passage.sides)
 
 
 def _sides(before: Array, values: Array) -> Array:

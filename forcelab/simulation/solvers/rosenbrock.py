@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.jobs import Progress
 from forcelab.simulation.solvers.rodas import COUPLING, DENSE, GAMMA, NODES, SLOPES, STAGES
-from forcelab.simulation.solvers.solution import Course, Rosenbrock, Solution
+from forcelab.simulation.solvers.solution import Course, Rosenbrock
 from forcelab.simulation.solvers.stepping import Batch, repeated
 from forcelab.simulation.system import Array, System
 
-__all__ = ["integrating_linearly_implicitly"]
+__all__ = ["RosenbrockBatch"]
 
 #: How far a state is moved for a derivative, as a share of itself or, where that is more, of its
 #: scale: half of the digits are left to the difference.
 _NUDGE = float(np.sqrt(np.finfo(float).eps))
 
 
-def integrating_linearly_implicitly(
-    system: System, start: Array, times: Array, solver: Rosenbrock
-) -> Generator[Progress, None, Solution]:
-    """Integrate with RODAS4P2; see :func:`~forcelab.simulation.solvers.integrate`.
+class RosenbrockBatch(Batch):
+    """Lanes whose every step solves linear equations, by RODAS4P2.
 
     With J the rates' derivative by the states, f_t that by time, and h the step, stage i is
 
@@ -33,11 +28,6 @@ def integrating_linearly_implicitly(
     accuracy of a step only as far as it moves; it does not limit its length. All differences that
     make up J and f_t, of all lanes, are taken in one call of the system.
     """
-    return (yield from _LinearlyImplicit(system, solver, Course(start, times)).run())
-
-
-class _LinearlyImplicit(Batch):
-    """Lanes whose every step solves linear equations."""
 
     DENSE = DENSE
     EXPONENT, MEMORY = 0.18, 0.08
@@ -63,7 +53,6 @@ class _LinearlyImplicit(Batch):
 
     def _try(self, length: Array, growth: Array) -> tuple[Array, Array]:
         """Try a step in every lane; see `Batch`."""
-        self.course.evaluations[self.lanes[length > 0]] += len(self.state) + 1 + len(NODES)
         length = np.where(length > 0, length, 1.0)
         self._linearise()
         self._invert(GAMMA * length)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.simulation.solvers.locating import Watch
-from forcelab.simulation.solvers.solution import Course, SemiImplicit, Solution, unresolved
+from forcelab.simulation.solvers.solution import Course, SemiImplicit, unresolved
 from forcelab.simulation.system import Array, System
 
 __all__ = ["integrating_semi_implicitly"]
@@ -26,9 +26,9 @@ _NUDGE = 1e-3
 
 
 def integrating_semi_implicitly(
-    system: System, start: Array, times: Array, solver: SemiImplicit
-) -> Generator[Progress, None, Solution]:
-    """Integrate with symplectic Euler; see :func:`~forcelab.simulation.solvers.integrate`.
+    system: System, solver: SemiImplicit, course: Course
+) -> Iterator[Progress]:
+    """Integrate with symplectic Euler.
 
     Of first order; an undamped oscillator keeps its energy but for a ripple while the step times
     the angular frequency is below 2 (Hairer, Lubich and Wanner, *Geometric Numerical Integration*,
@@ -38,7 +38,7 @@ def integrating_semi_implicitly(
     change faster with the motion than that allows. Stiffness that comes and goes in fewer steps,
     without an event, is not seen. Events are those of the straight line between two steps.
     """
-    course = Course(start, times)
+    times = course.times
     gap = float(times[-1] - times[0]) / (len(times) - 1)
     substeps = max(1, int(np.ceil(gap / solver.step * (1 - 1e-9))))
     for lane in range(system.lanes):
@@ -52,7 +52,6 @@ def integrating_semi_implicitly(
         course.filled += 1
         if sample % 64 == 0:
             yield course.progress()
-    return course.solution()
 
 
 class _March:
@@ -85,7 +84,6 @@ class _March:
         with np.errstate(over="ignore", invalid="ignore"):
             rates = self.system.rates(times, self.state)
             after = self._moved(self.system, self.state, rates, self.length)
-            self.course.evaluations += 1
             self._heed(rates)
             if len(self.sides):
                 self._watch(times, after)
@@ -151,13 +149,10 @@ class _March:
             time = now + passage.share * length
             state = state + passage.share * (target - state)
             self.course.happen(lane, time, self.watch.kinds(passage))
-            for event, rising in passage.happened:
-                state = alone.jump(event, rising, state)
-            start, column = np.array([time]), state[:, None]
-            sides = np.sign(alone.watched(start, column)[:, 0])
-            self.sides[:, lane] = np.where(sides != 0, sides, passage.sides)
-            target = self._moved(alone, column, alone.rates(start, column), end - time)[:, 0]
-            self.course.evaluations[lane] += 1
+            state, _, self.sides[:, lane] = self.watch.after(alone, passage, time, state)
+            column = state[:, None]
+            rates = alone.rates(np.array([time]), column)
+            target = self._moved(alone, column, rates, end - time)[:, 0]
         after[:, lane] = target
 
     def _look(self, time: float) -> None:
@@ -190,7 +185,6 @@ class _March:
         state = self.state[:, lane, None]
         alone = self.system.lane(lane)
         count = len(state)
-        self.course.evaluations[lane] += count + 1
         nudges = _NUDGE * alone.scales[:, 0]
         with np.errstate(over="ignore", invalid="ignore"):
             rates = alone.rates(np.array([time]), state)

@@ -112,14 +112,11 @@ class Solution:
         What happened in each lane, in order of time.
     steps : ndarray of int, shape (b,)
         Steps tried in each lane, rejected ones included.
-    evaluations : ndarray of int, shape (b,)
-        How often the rates of each lane were asked for.
     """
 
     states: Array
     events: tuple[tuple[Event, ...], ...]
     steps: NDArray[np.intp]
-    evaluations: NDArray[np.intp]
 
 
 class Course:
@@ -139,7 +136,6 @@ class Course:
         self.filled = np.ones(lanes, np.intp)
         self.events: list[list[Event]] = [[] for _ in range(lanes)]
         self.steps = np.zeros(lanes, np.intp)
-        self.evaluations = np.zeros(lanes, np.intp)
 
     def progress(self) -> Progress:
         """How many samples there are, of how many."""
@@ -148,7 +144,7 @@ class Course:
     def solution(self) -> Solution:
         """The result."""
         events = tuple(tuple(happened) for happened in self.events)
-        return Solution(self.states, events, self.steps, self.evaluations)
+        return Solution(self.states, events, self.steps)
 
     def happen(self, lane: int, time: float, kinds: tuple[str, ...]) -> None:
         """Note events of one instant.

@@ -7,7 +7,7 @@ down. numpy is called a fixed number of times per round, whatever the number of 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator
+from collections.abc import Iterator
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +20,6 @@ from forcelab.simulation.solvers.solution import (
     Course,
     Explicit,
     Rosenbrock,
-    Solution,
     unresolved,
 )
 from forcelab.simulation.system import Array, System
@@ -103,13 +102,12 @@ class Batch(ABC):
     def _restart(self, lane: int, alone: System) -> None:  # noqa: B027 (optional)
         """A lane, `alone` as a system of its own, starts afresh from its time and state."""
 
-    def run(self) -> Generator[Progress, None, Solution]:
+    def run(self) -> Iterator[Progress]:
         """Follow all lanes to the end."""
         while self.lanes.size:
             self._advance()
             yield self.course.progress()
             self._drop_finished()
-        return self.course.solution()
 
     def _arrange(self, system: System) -> None:
         """Make room for the lanes of `system`."""
@@ -254,13 +252,9 @@ class Batch(ABC):
         state = self.before[slot, :, lane] + passage.share**self.powers @ growth
         self.course.happen(number, time, self.watch.kinds(passage))
         alone = self._alone(lane)
-        for event, rising in passage.happened:
-            state = alone.jump(event, rising, state)
-        values = alone.watched(np.array([time]), state[:, None])[:, 0]
+        after = self.watch.after(alone, passage, time, state)
+        self.state[:, lane], self.values[:, lane], self.sides[:, lane] = after
         self.ended[slot, lane] = self.time[lane] = time
-        self.state[:, lane] = state
-        self.values[:, lane] = values
-        self.sides[:, lane] = np.where(values != 0, np.sign(values), passage.sides)
         self._restart(lane, alone)
 
     def _alone(self, lane: int) -> System:

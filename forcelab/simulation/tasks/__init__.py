@@ -78,10 +78,6 @@ def performing(
     solver : Solver, optional
         How the equations of motion are solved.
 
-    Yields
-    ------
-    Progress
-
     Returns
     -------
     tuple of Performance

@@ -74,7 +74,7 @@ class Choreography:
             self._wanted[jaw] = self.start[jaw] = scene.body.half_width + hand["opening"]
         self._tapping = taps
         if taps:
-            self._tap(TAP_TIME / 2.0)
+            self.taps = (TAP_TIME / 2.0,)
             self.t = TAP_TIME
 
     # What a hand can do
@@ -129,16 +129,12 @@ class Choreography:
             self.move(name, self.start[name], start + late, duration)
         self.hold = 0.0
 
-    def _tap(self, time: float) -> None:
-        """Have a finger tap the left sensor."""
-        self.taps = (*self.taps, time)
-
     # What comes out
 
     def end(self) -> float:
         """Have the last tap and end; how long it all takes, s."""
         if self._tapping:
-            self._tap(self.t + TAP_TIME / 2.0)
+            self.taps += (self.t + TAP_TIME / 2.0,)
             self.t += TAP_TIME
         return self.t
 
@@ -159,7 +155,7 @@ class Choreography:
             steady = "wander" if name.endswith("jaw") else "sway"
             size = WRIST if name == "wrist angle" else 1.0
             values[name] += size * self.hand["tremor"] * tremor(times, self.rng)
-            values[name] += size * self.hand[steady] * wander(times, self.rng, 1.0)
+            values[name] += size * self.hand[steady] * wander(times, self.rng)
         for tap in self.taps:
             u = np.clip((times - tap) / TAP_LENGTH + 0.5, 0.0, 1.0)
             values["tap"] += self.hand["tap"] * np.sin(np.pi * u) ** 2

@@ -37,13 +37,7 @@ SHORTEST = 0.02
 
 @dataclass(frozen=True)
 class Course:
-    """A demonstration's motion and events, to look for cues in.
-
-    Parameters
-    ----------
-    motion : Motion
-    events : tuple of Event
-    """
+    """A demonstration's motion and events, to look for cues in."""
 
     motion: Motion
     events: tuple[Event, ...]

@@ -224,7 +224,7 @@ def test_export_import_export_gives_the_same_bytes(steps, name):
         assert (root / "two.zip").read_bytes() == (root / "one.zip").read_bytes()
 
 
-def test_what_runs_found_is_held_one_after_the_other_while_it_is_written(project, tmp_path):
+def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
     made = {"settings": {}, "seed": None, "labels": [], "versions": {}}
     for number in range(4):
         project.add_run("evaluate", result={"told": f"{number}\n" * 500_000}, **made)
@@ -238,10 +238,47 @@ def test_what_runs_found_is_held_one_after_the_other_while_it_is_written(project
     runs = json.loads(text)
     assert text == json.dumps(runs, ensure_ascii=False, indent=1) + "\n"
     assert [run["result"] for run in runs[-4:]] == [run.result for run in project.runs()[-4:]]
+    tracemalloc.start()
+    with read_archive(tmp_path / "first.zip", tmp_path / "again") as again:
+        _, peak = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert [run.result for run in again.runs()] == [run.result for run in project.runs()]
+    assert peak < 16e6  # all four at once took 22 MB
     with Project.create(tmp_path / "empty.forcelab") as empty:
         write_archive(empty, tmp_path / "empty.zip")
     with zipfile.ZipFile(tmp_path / "empty.zip") as archive:
         assert archive.read("runs.json") == b"[]\n"
+
+
+@pytest.mark.parametrize("indent", [None, 0, 1, 2])
+def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
+    with zipfile.ZipFile(whole) as archive:
+        (run,) = json.loads(archive.read("runs.json"))
+    runs = [run | {"result": {"a": f" }}{n}", "b": [{"c": {}}]}} for n in range(2)]
+    members = {"runs.json": json.dumps(runs, indent=indent).encode()}
+    with read_archive(packed(whole, **members), tmp_path / "read") as project:
+        assert [run.result for run in project.runs()] == [run["result"] for run in runs]
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda _: "{}",
+        lambda _: "",
+        lambda text: text[1:],
+        lambda text: text[:-1],
+        lambda text: text + "]",
+        lambda text: text.replace("\n },\n", "\n }\n"),
+        lambda text: text.replace("\n }\n", "\n },\n"),
+        lambda text: text.replace('"seed": 3', '"seed": three'),
+    ],
+)
+def test_a_list_that_is_none_is_refused(whole, tmp_path, spoil):
+    with zipfile.ZipFile(whole) as archive:
+        text = json.dumps(2 * json.loads(archive.read("runs.json")), indent=1)
+    told = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
+    assert "'runs.json'" in told
+    assert "no valid JSON list" in told
 
 
 def test_an_archive_is_known_by_its_content(whole, tmp_path):

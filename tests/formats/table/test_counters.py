@@ -49,15 +49,36 @@ def test_without_stamps_it_places_the_rows_so_that_what_was_lost_is_a_gap(table)
     assert "80 of 300 were lost" in " ".join(recording.remarks)
 
 
-@pytest.mark.parametrize("last", [20_000, 30_999])
+def test_a_column_of_on_and_off_is_a_signal_and_said_to_be_one_unless_it_was_asked_for(tmp_path):
+    path = tmp_path / "trial.csv"
+    rows = [f"{i / 100},{np.sin(i):.3f},{i % 2},{i % 3}" for i in range(40)]
+    path.write_text("\n".join(["t (s),fz,button,gear", *rows]) + "\n")
+    (remark,) = loaded(path).remarks
+    assert remark.startswith("Column button holds nothing but 0 and 1")
+    assert loaded(path, signals=("button",)).remarks == ()
+    assert "button" not in " ".join(loaded(path, leave_out=("button",)).remarks[1:])
+
+
+@pytest.mark.parametrize("last", [300, 1500, 20_000, 30_999, 40_000])
 def test_a_device_that_was_restarted_is_a_gap_of_unknown_length_and_no_loss(table, last):
     counts = [*range(last - 199, last + 1), *range(100)]
     recording = loaded(table(counts), rate=200.0)
     np.testing.assert_allclose(recording.demonstration.times, np.arange(300) / 200, atol=1e-12)
     said = " ".join(recording.remarks)
-    assert "0 of 300 were lost" in said
+    assert "none was lost" in said
     assert "'Paket' begins again once, first in line 202" in said
     assert "a gap of unknown length" in said
+
+
+def test_a_device_that_was_restarted_early_counts_far_beyond_that(table):
+    recording = loaded(table([*range(200), *range(3, 600)]), rate=200.0)
+    assert [c.name for c in recording.demonstration.channels] == ["Daumen_x"]
+
+
+@pytest.mark.parametrize("counts", [[*range(200), 198, *range(199, 400)], [*range(400, 0, -1)]])
+def test_what_falls_but_not_to_its_beginning_is_a_signal_whatever_its_name(table, counts):
+    path = table(counts, times=np.arange(len(counts)) / 200)
+    assert [c.name for c in loaded(path).demonstration.channels] == ["Paket", "Daumen_x"]
 
 
 def test_a_turn_at_which_samples_were_lost_is_no_restart(table):

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table import read
 from forcelab.formats.table.labels import lies_beside, read_labels, sniff_labels
-from forcelab.formats.tracks import write_audacity, write_csv
+from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.labels import Segment, Track
 
 ANN = Track("Ann", (Segment(0.5, 1.25, "grab"), Segment(1.25, 2.0, "hold, firmly")))
@@ -76,9 +76,9 @@ EDGES = st.lists(st.integers(0, 10**12), min_size=2, max_size=12, unique=True).m
 def test_what_the_program_writes_it_reads_back_to_the_bit(edges, names, tmp_path):
     segments = [Segment(a, b, n) for a, b, n in zip(edges, edges[1:], names, strict=False)]
     tracks = (Track("Ann", tuple(segments)), BEN)
-    write_csv(tmp_path / "a.csv", tracks)
+    (tmp_path / "a.csv").write_bytes(to_csv(tracks).encode())
     assert read_labels(tmp_path / "a.csv", ReadOptions()) == tracks
-    write_audacity(tmp_path / "a.txt", tracks[0])
+    (tmp_path / "a.txt").write_bytes(to_audacity(tracks[0]).encode())
     assert read_labels(tmp_path / "a.txt", ReadOptions(author="Ann")) == tracks[:1]
 
 
@@ -150,7 +150,7 @@ def test_labels_in_the_table_win_over_a_file_beside_it(write):
     write("r.labels.csv", "start,end,action\n0,0.1,other\n")
     (result,) = read(path, ReadOptions())
     assert result.tracks[0].actions == ("a", "b")
-    assert result.remarks == ("r.labels.csv was not read, as the table has labels of its own.",)
+    assert result.remarks == ("r.labels.csv was not read, as the recording has labels of its own.",)
 
 
 def test_labels_on_the_clock_of_the_stamps_are_carried_to_the_start(write):

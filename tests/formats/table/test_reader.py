@@ -232,11 +232,13 @@ def test_a_random_table_in_a_random_dialect_is_read_back_to_the_bit(written, tab
 
 class TestMissingSamples:
     def test_empty_cells_and_words_for_nothing_are_missing_and_counted(self, table):
-        text = "time,fx,fy\n0,,1\n.1,NaN,2\n.2,-inf,3\n.3,1e400,\n.4,7,5\n"
+        text = "time,fx,fy\n0,,1\n.1,NaN,2\n.2,-inf,3\n.3,1e400,\n.4,7,5\n.5,8,3.4e38\n"
         recording = load(table(text))
         assert np.isnan(recording.demonstration.signals[:4, 0]).all()
         assert recording.demonstration.signals[4].tolist() == [7, 5]
-        assert recording.remarks == ("5 samples are missing (fx 4, fy 1).",)
+        # What a board prints that knows nothing is kept, and taken for no measurement anywhere.
+        assert recording.demonstration.signals[5, 1] == 3.4e38
+        assert recording.remarks == ("6 samples are missing (fx 4, fy 2).",)
 
     @pytest.mark.parametrize("cell", ["abc", "1_000", "1,5", "0x10", "1.2.3", "--5", "12:30"])
     def test_a_word_among_numbers_is_refused_with_its_line(self, table, cell):

@@ -56,7 +56,7 @@ def window(app, study, until):
 def connected(window, tongs, until):
     """The workspace with the tongs connected, and samples coming."""
     page = window.capture.workspace
-    page.task.setCurrentText("LEGO")
+    page.fields.task.setCurrentText("LEGO")
     page.sources.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
     until(lambda: page.session.phase is Phase.READY, PATIENCE)

@@ -4,6 +4,8 @@ import pytest
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QMessageBox, QTabWidget
 
+from forcelab.capture.journal import read
+from forcelab.capture.keeping import keep
 from forcelab.gui.capture.phase import Phase
 from forcelab.project import Project
 
@@ -87,7 +89,7 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     window.commands["quit"].trigger()
     assert asked[0] == "'LEGO 01' is being recorded."
     assert "is kept" not in asked[1]
-    assert "kB that the disk refuses are in memory and lost then" in asked[1]
+    assert "kB that the disk refuses are in memory: all of it is written elsewhere" in asked[1]
     window.commands["record"].trigger()
     until(lambda: recording.session.phase is Phase.STUCK, PATIENCE)
     assert "'LEGO 01' is not lost: mend that and press F9" in recording.standing.sentences.text()
@@ -103,6 +105,25 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     assert not window.isVisible()
     with Project.open(study) as project:
         assert [info.name for info in project.demonstrations()] == ["LEGO 01"]
+
+
+def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recording_is(
+    window, recording, study, until, monkeypatch, tmp_path
+):
+    elsewhere, told = tmp_path / "elsewhere", []
+    elsewhere.mkdir()
+    monkeypatch.setattr("forcelab.capture.journal_writer.other_places", lambda: (elsewhere,))
+    monkeypatch.setattr(QMessageBox, "warning", lambda *what: told.append(what[2]))
+    answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
+    away = study.with_suffix(".away")
+    study.rename(away)
+    until(lambda: recording.session.state.in_memory > 0, PATIENCE)
+    window.commands["quit"].trigger()
+    assert not window.isVisible()
+    (journal,) = elsewhere.iterdir()
+    assert f"All of the recording is in '{journal}'" in told[0]
+    away.rename(study)
+    assert keep(study, read(journal)).samples > 20
 
 
 def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatch):

@@ -4,9 +4,7 @@ import math
 
 import pytest
 
-from forcelab.capture.camera import CameraState
-from forcelab.capture.reader import DeviceState
-from forcelab.capture.recorder_state import RecorderState
+from forcelab.capture.recorder_state import CameraState, DeviceState, RecorderState
 from forcelab.demonstration import Channel
 from forcelab.gui.capture.standing import alarms_of
 

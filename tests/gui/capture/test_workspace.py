@@ -43,7 +43,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     window, connected, until, study
 ):
     page = connected
-    assert page.name.placeholderText() == "LEGO 01"
+    assert page.fields.name.placeholderText() == "LEGO 01"
     recorded(window, page, until, 60)
     assert window.focusWidget() is page.live or not window.isActiveWindow()
     QTest.keyPress(page.live, Qt.Key.Key_2)
@@ -56,7 +56,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
     assert [info.name for info in window.document.infos] == ["LEGO 01"]
     assert "'LEGO 01' is kept" in page.standing.sentences.text()
-    assert page.name.placeholderText() == "LEGO 02"
+    assert page.fields.name.placeholderText() == "LEGO 02"
     window.commands["show_recording"].trigger()
     assert window.label.isVisible()
     assert window.document.demonstration.name == "LEGO 01"
@@ -67,7 +67,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
     assert said[0] == "Discarding…"
     assert "Keeping…" not in said
-    assert page.name.placeholderText() == "LEGO 02"
+    assert page.fields.name.placeholderText() == "LEGO 02"
     assert not list((study / CAPTURES).iterdir())
     with Project.open(study) as project:
         [info] = project.demonstrations()
@@ -105,7 +105,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     until(lambda: page.session.phase is Phase.READY, PATIENCE)
     assert window.document.infos == ()
     assert window.document.demonstration is None
-    assert page.name.placeholderText() == "LEGO 01"
+    assert page.fields.name.placeholderText() == "LEGO 01"
     assert not page.discard_button.isEnabled()
     assert not list((study / "demonstrations").iterdir())
     recorded(window, page, until)
@@ -126,13 +126,13 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     window, connected, tongs, until
 ):
     page = connected
-    page.countdown.setCurrentIndex(1)
+    page.fields.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
     assert page.session.phase is Phase.COUNTING
     assert page.session.left == 3
     window.commands["discard_recording"].trigger()
     assert page.session.phase is Phase.READY
-    page.countdown.setCurrentIndex(0)
+    page.fields.countdown.setCurrentIndex(0)
     recorded(window, page, until, 10)
     tongs.unplug()
     until(lambda: "is unplugged" in page.standing.alarms.text(), PATIENCE)
@@ -154,11 +154,11 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
 ):
     page, cancel = connected, window.commands["cancel"]
     assert "Esc forgets it" in page.legend.text()
-    page.countdown.setCurrentIndex(1)
+    page.fields.countdown.setCurrentIndex(1)
     window.commands["record"].trigger()
     cancel.trigger()
     assert page.session.phase is Phase.READY
-    page.countdown.setCurrentIndex(0)
+    page.fields.countdown.setCurrentIndex(0)
     window.document.set_action("grab")  # the brush of another workspace
     recorded(window, page, until, 60)
     QTest.keyClick(page.live, Qt.Key.Key_2)
@@ -190,7 +190,7 @@ def test_record_can_be_pressed_in_a_window_that_is_too_low_for_all_fields(
     for button in (page.record_button, page.discard_button):
         assert button.mapTo(window, button.rect().bottomLeft()).y() < 540
         assert not button.visibleRegion().isEmpty()
-    for field in (page.task, page.name, page.countdown):
+    for field in (page.fields.task, page.fields.name, page.fields.countdown):
         assert field.height() >= field.sizeHint().height(), "squeezed"
 
 
@@ -201,15 +201,15 @@ def test_a_task_that_is_nearly_one_there_is_is_asked_about_once(window, monkeypa
 
     def press(box):
         asked.append(box.text())
-        page.task.lineEdit().editingFinished.emit()  # the question takes the keyboard
+        page.fields.task.lineEdit().editingFinished.emit()  # the question takes the keyboard
         box.buttons()[answer].click()
 
     monkeypatch.setattr(QMessageBox, "exec", press)
-    page.task.setCurrentText(" L E G O ")
-    page.task.lineEdit().editingFinished.emit()
+    page.fields.task.setCurrentText(" L E G O ")
+    page.fields.task.lineEdit().editingFinished.emit()
     assert asked == ["There is 'L e g o' already."]
-    assert (page.session.task, page.task.currentText()) == (task, task)
-    page.task.lineEdit().editingFinished.emit()
+    assert (page.session.task, page.fields.task.currentText()) == (task, task)
+    page.fields.task.lineEdit().editingFinished.emit()
     assert len(asked) == 1
 
 
@@ -264,6 +264,17 @@ def test_a_window_that_is_closed_while_connecting_leaves_nothing_open(window, to
     assert page.session.phase is Phase.CONNECTING
     window.close()  # that no thread is left is looked at after every test
     assert not page.session.connected
+
+
+def test_keys_are_no_text_once_the_devices_are_connected(window, tongs, until):
+    page = window.capture.workspace
+    page.sources.add(f"optoforce:{tongs.port}")
+    page.fields.task.setCurrentText("LEGO")
+    page.connect_button.setFocus()
+    page.connect_button.click()
+    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    QTest.keyClick(window.focusWidget(), Qt.Key.Key_2)
+    assert page.fields.task.currentText() == "LEGO"
 
 
 def test_a_project_that_is_left_while_recording_gets_the_recording(
@@ -365,3 +376,21 @@ def test_keys_are_stamped_by_the_window_system_however_late_the_window_hears_of_
     assert times.at(6500, 101.502) == pytest.approx(101.5)
     assert times.at(100, 150.0) == pytest.approx(150.0)  # the clock began anew
     assert times.at(200, 150.3) == pytest.approx(150.1)
+
+
+def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):
+    page, long = window.capture.workspace, "slip_transition_of_the_pen_against_the_paper_" * 3
+    window.document.project.set_vocabulary(long, Vocabulary().with_actions("grab", long))
+    page.fields.list_tasks()
+    page.fields.task.setCurrentText(long)
+    page.fields.take_task()
+    assert page.fields.task.lineEdit().cursorPosition() == 0  # its beginning is seen
+    assert long in page.fields.task.toolTip()
+    for width in (960, 1500):
+        window.resize(width, 540)
+        until(lambda: page.legend.width() > 0)
+        words = page.legend.text().split(" ")
+        metrics = page.legend.fontMetrics()
+        assert max(map(metrics.horizontalAdvance, words)) <= page.legend.width()
+        assert "…" in page.legend.text()
+        assert long in page.legend.toolTip()

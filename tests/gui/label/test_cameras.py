@@ -51,7 +51,7 @@ def document(app, folder):
 def test_the_chosen_camera_is_shown_by_its_own_clock(document, until):
     document.open_demonstration("two")
     cameras = Cameras(document)
-    panel = VideoPanel(document, cameras=cameras)
+    panel = VideoPanel(document, cameras)
     panel.resize(320, 240)
     panel.show()
     until(lambda: panel.settled)
@@ -90,7 +90,7 @@ def test_the_choice_is_there_only_among_several(document):
 def test_a_long_name_stays_within_the_panel(document, until, app):
     document.open_demonstration("two")
     cameras = Cameras(document)
-    panel = VideoPanel(document, cameras=cameras)
+    panel = VideoPanel(document, cameras)
     choice = panel.findChild(CameraChoice)
     choice.addItem("a camera with a name that is far too long for the panel, and for its list")
     panel.resize(180, 160)
@@ -137,7 +137,7 @@ def test_damaged_stamps_leave_the_first_video(document, folder):
 def test_nothing_steps_by_the_frames_of_a_camera_that_is_not_shown(document, until):
     document.open_demonstration("two")
     cameras = Cameras(document)
-    panel = VideoPanel(document, cameras=cameras)
+    panel = VideoPanel(document, cameras)
     panel.show()
     until(lambda: panel.settled)
     gone = VideoReference(cameras.video.path.with_name("gone.mp4"), ClockMap())

@@ -12,8 +12,8 @@ from forcelab.gui.figures import text
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import force_channels
 from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.force_axes import number_of
-from forcelab.gui.theme import colours
+from forcelab.gui.label.force_axes import curve_ink, number_of
+from forcelab.gui.theme import DARK, LIGHT, colours
 from forcelab.signals.envelope import Envelope
 
 NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "temperature")
@@ -138,6 +138,13 @@ def test_there_is_no_value_in_a_gap_or_where_a_sample_is_missing(panel):
     assert at(6.0)["fx1"] == 1.0
 
 
+@pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
+def test_names_and_values_in_their_curves_colours_can_be_read(theme):
+    for column in range(len(theme.curves)):
+        for ground in (theme.panel, theme.background):
+            assert text.contrast(curve_ink(column, theme), QColor(ground)) >= 4.5
+
+
 def test_moving_the_cursor_changes_the_values_but_draws_no_curve_anew(panel, monkeypatch):
     before = picture(panel)
     monkeypatch.setattr(panel, "paint_content", lambda *_: pytest.fail("drawn anew"))
@@ -154,21 +161,21 @@ def test_a_hidden_channel_is_neither_read_nor_searched(panel, monkeypatch):
     )
     monkeypatch.setattr(Envelope, "drawn", lambda self, c: touched.append(self) or drawn(self, c))
     for name in ("fy1", "temperature"):
-        panel.set_shown(name, False)
+        panel.source.set_shown(name, False)
     show(panel.document, recording(seed=5), "two")
     picture(panel)
-    assert panel.shown == ("fx1", "fz1", "fx2", "fy2")
-    assert set(touched) == {panel.source.envelope(name) for name in panel.shown}
+    assert panel.source.shown == ("fx1", "fz1", "fx2", "fy2")
+    assert set(touched) == {panel.source.envelope(name) for name in panel.source.shown}
     with pytest.raises(KeyError):
         panel.source.envelope("fy1")
     assert "fy1" not in panel.source.values_at(1.0)
-    panel.set_shown("fy1", True)
+    panel.source.set_shown("fy1", True)
     assert panel.source.envelope("fy1").filled == 20_000
 
 
 def test_all_hidden_says_how_to_get_them_back(panel):
     for name in NAMES:
-        panel.set_shown(name, False)
+        panel.source.set_shown(name, False)
     assert np.ptp(picture(panel)[150:210, 100:690], axis=(0, 1)).min() > 50
 
 
@@ -180,7 +187,7 @@ def test_autoscale_follows_what_is_visible(panel):
     panel.document.set_span(15.0, 16.0)
     picture(panel)
     _, whole = lane_of(panel, "temperature")
-    panel.set_autoscale(True)
+    panel.source.set_autoscale(True)
     picture(panel)
     _, visible = lane_of(panel, "temperature")
     assert whole.end == signals[:, 5].max()
@@ -189,7 +196,7 @@ def test_autoscale_follows_what_is_visible(panel):
 
 
 def test_overlaid_channels_share_an_axis_with_those_of_their_unit(panel):
-    panel.set_overlaid(True)
+    panel.source.set_overlaid(True)
     picture(panel)
     assert [lane.channels for lane, _ in panel._axes] == [(0, 1, 2, 3, 4), (5,)]
     assert [lane.unit for lane, _ in panel._axes] == ["N", "°C"]
@@ -216,7 +223,7 @@ def test_a_note_gives_way_to_the_values_at_the_cursor_in_low_lanes(panel, monkey
         put(painter, x, y, line, **how)
 
     monkeypatch.setattr(text, "put", noting)
-    panel.set_overlaid(True)
+    panel.source.set_overlaid(True)
     panel.resize(600, 90)
     picture(panel)
     assert places["min/max"] > panel.plot.center().x()
@@ -237,26 +244,26 @@ def test_a_note_says_that_samples_share_a_pixel(panel, monkeypatch):
 
 
 def test_choices_are_remembered_by_the_channels_names(panel, document, jobs):
-    panel.set_shown("fy1", False)
-    panel.set_overlaid(True)
-    panel.set_autoscale(True)
-    panel.save_choices()
+    panel.source.set_shown("fy1", False)
+    panel.source.set_overlaid(True)
+    panel.source.set_autoscale(True)
+    panel.source.save_choices()
     other = ForcePanel(document, jobs)
-    assert "fy1" in other.shown
-    other.restore_choices()
-    assert other.shown == panel.shown
+    assert "fy1" in other.source.shown
+    other.source.restore_choices()
+    assert other.source.shown == panel.source.shown
     assert (other.source.overlaid, other.source.autoscale) == (True, True)
 
 
 def test_another_demonstration_keeps_the_choices(panel):
     heard = []
-    panel.source.choices_changed.connect(lambda: heard.append(panel.shown))
-    panel.set_shown("fx1", False)
+    panel.source.choices_changed.connect(lambda: heard.append(panel.source.shown))
+    panel.source.set_shown("fx1", False)
     assert heard == [NAMES[1:]]
     show(panel.document, recording(seed=9), "other")
-    assert panel.shown == NAMES[1:]
+    assert panel.source.shown == NAMES[1:]
     panel.source.show_all()
-    assert panel.shown == NAMES
+    assert panel.source.shown == NAMES
 
 
 def test_the_menu_key_offers_every_choice(panel):
@@ -269,7 +276,7 @@ def test_the_menu_key_offers_every_choice(panel):
     entries["fz1"].trigger()
     entries["One axis for each unit"].trigger()
     entries["Scale to what is visible"].trigger()
-    assert "fz1" not in panel.shown
+    assert "fz1" not in panel.source.shown
     assert panel.source.overlaid
     assert panel.source.autoscale
     menu.close()

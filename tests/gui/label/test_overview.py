@@ -145,14 +145,14 @@ def test_the_track_and_the_shown_channels_are_seen(overview):
         assert np.abs(row[x_at(overview, time)] - np.array(colour)).max() <= 2
     x = x_at(overview, 15.0)
     before = image[: round(HEIGHT - STRIP) - 2, x]
-    overview.force.set_shown("fy1", False)
+    overview.force.source.set_shown("fy1", False)
     after = pixels(overview.grab().toImage())[: round(HEIGHT - STRIP) - 2, x]
     assert (before != after).any()
 
 
 def test_only_the_window_is_drawn_anew_when_the_span_changes(overview, monkeypatch):
     before = pixels(overview.grab().toImage())
-    monkeypatch.setattr(overview, "_drawn", lambda _: pytest.fail("drawn anew"))
+    monkeypatch.setattr(overview, "_draw", lambda _: pytest.fail("drawn anew"))
     overview.document.set_span(1.0, 3.0)
     overview.document.seek(2.0)
     after = pixels(overview.grab().toImage())

@@ -49,7 +49,7 @@ class Desk:
         inside = QWidget()
         inside.setLayout(column)
         self.window.setCentralWidget(inside)
-        self.keys = KeyStrokes(document, self.window, clock=lambda: self.now)
+        self.keys = KeyStrokes(document, self.window, lambda: 100.0, clock=lambda: self.now)
         self.window.show()
         self.window.activateWindow()
         self.go(self.panel)
@@ -228,7 +228,7 @@ def test_keys_paint_from_a_list_that_was_taken_out_of_the_window(document, desk)
 
 def test_keys_do_nothing_while_another_workspace_is_shown(document):
     window = QMainWindow()
-    keys = KeyStrokes(document, window, shown=lambda: False)
+    keys = KeyStrokes(document, window, lambda: 100.0, shown=lambda: False)
     window.show()
     QTest.keyClick(window, GRAB)
     assert document.stroke is None

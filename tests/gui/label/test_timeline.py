@@ -22,7 +22,8 @@ def timeline(app, parts):
     around = QWidget()  # a window of its own would not become lower than what it shows
     around.resize(500, 500)
     bar = parts["bar"]
-    made = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], bar, around)
+    made = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], bar)
+    made.setParent(around)
     around.show()
     yield made
     around.close()
@@ -77,7 +78,8 @@ def test_the_first_panel_is_slim_where_the_second_one_would_have_no_room_else(ap
     panels = (rows, parts["force"], parts["scalogram"])
     around = QWidget()
     around.resize(500, 500)
-    timeline = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], parts["bar"], around)
+    timeline = Timeline(parts["ruler"], panels, (0, 5, 3), parts["overview"], parts["bar"])
+    timeline.setParent(around)
     around.show()
     assert timeline.minimumSizeHint().height() == 80
     told = [(seen(timeline, parts, height), rows.slim) for height in (200, 180, 100, 200)]

@@ -12,6 +12,7 @@ from forcelab.gui.document import Snap
 from forcelab.gui.figures import text
 from forcelab.gui.label import tracks
 from forcelab.gui.label.tracks import TrackPanel
+from forcelab.gui.typing_guard import kept
 from forcelab.labels import Segment
 from forcelab.vocabulary import Vocabulary
 
@@ -129,9 +130,7 @@ def test_esc_is_kept_for_the_drag_whatever_else_it_is_bound_to(hand, panel):
     def wanted():
         none = Qt.KeyboardModifier.NoModifier
         event = QKeyEvent(QEvent.Type.ShortcutOverride, Qt.Key.Key_Escape, none)
-        event.ignore()
-        QApplication.sendEvent(panel, event)
-        return event.isAccepted()
+        return kept(panel, event)
 
     assert not wanted()
     hand.press(3.5)

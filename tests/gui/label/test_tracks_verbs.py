@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 from painting_bench import opened, shown
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 
 from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import segment_verbs, verbs
+from forcelab.gui.label.track_menu import copy_menu
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.player import Player
 from forcelab.labels import Segment
@@ -196,6 +199,47 @@ def test_copying_from_the_only_other_author(document, do, said):
     document.seek(7.5)
     do("copy_from")
     assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
+
+
+def test_an_empty_track_is_begun_with_all_that_another_author_has(document, do):
+    document.erase(*document.bounds)
+    before = document.cursor
+    do("copy_from")
+    theirs = [(s.start, s.end, s.action) for s in document.others["Ines"]]
+    assert shown(document) == theirs
+    assert document.cursor == before
+    document.undo()
+    menu = copy_menu(None, document, 0.0)  # where nobody has a segment
+    menu.actions()[0].trigger()
+    assert shown(document) == theirs
+
+
+def test_of_several_authors_enter_copies_from_the_same_one_as_last(app):
+    ben, ines = Segment(1.0, 2.0, "grab"), Segment(7.0, 8.0, "hold")
+    with opened((), Ben=(ben,), Ines=(ines,)) as document:
+        tracks = TrackPanel(document)
+        tracks.resize(1096, 100)
+        tracks.show()
+        copy = verbs.handlers(document, tracks, Player(document), tracks)["copy_from"]
+
+        def copied(*keys):
+            document.erase(*document.bounds)
+            copy()
+            for key in keys:
+                QTest.keyClick(tracks.menu, key)
+            return document.segments
+
+        assert copied(Qt.Key.Key_Return) == (ben,)
+        assert copied(Qt.Key.Key_Down, Qt.Key.Key_Return) == (ines,)
+        assert copied(Qt.Key.Key_Return) == (ines,)
+        told = []
+        document.said.connect(lambda sentence, _: told.append(sentence))
+        document.seek(4.0)  # where nobody has a segment: no menu of which nothing can be chosen
+        tracks.menu = None
+        copy()
+        assert tracks.menu is None
+        assert told == ["No other track has a segment at the cursor; mark a range to copy."]
+        tracks.close()
 
 
 def test_esc_takes_back_one_thing_after_the_other(document, do):

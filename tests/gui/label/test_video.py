@@ -13,6 +13,7 @@ import forcelab.gui.label.frame_thread
 import forcelab.gui.label.picture_view
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
+from forcelab.gui.label.cameras import Cameras
 from forcelab.gui.label.frames import Frames
 from forcelab.gui.label.picture_view import scaled
 from forcelab.gui.label.preview import VideoPreview
@@ -32,7 +33,7 @@ class Paper(QObject):
 
     def __init__(self):
         super().__init__()
-        self.demonstration, self.id = None, ""
+        self.demonstration, self.id, self.project = None, "", None
         self.cursor, self.peek, self.playing = 0.0, None, False
         self.frame_times, self.said = None, []
 
@@ -81,7 +82,7 @@ def document(app):
 
 @pytest.fixture
 def panel(document):
-    panel = VideoPanel(document)
+    panel = VideoPanel(document, Cameras(document))
     panel.resize(400, 200)
     panel.show()
     yield panel

@@ -236,3 +236,4 @@ def test_suggestions_stay_until_the_coder_paints_or_has_enough(app, tmp_path):
                     QTest.mouseClick(view.suggestions.enough, Qt.MouseButton.LeftButton)
                 assert not view.suggestions.isVisible()
                 assert view.list.isVisible()
+                assert app.focusWidget() is view.list  # not the field: the next keys paint

@@ -1,6 +1,7 @@
-"""A small project that stays open, for views that only look at it."""
+"""A small project that stays open, for views that only look at it; and the trainer on a bench."""
 
 import pytest
+from learning_bench import FakeWork, outcome_of
 from painted import opened
 
 from forcelab.gui.jobs import Jobs
@@ -27,3 +28,25 @@ def jobs(app):
     jobs = Jobs()
     yield jobs
     jobs.close()
+
+
+@pytest.fixture
+def work(document):
+    """What the trainer does in the background; it finds the same each time."""
+    work = FakeWork()
+    work.result = outcome_of(document.project)
+    return work
+
+
+@pytest.fixture
+def learning(document, jobs, work, until, monkeypatch):
+    """The trainer of `document`, which is to be one that may be changed."""
+    from forcelab.gui.review import edit_count
+    from forcelab.gui.review.learning import Learning
+
+    monkeypatch.setattr(edit_count, "COUNTING", 50)
+    learning = Learning(document, jobs, work=work)
+    until(lambda: not jobs.busy)
+    yield learning
+    learning.cancel()
+    document.close()

@@ -5,12 +5,15 @@ from datetime import datetime, timezone
 from itertools import pairwise
 
 import pytest
-from learning_bench import FakeWork, outcome_of, step, study
+from learning_bench import outcome_of, step, study
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
 from forcelab.gui.review.bar_texts import run_text
+from forcelab.labels import Segment
 from forcelab.project import Verdict
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.settings import Settings
@@ -20,29 +23,6 @@ from forcelab.recognition.settings import Settings
 def document(app):
     with study() as document:
         yield document
-
-
-@pytest.fixture
-def work(document):
-    work = FakeWork()
-    work.result = outcome_of(document.project)
-    return work
-
-
-@pytest.fixture
-def learning(document, work, until, monkeypatch):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review import edit_count
-    from forcelab.gui.review.learning import Learning
-
-    monkeypatch.setattr(edit_count, "COUNTING", 50)
-    jobs = Jobs()
-    learning = Learning(document, jobs, work=work)
-    until(lambda: not jobs.busy)
-    yield learning
-    learning.cancel()
-    document.close()
-    jobs.close()
 
 
 @pytest.fixture
@@ -78,6 +58,22 @@ def test_the_button_trains_and_cancel_answers_at_once(bar, learning, work, until
     assert not bar.progress.isVisible()
 
 
+def test_a_click_on_train_leaves_the_keyboard_where_it_is(bar, learning, work, until):
+    work.gate = False
+    bar.task.setFocus()
+    QTest.mouseClick(bar.train, Qt.MouseButton.LeftButton)
+    until(lambda: learning.step is not None)
+    assert not bar.train.isVisible()
+    assert bar.focusWidget() is bar.task
+    bar.cancel.click()
+    bar.train.setFocus()
+    QTest.keyClick(bar.train, Qt.Key.Key_Space)
+    until(lambda: learning.step is not None)
+    assert bar.focusWidget() is bar.cancel
+    QTest.keyClick(bar.cancel, Qt.Key.Key_Space)
+    assert bar.focusWidget() is bar.train
+
+
 def test_it_says_how_far_the_training_is(bar, learning, work, until):
     work.gate = False
     work.steps = [step(epoch=41, fold=3, folds=10, seconds_left=12.2)]
@@ -107,6 +103,10 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     document.set_author("Root")
     assert bar.whose.text == "Labels of Ann"  # Root has labelled nothing yet
     document.paint(6, 7, "grab")
+    assert bar.whose.text == "Labels of Ann"  # of one demonstration, while Ann has more
+    other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
+    document.project.edit(other.id, "Root", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.refresh_listing()
     until(lambda: bar.whose.text == "Labels of Root")
     assert bar.whose.isVisible()
     assert "Labels of Root" in bar.train.toolTip()
@@ -124,7 +124,7 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
 @pytest.mark.parametrize("training", [False, True])
 def test_at_no_width_is_anything_cut_off(bar, learning, work, until, app, training):
     work.kept = tuple(kept(n) for n in range(1, 4))
-    learning._list_runs()
+    learning.list_runs()
     until(lambda: learning.runs)
     if training:
         work.gate = False
@@ -144,7 +144,7 @@ def test_at_no_width_is_anything_cut_off(bar, learning, work, until, app, traini
 def test_what_has_no_room_is_in_the_menu(bar, learning, work, until, app):
     work.kept = (kept(2), kept(1))
     work.outcomes = {n: outcome_of(learning.document.project, n) for n in (1, 2)}
-    learning._list_runs()
+    learning.list_runs()
     until(lambda: learning.document.outcome is not None)
     bar.resize(420, 40)
     app.processEvents()
@@ -179,7 +179,7 @@ def test_a_refusal_stands_beneath_until_it_is_dismissed(bar, learning, work, unt
 def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     work.kept = (kept(2, f1=None), kept(1))
     work.outcomes = {n: outcome_of(document.project, n) for n in (1, 2)}
-    learning._list_runs()
+    learning.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     assert "F1 90 %" in bar.runs.itemText(1)
     assert "F1" not in bar.runs.itemText(0)
@@ -208,7 +208,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     project.add_verdict(said)
     work.kept = tuple(kept(n) for n in reversed(numbers))
     work.outcomes = {n: outcome_of(project, n) for n in numbers}
-    learning._list_runs()
+    learning.list_runs()
     until(lambda: bar.runs.currentData() == numbers[2])
 
     def asked():
@@ -242,7 +242,7 @@ def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
 def test_a_run_that_cannot_be_read_is_not_said_to_be_reviewed(bar, learning, work, document, until):
     work.kept = (kept(2), kept(1))
     work.outcomes = {2: outcome_of(document.project, 2)}
-    learning._list_runs()
+    learning.list_runs()
     until(lambda: bar.runs.currentData() == 2)
     bar.runs.setCurrentIndex(1)
     bar.runs.activated.emit(1)
@@ -256,7 +256,7 @@ def test_settings_and_tasks_are_named_as_they_were_changed(bar, learning, until)
     assert bar.settings.text() == "Settings: paper, changed…"
     learning.set_choice(Choice(("foam", "stylus"), apart=True))
     assert bar.task.currentText() == "foam + stylus, kept apart"
-    bar._task_chosen(1)
+    bar.task.activated.emit(1)
     assert learning.task == "stylus"
     assert bar.settings.text() == "Settings: best…"
     assert bar.task.currentText() == "stylus"
@@ -271,7 +271,7 @@ def test_the_dialogs_set_what_was_chosen(bar, learning, app):
     dialog.form.editors["stride"].box.setValue(5)
     dialog.accept()
     assert learning.settings.stride == 5
-    bar._task_chosen(bar.task.count() - 1)
+    bar.task.activated.emit(bar.task.count() - 1)
     dialog = next(w for w in app.topLevelWidgets() if isinstance(w, QDialog) and w.isVisible())
     dialog.form.boxes["stylus"].setChecked(True)
     dialog.accept()

@@ -17,9 +17,12 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import coders as coders_module
 from forcelab.gui.review.coders import CodersView
+from forcelab.gui.review.coders_alone import AloneView
 from forcelab.gui.review.coders_histogram import bins
 from forcelab.labels import Segment, Track
 from forcelab.project import Incoming, Project
+from forcelab.review.agreement import Agreement
+from forcelab.review.consistency import Consistency, Durations
 
 
 def track(*rows):
@@ -108,9 +111,9 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         QTest.keyClick(view.matrix, Qt.Key.Key_Left)  # over the diagonal
         assert view.matrix.at == (1, 0)
         table = view.pair.places
-        first = table.rows.rows[0].place
+        first = table.rows[0].place
         assert first.duration == max(p.duration for p in (*pair.apart, *pair.alone))
-        table.wanted.emit(0)
+        table.clicked.emit(table.model().index(0, 0))
         assert b.document.examined == first
         assert b.document.id == first.demonstration
 
@@ -122,7 +125,7 @@ def test_kinds_of_places_are_listed_apart(app, until):
         def listed(kind):
             details.kinds.setCurrentIndex(details.kinds.findData(kind))
             details.kinds.activated.emit(0)
-            return [(r.place.start, r.place.end) for r in details.places.rows.rows]
+            return [(r.place.start, r.place.end) for r in details.places.rows]
 
         assert listed("apart") == [(3, 4), (1, 1.06)]
         assert listed("alone") == [(6, 7)]
@@ -170,6 +173,22 @@ def test_one_coder_alone_is_told_how_to_get_a_second(app, until):
         assert "forcelab assign" in b.view.empty.text()
 
 
+def test_of_a_long_name_the_task_is_cut_and_not_the_action(app):
+    long = "assembling the cartridge of the printer"
+    own = Consistency("Ann", tuple(Durations(t, "grab", 1, 1.0, None) for t in (long, "")), (), ())
+    document = Document("Ann")
+    view = AloneView(document)
+    view.show_agreement(Agreement(("Ann",), (), (), None, own=(own,)), {})
+    table = view.durations
+    names = [table.model().index(row, 0).data() for row in range(2)]
+    assert names == [f"grab · {long}", "grab · no task"]
+    metrics, mode = table.fontMetrics(), table.textElideMode()
+    cut = metrics.elidedText(names[0], mode, metrics.horizontalAdvance("grab · assemb"))
+    assert cut.startswith("grab · a")
+    view.deleteLater()
+    document.close()
+
+
 def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
     asked = []
     real = coders_module._compared
@@ -178,7 +197,9 @@ def test_nothing_is_compared_while_nobody_looks(app, until, monkeypatch):
     )
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         count = len(asked)
-        b.view.pair.places.wanted.emit(0)  # opening and looking changes no label
+        b.view.pair.places.wanted.emit(
+            b.view.pair.places.rows[0].place
+        )  # opening and looking changes no label
         QTest.qWait(coders_module.PAUSE + 50)
         assert len(asked) == count
         b.view.hide()
@@ -233,7 +254,7 @@ def test_another_action_and_all_close_edges_at_once(app, until):
         bar.buttons.tolerance.setValue(60)
         bar.buttons.mean_all.click()
         assert bar.state.text().startswith("1 of 3")
-        bar.places.wanted.emit(1)
+        bar.places.clicked.emit(bar.places.model().index(1, 0))
         menu = bar.action_menu()
         next(action for action in menu.actions() if action.text() == "hold").trigger()
         assert (1.03, 5, "hold") in b.track("consensus")

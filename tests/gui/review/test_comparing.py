@@ -1,5 +1,6 @@
 """The dialog that compares two runs: what is offered, shown, marked and opened."""
 
+from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
@@ -8,7 +9,6 @@ from painted import opened
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.comparing import ComparingDialog
 from forcelab.gui.review.training_jobs import Kept, Work
 from forcelab.gui.theme import colours
@@ -20,13 +20,6 @@ ACTIONS = ("grab", "hold", "release")
 def document(app, tmp_path_factory):
     with opened(tmp_path_factory.mktemp("study")) as document:
         yield document
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
 
 
 def work(outcomes):
@@ -78,6 +71,19 @@ def test_the_last_two_runs_are_compared_at_first(dialog):
     assert [c.name for c in dialog.model.columns][1:3] == ["run 2", "run 3"]
 
 
+def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
+    document, jobs, runs, until
+):
+    runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
+    dialog = ComparingDialog(document, jobs, work=work(runs))
+    until(lambda: dialog.comparison is not None)
+    assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
+    dialog.one.resize(120, dialog.one.height())
+    assert dialog.one.shown_text.endswith("…")
+    dialog.close()
+    dialog.deleteLater()
+
+
 def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
     two, three = (run.scores["filtered"]["pooled"] for run in runs[1:])
     row = row_of(dialog, "Accuracy")
@@ -109,6 +115,23 @@ def test_a_run_beside_itself_differs_in_nothing(dialog, until):
     assert all(row.colours[3] is None for row in dialog.model.rows)
     assert row_of(dialog, "Accuracy").cells[3:] == ("0.0", "0.0 to 0.0")
     assert dialog.settings.text() == "Both runs have the same settings."
+
+
+def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(dialog, runs):
+    from forcelab.gui.review.comparing_table import settings_text
+    from forcelab.recognition.settings import Settings
+    from forcelab.review.comparing import compare
+
+    plain = Settings(decoder="semi-markov")
+    changed = plain.replace(changes=True, classifier="extra-trees", preset="best")
+    comparison = compare(
+        replace(runs[0], settings=plain), replace(runs[1], settings=changed, author="Ben")
+    )
+    told = settings_text(comparison)
+    assert "Learn where actions change: no → yes" in told
+    assert "Classifier: Multilayer perceptron → Extra trees" in told
+    assert "Preset: paper → best" in told
+    assert "Whose labels:" in told
 
 
 def test_the_chosen_metric_is_shown_for_each_demonstration(dialog, document, runs):

@@ -19,29 +19,6 @@ def document(app):
         yield document
 
 
-@pytest.fixture
-def work(document):
-    work = FakeWork()
-    work.result = outcome_of(document.project)
-    return work
-
-
-@pytest.fixture
-def learning(document, work, until, monkeypatch):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review import edit_count
-    from forcelab.gui.review.learning import Learning
-
-    monkeypatch.setattr(edit_count, "COUNTING", 50)
-    jobs = Jobs()
-    learning = Learning(document, jobs, work=work)
-    until(lambda: not jobs.busy)
-    yield learning
-    learning.cancel()
-    document.close()
-    jobs.close()
-
-
 def kept(number, task, title=""):
     from forcelab.gui.review.training_jobs import Kept
 
@@ -66,7 +43,7 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
 def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
     learning, work, until, monkeypatch
 ):
-    from forcelab.gui.review import wanted
+    from forcelab.recognition import grouping
 
     def asked():
         learning.train()
@@ -74,7 +51,7 @@ def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherw
         return work.asked[-1][2]
 
     assert asked().folds == 0
-    monkeypatch.setattr(wanted, "MANY", 0)
+    monkeypatch.setattr(grouping, "MANY", 0)
     assert asked().folds == 10
     learning.set_choice(Choice(("foam",), folds=0))
     assert asked().folds == 0
@@ -139,6 +116,20 @@ def test_edits_since_are_counted(learning, document, work, until):
     document.paint(6.0, 7.0, "grab")
     document.paint(7.0, 8.0, "hold")
     until(lambda: learning.edits == 2, 3.0)
+
+
+def test_edits_of_labels_that_are_hidden_are_not_counted(learning, document, until):
+    learning.train()
+    until(lambda: not learning.training)
+    project, id_ = document.project, document.outcome.tested[0].id
+    project.edit(id_, "Ann", project.track(id_, "Ann").segments, (), "began anew")
+    project.assign(id_, "Bob", blind=True)
+    document.set_author("Bob")
+    learning._counter.count()
+    assert learning.edits == 0
+    project.set_done(id_, "Bob", True)
+    learning._counter.count()
+    assert learning.edits == 1
 
 
 def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, until):
@@ -293,11 +284,23 @@ def test_a_run_of_another_task_that_is_chosen_turns_to_that_task(
     assert (learning.task, document.outcome) == ("foam", None)
 
 
+def test_of_two_runs_that_are_removed_at_once_both_go(learning, document, until):
+    project = document.project
+    plain = {"settings": {}, "seed": None, "labels": (), "versions": {}, "result": {}}
+    numbers = [project.add_run("evaluate", **plain) for _ in range(2)]
+    document.set_outcome(outcome_of(project, numbers[0]))
+    for number in numbers:
+        learning.remove_run(number)
+    until(lambda: not learning.jobs.busy)
+    until(lambda: document.outcome is None)
+    assert not project.runs()
+
+
 def test_a_removed_demonstration_leaves_the_review_at_once(learning, document, work, until):
     project = document.project
     document.set_outcome(outcome_of(project, 4))
     first, *others = [one.id for one in document.outcome.tested]
-    project.remove(first, {a: project.head(first, a) for a in project.info(first).authors})
+    project.remove_all({first: {a: project.head(first, a) for a in project.info(first).authors}})
     work.outcomes = {4: outcome_of(project, 4)}
     document.reread()
     until(lambda: document.outcome is work.outcomes[4])
@@ -319,7 +322,7 @@ def test_where_all_that_was_tested_is_removed_nothing_is_reviewed(
     document.set_outcome(outcome_of(project, 4))
     for one in (*document.outcome.tested, *document.outcome.proposals):
         heads = {a: project.head(one.id, a) for a in project.info(one.id).authors}
-        project.remove(one.id, heads)
+        project.remove_all({one.id: heads})
     document.reread()
     until(lambda: document.outcome is None)
     assert "removed" in learning.trouble
@@ -427,18 +430,59 @@ def test_the_status_bar_says_in_other_workspaces_how_training_stands(
 
 
 def test_who_labelled_most_is_trained_on(document):
-    from forcelab.gui.review.whose import whose_labels
+    from forcelab.gui.review.wanted import whose_labels
 
     project = document.project
     other = [info for info in document.infos if info.task == "foam"][:1]
     for info in other:
         project.edit(info.id, "Cleo", (), (Segment(0.0, 1.0, "grab"),), "made")
     document.set_author("Ben")
-    document.refresh()
+    document.refresh_listing()
     assert whose_labels(document, {"foam"}) == "Ann"
-    document.set_author("Cleo")
+    document.set_author("Cleo")  # a single one, as after accepting a proposal, is no training
+    assert whose_labels(document, {"foam"}) == "Ann"
+    another = next(i for i in document.infos if i.task == "foam" and i.id != other[0].id)
+    project.edit(another.id, "Cleo", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.refresh_listing()
     assert whose_labels(document, {"foam"}) == "Cleo"
     assert whose_labels(document, {"no such task"}) is None
+
+
+def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
+    from forcelab.gui.review.wanted import whose_labels
+
+    for info in document.infos:
+        before = document.project.track(info.id, "Ann").segments
+        document.project.edit(info.id, "Ann", before, (), "began anew")
+    document.refresh_listing()
+    document.set_author("Cleo")
+    assert whose_labels(document, {"foam"}) is None
+    document.paint(0.0, 1.0, "grab")  # which the list does not tell yet
+    assert whose_labels(document, {"foam"}) == "Cleo"
+
+
+def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document, work, until, app):
+    from forcelab.gui.review.standing import Standing
+
+    line = Standing(learning)
+    line.set_elsewhere(True)
+    learning.train()
+    until(lambda: not learning.training)
+    assert line.text() == "Recogniser: up to date"
+    learning._quiet.setInterval(20)
+    learning.set_automatic(True)
+    document.set_author("Nora")
+    for info in document.infos:
+        document.project.edit(info.id, "Nora", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.refresh_listing()
+    document.paint(2.0, 3.0, "hold")
+    assert learning.learnt_from == "Ann"
+    assert line.text() == "Recogniser: trained on the labels of Ann"
+    work.result = outcome_of(document.project, 2, author="Nora")
+    until(lambda: len(work.asked) == 2)  # by itself, though no label of Ann's was edited
+    until(lambda: not learning.training)
+    assert work.asked[-1][2].author == "Nora"
+    assert line.text() == "Recogniser: up to date"
 
 
 def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(learning):

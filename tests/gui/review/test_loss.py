@@ -1,31 +1,29 @@
 """The loss curves: one for each fold, on axes that show them."""
 
 import pytest
-from learning_bench import FakeWork, outcome_of, step, study
+from learning_bench import outcome_of, step, study
 
 from forcelab.recognition.settings import Settings
 
 
 @pytest.fixture
-def view(app, until):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review.learning import Learning
+def document(app):
+    with study() as document:
+        yield document
+
+
+@pytest.fixture
+def view(document, work, learning):
     from forcelab.gui.review.loss import LossView
 
-    with study() as document:
-        jobs = Jobs()
-        work = FakeWork()
-        work.result = outcome_of(document.project, remarks=("Something was left out.",))
-        learning = Learning(document, jobs, work=work)
-        until(lambda: not jobs.busy)
-        view = LossView(document, learning)
-        view.work = work
-        view.resize(500, 320)
-        view.show()
-        yield view
-        view.close()
-        view.deleteLater()
-        jobs.close()
+    work.result = outcome_of(document.project, remarks=("Something was left out.",))
+    view = LossView(document, learning)
+    view.work = work
+    view.resize(500, 320)
+    view.show()
+    yield view
+    view.close()
+    view.deleteLater()
 
 
 def test_each_fold_has_a_curve_and_the_final_fit_its_own():
@@ -96,3 +94,17 @@ def test_nothing_is_drawn_while_hidden(view, until):
     assert view.curves.curves == ()
     view.show()
     assert view.curves.curves
+
+
+def test_what_a_run_says_of_labels_that_are_hidden_is_hidden(view, until):
+    document = view.document
+    view.learning.train()
+    until(lambda: not view.learning.training)
+    assert view.remarks.text() == "Something was left out."
+    labelled = document.outcome.tested[0].id
+    document.project.assign(labelled, "Bob", blind=True)
+    document.set_author("Bob")
+    assert not view.remarks.text()
+    document.project.set_done(labelled, "Bob", True)
+    document.refresh_listing()
+    assert view.remarks.text() == "Something was left out."

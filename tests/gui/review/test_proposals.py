@@ -17,15 +17,6 @@ def document(app):
 
 
 @pytest.fixture
-def jobs(app):
-    from forcelab.gui.jobs import Jobs
-
-    jobs = Jobs()
-    yield jobs
-    jobs.close()
-
-
-@pytest.fixture
 def view(document, jobs):
     from forcelab.gui.review.proposals import ProposalsView
 

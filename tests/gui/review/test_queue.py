@@ -112,6 +112,21 @@ def test_what_differs_is_listed_by_section(bench):
         assert view.model.sections[0].item(0).name == "01"
 
 
+def test_every_section_says_what_its_percentages_are(bench):
+    from forcelab.gui.review.queue_model import Section
+
+    with bench() as view:
+        one = view.model.sections[0].listed[0]
+        suspected = Section("suspected", (one,), 1, {})
+        actions = Section("actions", (one,), 1, {})
+        assert (suspected.rated, actions.rated) == ("suspicion", "confidence")
+        assert "error of the coder" in suspected.tip
+        assert "how sure the model is" in actions.tip
+        unknown = Section("actions", (replace(one, confidence=None),), 1, {})
+        assert unknown.rated == ""
+        assert unknown.tip == unknown.explained
+
+
 def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
     with bench() as view:
         seen = []

@@ -178,3 +178,11 @@ def test_without_an_outcome_it_says_what_to_do(view, document):
     document.set_outcome(None)
     assert view._empty.isVisible()
     assert "Train" in view._empty.text()
+
+
+def test_where_nothing_could_be_tested_it_says_why_and_not_that_nothing_was_trained(view, document):
+    reason = "Only one demonstration is labelled, so nothing could be tested."
+    document.set_outcome(replace(document.outcome, tested=(), remarks=(reason,)))
+    assert view._empty.text() == reason
+    document.set_outcome(replace(document.outcome, remarks=()))
+    assert view._empty.text() == "This run tested no demonstration."

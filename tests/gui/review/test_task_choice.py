@@ -3,6 +3,7 @@
 import pytest
 from learning_bench import study
 
+from forcelab.gui.review.wanted import OWN, whose_labels
 from forcelab.recognition.choice import Choice
 
 
@@ -55,15 +56,15 @@ def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
 
 
 def test_how_many_are_left_out_is_shown_and_chosen(document, form, monkeypatch):
-    from forcelab.gui.review import wanted
     from forcelab.gui.review.task_choice import TaskChoice
+    from forcelab.recognition import grouping
 
     assert form.leave_out.isChecked()  # two are not many
     form.in_groups.setChecked(True)
     assert form.choice() == Choice(("foam",), folds=10)
     form.leave_out.setChecked(True)
     assert form.choice() == Choice(("foam",), folds=0)
-    monkeypatch.setattr(wanted, "MANY", 1)
+    monkeypatch.setattr(grouping, "MANY", 1)
     many = TaskChoice(document, Choice(("foam",)))
     assert many.in_groups.isChecked()
     assert many.choice() == Choice(("foam",))  # nobody has chosen yet
@@ -136,4 +137,20 @@ def test_one_that_codes_blind_does_not_learn_who_else_labelled(document):
     document.refresh_listing()
     form = TaskChoice(document, Choice(("foam",)))
     assert form.coder.findData("Ben") == -1
+    form.deleteLater()
+
+
+@pytest.mark.parametrize("own", [OWN - 1, OWN])
+def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, own):
+    from forcelab.gui.review.task_choice import TaskChoice
+    from forcelab.labels import Segment
+
+    for info in document.infos[:own]:
+        document.project.edit(info.id, "Cleo", (), (Segment(0, 1, "grab"),), "made")
+    document.set_author("Cleo")
+    document.refresh_listing()
+    tasks = {info.task for info in document.infos}
+    assert (whose_labels(document, tasks) == "Cleo") == (own >= OWN)
+    form = TaskChoice(document, Choice(("foam",)))
+    assert f"from {OWN} demonstrations on" in form.coder.itemText(0)
     form.deleteLater()

@@ -16,8 +16,7 @@ from forcelab.gui.review.why import WhyView
 from forcelab.gui.review.why_jobs import Shelf
 from forcelab.gui.review.why_painting import balance_colours
 from forcelab.jobs import Progress, finish
-from forcelab.review.places import Place
-from forcelab.review.why_places import place_at
+from forcelab.review.places import Place, place_at
 from forcelab.review.why_training import withholding
 
 SETTINGS = FAST.replace(classifier="naive-bayes")

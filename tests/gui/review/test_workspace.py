@@ -317,6 +317,21 @@ def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until):
     assert document.stroke is not None or document.segments != before
 
 
+def test_without_recordings_it_says_what_comes_first(tmp_path, windows, until):
+    path = tmp_path / "empty.forcelab"
+    Project.create(path).close()
+    window = windows(path, "review")
+    workspace = window.review.workspace
+    assert workspace._nothing.isVisible()
+    assert "Import" in workspace._nothing.text()
+    assert not workspace.queue.isVisible()  # which would say "Train"
+    (demonstration, segments), *_ = synthetic_set(1, 100.0)
+    window.document.project.add(demonstration, [Track("Ada", segments)])
+    window.document.refresh_listing()
+    assert workspace.queue.isVisible()
+    assert not workspace._nothing.isVisible()
+
+
 def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows, until):
     window = windows(study, "review")
     learning = window.review.learning
@@ -331,3 +346,18 @@ def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows,
         until(lambda: window.settled, PATIENCE)
         window.resize(960, 540)
         assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"
+
+
+def test_arrows_move_in_the_list_that_has_the_keyboard_and_elsewhere_the_cursor(study, windows):
+    window = windows(study, "review", "foam 01")
+    document, area = window.document, window.review.workspace.pairs.area
+    cursor, row = document.cursor, area.row
+    window.activateWindow()
+    area.setFocus()
+    for key in (Qt.Key.Key_Down, Qt.Key.Key_Right):
+        QTest.keyClick(area, key)
+    assert (area.row, area.mark) == (row + 1, 0)
+    assert document.cursor == cursor
+    window.label.tracks.setFocus()
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_Right)
+    assert document.cursor > cursor

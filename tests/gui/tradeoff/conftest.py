@@ -35,6 +35,11 @@ def row_of(kind, setting, error, recognise, train, edges):
     return Row(kind, setting, "foam", reference, error, recognise, 0.01, 2_000_000, further)
 
 
+def spot_of(plot, row):
+    """Where the point of a row lies, in pixels of the plot."""
+    return plot._laid_out().spots[plot._index(row)]
+
+
 def measured_of(project, task="foam", author="Ann", number=1, extra=()):
     """A measurement as it is read from a project."""
     from forcelab.measure.recognition_runs import Measured

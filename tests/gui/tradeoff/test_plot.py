@@ -15,7 +15,7 @@ from forcelab.gui.tradeoff.layout import MARK, laid_out
 from forcelab.gui.tradeoff.points import ERRORS, TIMES, Point, points_of
 from forcelab.measure.rows import Row
 
-from .conftest import FIGURES, row_of
+from .conftest import FIGURES, row_of, spot_of
 
 ROWS = [row_of(*figures[:-1]) for figures in FIGURES]
 
@@ -86,7 +86,7 @@ def plot(app):
 
 
 def test_faster_is_left_and_better_is_down(plot):
-    spots = [plot.spot_of(row) for row in range(len(ROWS))]
+    spots = [spot_of(plot, row) for row in range(len(ROWS))]
     assert sorted(range(4), key=lambda i: spots[i].x()) == [1, 2, 0, 3]
     assert sorted(range(4), key=lambda i: -spots[i].y()) == [3, 1, 0, 2]
     # A logarithmic axis: twice the time is equally far wherever.
@@ -95,13 +95,13 @@ def test_faster_is_left_and_better_is_down(plot):
 
 
 def test_pointing_tells_and_a_click_chooses(plot):
-    spot = plot.spot_of(3)
+    spot = spot_of(plot, 3)
     QTest.mouseMove(plot, spot.toPoint())
     assert plot.told == [3]
     assert plot.asked == []
     QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=spot.toPoint())
     assert plot.asked == [3]
-    QTest.mouseClick(plot, Qt.MouseButton.RightButton, pos=plot.spot_of(1).toPoint())
+    QTest.mouseClick(plot, Qt.MouseButton.RightButton, pos=spot_of(plot, 1).toPoint())
     QTest.mouseClick(plot, Qt.MouseButton.LeftButton, pos=QPointF(120, 60).toPoint())
     assert plot.asked == [3]
 

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row
 
-from .conftest import PAPER, measured_of
+from .conftest import PAPER, measured_of, spot_of
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_other_axes_draw_another_front(workspace):
 
 
 def test_a_click_in_the_plot_adopts(workspace, measuring):
-    spot = workspace.plot.spot_of(1).toPoint()
+    spot = spot_of(workspace.plot, 1).toPoint()
     assert not workspace.bar.back.isVisible()
     QTest.mouseClick(workspace.plot, Qt.MouseButton.LeftButton, pos=spot)
     assert measuring.learning.settings.preset == "fast"
@@ -75,7 +75,7 @@ def test_enter_in_the_table_adopts_and_its_rows_are_marked_in_the_plot(workspace
 
 
 def test_what_is_pointed_at_in_the_plot_is_selected_in_the_table(workspace):
-    QTest.mouseMove(workspace.plot, workspace.plot.spot_of(2).toPoint())
+    QTest.mouseMove(workspace.plot, spot_of(workspace.plot, 2).toPoint())
     assert workspace.table.currentIndex().row() == 2
     assert workspace.told.text().startswith("phase: none")
 
@@ -132,7 +132,7 @@ def test_without_labels_or_project_it_says_what_is_missing(workspace, measuring,
     until(lambda: not measuring.reading)
     measuring._show(None)
     assert "two labelled demonstrations are needed" in workspace.empty.text()
-    assert "There are 0 so far" in workspace.empty.text()
+    assert "Labelled so far: 0." in workspace.empty.text()
     assert not workspace.bar.measure.isEnabled()
     document.close()
     assert "Open a project" in workspace.empty.text()

@@ -1,0 +1,246 @@
+"""Reading a bag as one demonstration."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
+from forcelab.formats.recording import ReadOptions, Recording
+from forcelab.formats.rosbag.aligning import Held, Placed, placed
+from forcelab.formats.rosbag.choosing import chosen, left_numbers, some
+from forcelab.formats.rosbag.fields import Contents, address_of, contents, follow
+from forcelab.formats.signatures import BAG_METADATA
+from forcelab.formats.table.labels import own_or_beside
+from forcelab.formats.table.roles import MOST_LABELS, UNLABELLED_WORDS
+from forcelab.formats.table.signals import missing
+from forcelab.labels import UNLABELLED, Track, from_codes
+
+__all__ = ["opened", "read", "sniff", "survey"]
+
+_METADATA: Final = b"rosbag2_bagfile_information:"
+_ROS1, _MCAP, _SQLITE = b"#ROSBAG V", b"\x89MCAP", b"SQLite format 3\x00"
+#: What each kind of file has to be called for the library.
+_SUFFIXES: Final = ((_ROS1, ".bag"), (_MCAP, ".mcap"))
+_CURE: Final = "copy it again, or mend it with rosbag reindex (ROS 2: ros2 bag reindex)"
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether a file is a bag, or the metadata or the data of one.
+
+    Parameters
+    ----------
+    path : Path
+        The file, or the folder of a ROS 2 bag.
+    head : bytes
+        The first bytes of the file, or of the folder's metadata.
+    """
+    database = head.startswith(_SQLITE) and path.suffix == ".db3"
+    return database or head.startswith((_ROS1, _MCAP, _METADATA))
+
+
+def read(path: Path, options: ReadOptions) -> list[Recording]:
+    """Read a bag as one demonstration, called like the file, or the folder of a ROS 2 bag.
+
+    Parameters
+    ----------
+    path : Path
+        A ROS 1 bag; the folder of a ROS 2 bag, its metadata, or one file of its data. A labels
+        file beside it is read where it holds no labels, as beside a table.
+    options : ReadOptions
+        With `signals`, `leave_out` and `label` as of
+        :func:`forcelab.formats.rosbag.choosing.chosen`.
+
+    Returns
+    -------
+    list of Recording
+        Exactly one.
+
+    Raises
+    ------
+    InputError
+        If the library that reads bags is not installed, the bag is damaged or not indexed, none of
+        its topics carries forces, or its stamps break the rules of
+        :mod:`forcelab.formats.table.stamps`.
+    """
+    if options.rate is not None and not 0 < options.rate < np.inf:
+        raise InputError(f"'{path}': the rate must be positive, not {options.rate} Hz.")
+    with opened(path) as bag:
+        bag_path: Path = bag.paths[0]
+        topics, left = survey(bag)
+        held = chosen(topics, options)
+        _fill(held, bag)
+        names = _constants(topics, held, bag)
+        kinds = {one.topic: one.msgtype.replace("/msg/", "/") for one in bag.connections}
+    found = placed(held, str(path), strict=options.strict)
+    fields = [one for topic in held for one in topic.fields]
+    channels = tuple(
+        Channel(name, unit)
+        for one in fields
+        for name, unit in zip(one.names, one.units, strict=True)
+    )
+    demonstration = Demonstration(
+        bag_path.stem if bag_path.is_file() else bag_path.name,
+        options.task or "",
+        found.times,
+        found.signals,
+        channels,
+        grid_rate=options.rate,
+    )
+    tracks, told = _tracks(held, found, names, options)
+    tracks, beside = own_or_beside(bag_path, tracks, options, found.start, demonstration)
+    there = {topic.topic for topic in held}
+    unread = [f"{one.topic} ({kinds[one.topic]})" for one in topics if one.topic not in there]
+    remarks = [
+        f"Channels were read from {some([one.address for one in fields])}.",
+        *found.remarks,
+        *told,
+        *beside,
+        *missing(found.signals, channels),
+        *_left(unread, left, left_numbers(topics, held)),
+    ]
+    return [Recording(demonstration, tracks, tuple(remarks), source=bag_path.name)]
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The library's reader of a bag, which may be named by its metadata."""
+    path = path.parent if path.name == BAG_METADATA else path
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"'{path}' is a ROS bag, which the package rosbags reads; install it with "
+            f"{sys.executable} -m pip install rosbags."
+        ) from error
+    if path.is_file():
+        with path.open("rb") as file:
+            head = file.read(16)
+        for start, suffix in _SUFFIXES:
+            if head.startswith(start) and path.suffix != suffix:
+                raise InputError(f"'{path}' is a ROS bag by its content; rename it to *{suffix}.")
+    with _damage_told(path):
+        # Older bags of ROS 2 do not define their messages; the common ones never changed.
+        bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+        bag.open()
+    try:
+        yield bag
+    finally:
+        bag.close()
+
+
+@contextmanager
+def _damage_told(path: Path) -> Iterator[None]:
+    """Turn what the library says of a bag that it cannot read into a sentence."""
+    try:
+        yield
+    except Exception as error:  # what is damaged may fail in any line of the library
+        if isinstance(error, OSError) and error.errno is not None:
+            raise
+        text = " ".join(str(error).split()).rstrip(".")
+        if isinstance(error, AssertionError | LookupError) or not text:
+            text = "its records contradict each other"
+        reason = text if len(text) <= 160 else f"{text[:160]}…"
+        raise InputError(f"'{path}' is not a whole ROS bag ({reason}); {_CURE}.") from error
+
+
+def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    """Time of arrival in nanoseconds and content of all messages of some connections."""
+    coming = bag.messages(connections=connections)
+    while True:
+        with _damage_told(bag.paths[0]):
+            entry = next(coming, None)
+            if entry is None:
+                return
+            connection, arrived, raw = entry
+            message = bag.deserialize(raw, connection.msgtype)
+        yield arrived, message
+
+
+def survey(bag: Any) -> tuple[list[Contents], list[str]]:
+    """What each topic holds, by its first message, and topics that hold nothing to be read."""
+    topics: list[Contents] = []
+    left: list[str] = []
+    for name in dict.fromkeys(connection.topic for connection in bag.connections):
+        connections = [one for one in bag.connections if one.topic == name and one.msgcount]
+        kinds = {one.msgtype for one in connections}
+        if not connections:
+            left.append(f"{name} (no messages)")
+        elif len(kinds) > 1:
+            left.append(f"{name} (messages of several types)")
+        elif not kinds <= bag.typestore.fielddefs.keys():
+            left.append(f"{name} ({kinds.pop()}, which the bag does not define)")
+        else:
+            for _, message in _messages(bag, connections):
+                topics.append(contents(name, message, bag.typestore.fielddefs))
+                break
+    return topics, left
+
+
+def _fill(held: Sequence[Held], bag: Any) -> None:
+    """Read all messages of what was chosen, topic by topic.
+
+    The library unpacks a chunk anew whenever the next message is of another one, which, over all
+    topics together, may be every time.
+    """
+    for topic in held:
+        connections = [one for one in bag.connections if one.topic == topic.topic]
+        for arrived, message in _messages(bag, connections):
+            topic.add(arrived, message)
+
+
+def _constants(topics: Sequence[Contents], held: Sequence[Held], bag: Any) -> dict[str, str]:
+    """What the definition of a message calls the values of its label, by the value as a word."""
+    labels = {one.topic: one.label for one in held if one.label}
+    names: dict[str, str] = {}
+    for topic in topics:
+        if path := labels.get(topic.topic):
+            kind = follow(topic.first, path[:-1]).__msgtype__
+            constants, fields = bag.typestore.fielddefs[kind]
+            own = dict(fields)[path[-1]][1][0]
+            pairs = [(str(value), name) for name, type_, value in constants if type_ == own]
+            values = [value for value, _ in pairs]
+            names = {value: name for value, name in pairs if values.count(value) == 1}
+    return names
+
+
+def _tracks(
+    held: Sequence[Held], found: Placed, names: dict[str, str], options: ReadOptions
+) -> tuple[tuple[Track, ...], list[str]]:
+    """The labels as a track, with a remark on where they are from."""
+    source = next((topic for topic in held if topic.label is not None), None)
+    if source is None or source.label is None:
+        return (), []
+    address = address_of(source.topic, source.label)
+    told = [names.get(word, word) for word in found.words]
+    kinds = dict.fromkeys(told)
+    if options.label is None and len(kinds) < 2:
+        return (), []  # a tag that was never set
+    if len(kinds) > MOST_LABELS:
+        text = f"{address} holds {len(kinds):,} different values, too many to be actions"
+        if options.label is not None:
+            raise InputError(f"{text}; name another field for the labels.")
+        return (), [f"{text}; no labels were read."]
+    actions = [kind for kind in kinds if kind.lower().replace("_", " ") not in UNLABELLED_WORDS]
+    code = {action: number for number, action in enumerate(actions)}
+    codes = np.array([code.get(word, UNLABELLED) for word in told], np.int64)
+    segments = from_codes(codes, found.times, actions)
+    remark = f"Labels were read from {address}: {', '.join(actions) or 'none'}."
+    return ((Track(options.author, segments),) if segments else ()), [remark]
+
+
+def _left(unread: Sequence[str], left: Sequence[str], numbers: Sequence[str]) -> Iterator[str]:
+    """Remarks on what of the bag was not read."""
+    if unread or left:
+        yield f"Nothing was read from {some([*unread, *left])}."
+    if any("Image)" in one for one in unread):
+        yield "Pictures stay in the bag; save them as a video and attach that."
+    if numbers:
+        yield f"Other numbers can be read as signals (--signal): {some(numbers)}."

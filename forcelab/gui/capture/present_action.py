@@ -1,0 +1,126 @@
+"""The present action, large, and how probable each one is."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from forcelab.gui.capture.session import Session
+from forcelab.gui.figures import text
+from forcelab.gui.label.swatches import look_of, paint_swatch
+from forcelab.gui.theme import colours
+
+__all__ = ["PresentAction"]
+
+#: Height of a bar's row, width of a cell at least, and rows at least and at most, in pixels.
+ROW, CELL, FEWEST, MOST = 17, 128, 3, 6
+#: Width of a cell at most, in pixels: a longer bar tells no more.
+WIDEST = 240
+#: Width of what is left for the present action, in pixels.
+LARGE = 190
+
+
+class PresentAction(QWidget):
+    """The action of the latest label, and a bar for each that the recogniser knows.
+
+    Parameters
+    ----------
+    session : Session
+    """
+
+    def __init__(self, session: Session) -> None:
+        super().__init__()
+        self._session = session
+        self._said = ""
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.refresh()
+
+    def sizeHint(self) -> QSize:
+        """As high as the bars need, within bounds."""
+        loaded = self._session.recognising.loaded
+        count = 0 if loaded is None else len(loaded.recogniser.actions)
+        columns = max(1, (max(self.width(), 480) - LARGE) // CELL)
+        rows = min(max(-(-count // columns), FEWEST), MOST)
+        return QSize(480, rows * ROW + 2)
+
+    def minimumSizeHint(self) -> QSize:
+        """Narrow, but as high as it is."""
+        return QSize(240, self.sizeHint().height())
+
+    def refresh(self) -> None:
+        """Another recogniser, other actions."""
+        self.updateGeometry()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the action and the bars."""
+        painter = QPainter(self)
+        glimpse = self._session.recognising.glimpse
+        action = "" if glimpse is None or not self._session.connected else glimpse.action
+        self._tell(action)
+        self._paint_action(painter, action)
+        loaded = self._session.recognising.loaded
+        if loaded is not None:
+            known = glimpse.probabilities if glimpse is not None else ()
+            self._paint_bars(painter, loaded.recogniser.actions, known)
+        painter.end()
+
+    def _tell(self, action: str) -> None:
+        """For those who do not see it."""
+        if action != self._said or not self.accessibleName():
+            self._said = action
+            self.setAccessibleName(self.tr("Present action: {0}").format(action or self._none()))
+
+    def _none(self) -> str:
+        return self.tr("unlabelled")
+
+    def _paint_action(self, painter: QPainter, action: str) -> None:
+        box = QRectF(0, 1, LARGE - 16, self.height() - 2)
+        swatch = QRectF(box.left(), box.center().y() - 15, 30, 30)
+        theme = colours()
+        face = text.font(22.0, bold=True)
+        if action:
+            paint_swatch(painter, swatch, look_of(self._session.seen_vocabulary, action))
+        else:
+            painter.setPen(QColor(theme.frame))
+            painter.setBrush(QColor(theme.unlabelled))
+            painter.drawRect(swatch.adjusted(0, 0, -1, -1))
+        room = box.right() - swatch.right() - 10
+        said = text.elided(action, face, room) if action else self._none()
+        ink = QColor(theme.text if action else theme.muted)
+        face = face if action else text.font(14.0)
+        text.put(painter, swatch.right() + 10, swatch.center().y(), said, face=face, ink=ink)
+
+    def _paint_bars(
+        self, painter: QPainter, actions: tuple[str, ...], known: tuple[float, ...]
+    ) -> None:
+        """Name, bar and number of each action, in columns."""
+        theme, vocabulary = colours(), self._session.seen_vocabulary
+        rows = max(1, (self.height() - 2) // ROW)
+        columns = min(max(1, (self.width() - LARGE) // CELL), -(-len(actions) // rows))
+        rows = min(rows, -(-len(actions) // columns))  # all columns of like height
+        width = min((self.width() - LARGE) / columns, WIDEST)
+        begin = (self.height() - rows * ROW) / 2
+        face = text.font(10.0)
+        number = text.width("100 %", face) + 14
+        named = min(text.widest(actions, face) + 8, 0.55 * (width - number))
+        for i, action in enumerate(actions[: rows * columns]):
+            left, top = LARGE + (i // rows) * width, begin + (i % rows) * ROW
+            share = known[i] if i < len(known) else 0.0
+            middle = top + ROW / 2
+            name = text.elided(action, face, named - 4)
+            text.put(painter, left, middle, name, face=face, ink=QColor(theme.text))
+            bar = QRectF(left + named, top + 4, width - named - number - 4, ROW - 8)
+            painter.fillRect(bar, QColor(theme.grid))
+            look = look_of(vocabulary, action)
+            full = QRectF(bar.left(), bar.top(), bar.width() * share, bar.height())
+            painter.fillRect(full, look.colour)
+            painter.setPen(QColor(theme.frame))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(bar)
+            if known:
+                label = f"{100 * share:.0f} %"
+                text.put(
+                    painter, bar.right() + 5, middle, label, face=face, ink=QColor(theme.muted)
+                )

@@ -1,0 +1,90 @@
+"""Small ROS bags: messages are dictionaries, what they leave out is zero or empty."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("rosbags")
+
+from rosbags.interfaces import Nodetype
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+#: When the bags begin, in nanoseconds since 1970.
+BEGIN = 1_700_000_000 * 10**9
+WRENCH = "geometry_msgs/msg/WrenchStamped"
+
+
+def stamp(seconds):
+    """A time as messages hold it, so many seconds after the bags begin."""
+    whole, rest = divmod(BEGIN + round(seconds * 1e9), 10**9)
+    return {"sec": whole, "nanosec": rest}
+
+
+def wrench(seconds, *values):
+    """A stamped wrench."""
+    names = "xyz"
+    force = dict(zip(names, values[:3], strict=False))
+    torque = dict(zip(names, values[3:], strict=False))
+    return {"header": {"stamp": stamp(seconds)}, "wrench": {"force": force, "torque": torque}}
+
+
+def wrenches(count=50, rate=100.0, start=0.0):
+    """Stamped wrenches with the number of each as its force fx; they arrive 5 ms late."""
+    times = [start + i / rate for i in range(count)]
+    return [(t + 0.005, wrench(t, float(i))) for i, t in enumerate(times)]
+
+
+def write(path, topics, definitions=None, *, ros=1, storage="mcap", compression=None):
+    """Write a bag.
+
+    Parameters
+    ----------
+    path : Path
+        The file, or the folder of a ROS 2 bag.
+    topics : dict of str to (str, list)
+        Each with the type of its messages and these: pairs of seconds of arrival and a message.
+    definitions : dict of str to str, optional
+        Types besides the common ones.
+    compression : str, optional
+        Of a ROS 1 bag: bz2 or lz4.
+    """
+    store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_JAZZY)
+    for kind, text in (definitions or {}).items():
+        store.register(get_types_from_msg(text, kind))
+    plugin = {"mcap": StoragePlugin.MCAP, "db3": StoragePlugin.SQLITE3}[storage]
+    writer = Writer1(path) if ros == 1 else Writer2(path, version=9, storage_plugin=plugin)
+    if compression:
+        writer.set_compression(Writer1.CompressionFormat[compression.upper()])
+    serialize = store.serialize_ros1 if ros == 1 else store.serialize_cdr
+    with writer:
+        for topic, (kind, messages) in topics.items():
+            connection = writer.add_connection(topic, kind, typestore=store)
+            for seconds, given in messages:
+                data = serialize(_message(store, kind, given), kind)
+                writer.write(connection, BEGIN + round(seconds * 1e9), data)
+    return path
+
+
+def _message(store, kind, given):
+    """A message of some type."""
+    values = {name: _value(store, desc, given.get(name)) for name, desc in store.fielddefs[kind][1]}
+    assert given.keys() <= values.keys()
+    return store.types[kind](**values)
+
+
+def _value(store, desc, given):
+    """A field's value."""
+    kind, inner = desc
+    if kind == Nodetype.NAME:
+        return _message(store, inner, given or {})
+    if kind == Nodetype.BASE:
+        return given if given is not None else ("" if inner[0] == "string" else 0)
+    of, name = inner[0]
+    if of == Nodetype.NAME:
+        return [_message(store, name, one) for one in given or []]
+    if name[0] == "string":
+        return list(given or [])
+    length = inner[1] if kind == Nodetype.ARRAY else 0
+    return np.array([0] * length if given is None else given, dtype=name[0])
