@@ -83,7 +83,8 @@ def draw(path: Path, picture: Path) -> None:
             page.sources.add(f"optoforce:{port}?calibration={calibration}")
         page.sources.add("camera:0")
         page.fields.task.setCurrentText(TASK)
-        page.recogniser.which.activated.emit(1)
+        which = page.recogniser.which
+        which.activated.emit(which.findText(TASK))  # the sample's own is called as its task
         page.scalogram.choose("tangential 1")
         until(lambda: page.session.recognising.loaded is not None)
         page.connect_button.click()

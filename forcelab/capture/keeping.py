@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from forcelab.capture.gathering import gather
-from forcelab.capture.journal import SUFFIX, Contents, read
+from forcelab.capture.journal import SUFFIX, Contents, Kind, read
 from forcelab.capture.unfinished import CAPTURES, unfinished
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
@@ -58,15 +58,18 @@ class Recovered:
     Parameters
     ----------
     path : Path
-        Its journal, which is still there where nothing was kept.
+        Its journal, which is still there where something is in it that was not kept.
     kept : Kept or None
     trouble : str
         Why nothing was kept; empty where it was.
+    removed : bool
+        Whether the journal is gone because nothing was in it.
     """
 
     path: Path
     kept: Kept | None
     trouble: str = ""
+    removed: bool = False
 
 
 def next_name(project: Project, task: str) -> str:
@@ -156,7 +159,7 @@ def delete_videos(folder: Path, contents: Contents) -> None:
 
 
 def recover(path: Path) -> tuple[Recovered, ...]:
-    """Make demonstrations of all unfinished recordings of a project.
+    """Make demonstrations of all unfinished recordings of a project; remove those without samples.
 
     Parameters
     ----------
@@ -169,10 +172,25 @@ def recover(path: Path) -> tuple[Recovered, ...]:
 def _recovered(path: Path, journal: Path) -> Recovered:
     try:
         contents = read(journal)
+        if _empty(contents):
+            _remove(journal, contents)
+            told = f"'{journal.stem}' ended before its first sample; there was nothing to recover."
+            return Recovered(journal, None, told, removed=True)
         kept = keep(path, contents)
     except InputError as error:
         return Recovered(journal, None, str(error))
+    _remove(journal, contents)
+    return Recovered(journal, kept)
+
+
+def _empty(contents: Contents) -> bool:
+    """Whether a journal holds neither samples nor pictures, not even damaged ones."""
+    held = (Kind.BLOCK, Kind.FRAME)
+    return all(one.kind not in held for one in contents) and not contents.torn
+
+
+def _remove(journal: Path, contents: Contents) -> None:
+    """Remove a journal and its videos."""
     delete_videos(journal.parent, contents)
     with contextlib.suppress(OSError):  # it is offered again, which does no harm
         journal.unlink()
-    return Recovered(journal, kept)

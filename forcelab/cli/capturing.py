@@ -257,7 +257,7 @@ def _finite(value: float) -> float | None:
 
 
 def _recover(path: Path, json: bool) -> int:
-    """Make demonstrations of unfinished recordings; 1 where one cannot be."""
+    """Make demonstrations of unfinished recordings; 1 where one that holds anything cannot be."""
     Project.open(path).close()
     found = recover(path)
     if json:
@@ -272,7 +272,7 @@ def _recover(path: Path, json: bool) -> int:
             print(f"{printable(one.kept.added.name)}: {one.kept.seconds:.2f} s recovered.")
         good = sum(one.kept is not None for one in found)
         print(f"{counted(len(found), 'unfinished recording')}: {good} recovered.")
-    return int(any(one.kept is None for one in found))
+    return int(any(one.kept is None and not one.removed for one in found))
 
 
 def _recovery(one: Recovered) -> dict[str, Any]:

@@ -112,8 +112,10 @@ def _told(
         if proposal.taps:
             lines.append(f"  residual    {1000 * proposal.residual:.1f} ms")
         if not stored:
-            how = _options(clock, before) if proposal.doubtful else "--accept"
-            lines.append(f"Nothing is stored; give {how} to store it.")
+            fits, how = "", "--accept"
+            if proposal.doubtful:
+                fits, how = "if the frames at a tap fit, ", _options(clock, before)
+            lines.append(f"Nothing is stored; {fits}give {how} to store it.")
     return "\n".join(lines)
 
 

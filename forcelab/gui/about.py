@@ -7,7 +7,14 @@ from importlib.metadata import metadata
 
 import PySide6
 from PySide6.QtCore import QSize, Qt, qVersion
-from PySide6.QtGui import QGuiApplication, QTextCharFormat, QTextCursor, QTextDocument
+from PySide6.QtGui import (
+    QGuiApplication,
+    QTextCharFormat,
+    QTextCursor,
+    QTextDocument,
+    QTextOption,
+    QTextTable,
+)
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
@@ -30,6 +37,9 @@ __all__ = ["AboutDialog", "ManualDialog", "facts", "manual"]
 _PICTURE = re.compile(r"^\s*(?:!\[[^\]]*\]\([^)]*\)|<img[^>]*>)\s*$", re.MULTILINE)
 #: A link to a file that lies beside the manual in a checkout only: following it empties the page.
 _FILE = re.compile(r"\[([^\[\]]*)\]\((?!#|https?:)[^)]*\)")
+
+#: Room below a table, in pixels; above it is half of that.
+SPACE = 12
 
 
 def facts() -> dict[str, str]:
@@ -110,6 +120,7 @@ class ManualDialog(QDialog):
         self.pages.setOpenExternalLinks(True)
         self.pages.setMarkdown(text)
         _name_headings(self.pages.document())
+        _fit(self.pages.document())
         column = QVBoxLayout(self)
         column.addWidget(self.pages)
         self.resize(self.sizeHint())
@@ -134,6 +145,26 @@ def _name_headings(document: QTextDocument) -> None:
             cursor.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor)
             cursor.mergeCharFormat(named)
         block = block.next()
+
+
+def _fit(document: QTextDocument) -> None:
+    """Break lines of output that are wider than the window, and keep tables apart."""
+    how = document.defaultTextOption()
+    how.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+    document.setDefaultTextOption(how)
+    block = document.begin()
+    while block.isValid():
+        if block.blockFormat().nonBreakableLines():
+            broken = block.blockFormat()
+            broken.setNonBreakableLines(False)
+            QTextCursor(block).setBlockFormat(broken)
+        block = block.next()
+    for table in document.rootFrame().childFrames():
+        if isinstance(table, QTextTable):
+            spaced = table.format()
+            spaced.setTopMargin(SPACE / 2)
+            spaced.setBottomMargin(SPACE)
+            table.setFormat(spaced)
 
 
 def _copied(value: str, name: str) -> QLabel:

@@ -219,7 +219,8 @@ class Editing(Looking):
             self.say(self.tr("Other labels are hidden until you are done; nothing copied."), True)
             return False
         self.copied_from = author
-        return self._edit(lambda track: track.copy_from(author, start, end))
+        same = self.tr("Your labels are the same as {0}'s there; nothing copied.").format(author)
+        return self._edit(lambda track: track.copy_from(author, start, end), same)
 
     def undo(self) -> bool:
         """Take back the latest edit."""

@@ -302,7 +302,8 @@ class ImportDialog(QDialog):
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
         self._troubled = trouble
-        self._told.setText(text)
+        # What is read from a shell with an option is chosen in the columns here.
+        self._told.setText(text.replace("(--signal)", self.tr("(Read as: signal)")))
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

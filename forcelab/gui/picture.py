@@ -88,8 +88,8 @@ def _image(window: Window, start: Start, path: Path, patience: float) -> QPixmap
     window.document.said.connect(hear)
     window.resize(*(start.size or (1280, 800)))
     window.show()
-    window.begin(start)
-    if troubles:
+    there = window.begin(start)
+    if troubles and not there:  # what else is said, as of a crash, is in the picture
         raise InputError(troubles[0])
     settle(window, patience)
     return window.grab()

@@ -130,8 +130,8 @@ class Window(QMainWindow):
 
     # What the program does with the window
 
-    def begin(self, start: Start) -> None:
-        """Show what the program was started for."""
+    def begin(self, start: Start) -> bool:
+        """Show what the program was started for; gives whether a project is there."""
         self.show_workspace(start.workspace)
         project = start.project
         if project is None and self._remembering:
@@ -140,12 +140,13 @@ class Window(QMainWindow):
                 settings.put("window/begun", True)
                 self.opening.make_sample(sample_place(), asked=False)
         if project is None or not self.opening.open(project, start.demonstration):
-            return
+            return False
         low, high = self.document.bounds
         at = low if start.at is None else min(max(start.at, low), high)
         if start.span is not None:
             self.document.set_span(at - start.span / 2, at + start.span / 2)
         self.document.seek(at)
+        return True
 
     def show_workspace(self, name: str) -> None:
         """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""

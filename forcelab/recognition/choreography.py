@@ -181,7 +181,8 @@ def _durations(logs: Sequence[Sequence[float]]) -> tuple[Real, Real]:
     if not seen.any():
         return np.full(len(logs), math.log(USUAL)), np.full(len(logs), 2 * SPREAD)
     means = np.array([np.mean(own) if own else 0.0 for own in logs])
-    squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in zip(logs, means)])  # noqa: B905
+    pairs = zip(logs, means, strict=True)
+    squares = np.array([np.sum((np.array(own) - m) ** 2) for own, m in pairs])
     free = np.maximum(counts - 1, 0)
     common = means[seen].mean()
     within = (squares.sum() + SPREAD_COUNT * SPREAD**2) / (free.sum() + SPREAD_COUNT)

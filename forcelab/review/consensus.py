@@ -50,6 +50,14 @@ def standing(edits: Iterable[Edit]) -> tuple[Edit, ...]:
     return tuple(there.values())
 
 
+def _can_redo(edits: Iterable[Edit]) -> bool:
+    """Whether an edit was undone and nothing was made in its place since."""
+    undone = 0
+    for edit in edits:
+        undone = max(0, undone + {"undo": 1, "redo": -1}.get(edit.kind, -undone))
+    return undone > 0
+
+
 class Consensus:
     """Two coders' tracks over a demonstration, and the track that is made from them.
 
@@ -64,6 +72,11 @@ class Consensus:
         The coders.
     author : str
         Who the consensus is by.
+
+    Attributes
+    ----------
+    can_undo, can_redo : bool
+        Whether there is an edit to take back, or one that was taken back.
 
     Raises
     ------
@@ -101,8 +114,10 @@ class Consensus:
         self.segments = read(self.demonstration, self.author).segments
         if (self.track_a, self.track_b) != before:
             self.differences = differences(self.track_a, self.track_b)
-        edits = standing(self.project.history(self.demonstration, self.author))
+        history = self.project.history(self.demonstration, self.author)
+        edits = standing(history)
         self._left = frozenset(edit.what for edit in edits)
+        self.can_undo, self.can_redo = bool(edits), _can_redo(history)
 
     @property
     def begun(self) -> bool:

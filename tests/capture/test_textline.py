@@ -37,7 +37,7 @@ def test_values_may_be_separated_in_any_usual_way(separator, end):
 
 def test_a_header_names_the_channels_and_the_clock():
     values, times, parser = parsed(b"time_ms,Fz [N],temp (C)\n10,1,2\n11,3,nan\n13,4,5,\n")
-    assert [(c.name, c.unit) for c in parser.channels] == [("Fz", "N"), ("temp (C)", "")]
+    assert [(c.name, c.unit) for c in parser.channels] == [("Fz", "N"), ("temp", "C")]
     assert times == pytest.approx([0.010, 0.011, 0.013])
     assert values[0] == [1, 2]
     assert np.isnan(values[1][1])

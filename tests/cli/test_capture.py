@@ -13,7 +13,7 @@ from fake_devices import eventually
 from read_back import block_of
 
 from forcelab.assets import asset
-from forcelab.capture.journal import Kind, read
+from forcelab.capture.journal import Kind, header_bytes, read
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
@@ -184,6 +184,23 @@ def test_a_recording_that_cannot_be_recovered_is_said_and_left(forcelab, tmp_pat
     assert said.status == 1
     assert "no journal" in said.out
     assert bad.exists()
+
+
+def test_a_recording_without_samples_is_said_once_and_gone(forcelab, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        project = made.path
+    (project / CAPTURES).mkdir()
+    none = project / CAPTURES / "pull 01.journal"
+    none.write_bytes(header_bytes({"name": "pull 01", "cameras": []}))
+    torn = none.with_stem("pull 02")
+    torn.write_bytes(none.read_bytes() + b"half a block")
+    said = forcelab("capture", project, "--recover")
+    assert said.status == 1
+    assert "'pull 01' ended before its first sample" in said.out
+    assert not none.exists()
+    assert torn.exists()  # something was in it
+    torn.unlink()
+    assert "0 unfinished" in forcelab("capture", project, "--recover").out
 
 
 @pytest.mark.parametrize(

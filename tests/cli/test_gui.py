@@ -8,7 +8,10 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 
+from forcelab.capture.journal import header_bytes
+from forcelab.capture.keeping import CAPTURES
 from forcelab.cli import _for_the_window, main
+from forcelab.project import Project
 
 
 @pytest.fixture(autouse=True)
@@ -94,6 +97,16 @@ def test_a_picture_that_cannot_be_drawn_is_one_sentence(
     assert said.startswith("forcelab: ")
     assert said.count("\n") == 1
     assert not list(tmp_path.glob("**/*.png"))
+
+
+def test_a_picture_is_drawn_of_a_project_with_a_recording_that_a_crash_ended(forcelab, tmp_path):
+    with Project.create(tmp_path / "lab.forcelab") as made:
+        captures = made.path / CAPTURES
+    captures.mkdir()
+    (captures / "pull 01.journal").write_bytes(header_bytes({"name": "pull 01"}))
+    out = tmp_path / "w.png"
+    said = forcelab("gui", made.path, "--screenshot", out)
+    assert (said.status, said.out) == (0, f"{out}\n")
 
 
 def test_no_project_and_no_display_are_one_sentence_each(forcelab, tmp_path, monkeypatch):

@@ -93,7 +93,7 @@ def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
     assert clock_of(project) == ClockMap()
     # The words of either are enough to have it all the same, whatever clock was there.
     options = refused.split("give ")[1].split(" instead")[0]
-    assert f"give {options} to store it" in said
+    assert f"if the frames at a tap fit, give {options} to store it" in said
     forcelab("sync", project, "filmed 1", "--offset", "2", "--rate", "1.00002")
     refused = forcelab("sync", project, "filmed 1", "--accept").sentence
     options = refused.split("give ")[1].split(" instead")[0]

@@ -62,6 +62,22 @@ def test_a_link_within_the_manual_leads_to_its_heading(app):
     shown.deleteLater()
 
 
+def test_wide_output_is_broken_and_tables_stand_apart(app):
+    table = "| a | b |\n|---|---|\n| c | d |\n\n"
+    shown = ManualDialog(f"```\n{'wide ' * 90}\n```\n\n{2 * table}")
+    shown.resize(400, 300)
+    shown.show()
+    assert shown.pages.horizontalScrollBar().maximum() == 0
+    document = shown.pages.document()
+    layout = document.documentLayout()
+    one, other = document.rootFrame().childFrames()[-2:]
+    above = layout.blockBoundingRect(one.lastCursorPosition().block())
+    below = layout.blockBoundingRect(other.firstCursorPosition().block())
+    assert below.top() - above.bottom() > below.height()
+    shown.close()
+    shown.deleteLater()
+
+
 def test_where_no_manual_is_installed_it_is_said(app, monkeypatch):
     monkeypatch.setattr(about, "manual", lambda: "")
     document, said = Document("Ada"), []

@@ -246,6 +246,14 @@ def test_every_remark_is_shown_once_for_all_files(document, dialog, tmp_path, un
     assert dialog._told.text().count("Paket") == 1
 
 
+def test_a_remark_names_no_option_of_the_command_line(german, until):
+    path = Path(german._chosen()[0])
+    path.write_text(path.read_text().replace("Paket", "Wert"))
+    german._go.click()
+    until(lambda: "1 new" in german._told.text(), 20.0)
+    assert "if it is a signal, import it as one (Read as: signal)" in german._told.text()
+
+
 def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     path = tmp_path / "VP08.csv"
     path.write_text("t,Druck\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))

@@ -239,7 +239,7 @@ class Session(Attached):
     def _recovered(self, found: tuple[Recovered, ...]) -> None:
         for one in found:
             if one.kept is None:
-                self.say(one.trouble, True)
+                self.say(one.trouble, not one.removed)
             else:
                 self.say(_kept_text(self, one.kept))
         self._reread()

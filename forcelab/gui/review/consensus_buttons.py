@@ -140,8 +140,9 @@ class ConsensusButtons(QWidget):
         self.mean_all.setEnabled(begun and any(d.edge for d in waiting))
         for button in (self.next, self.previous):
             button.setEnabled(consensus is not None and bool(consensus.differences))
-        for button in (self.begin, self.undo, self.redo):
-            button.setEnabled(consensus is not None)
+        self.begin.setEnabled(consensus is not None)
+        self.undo.setEnabled(consensus is not None and consensus.can_undo)
+        self.redo.setEnabled(consensus is not None and consensus.can_redo)
 
     def does(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does; a number that is being typed does nothing."""

@@ -127,6 +127,7 @@ class QueueView(QWidget):
             self.document.say(self.tr("Choose a difference to judge first, with N."), True)
             return False
         difference, outcome = item.about, read.outcome
+        self.document.say("")  # what became of the verdict before is over
         after = self.list.after()
         if verdict == "model" and not self._repaint(difference, outcome):
             return False

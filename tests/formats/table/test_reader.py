@@ -125,9 +125,9 @@ class TestDialects:
             ("acc (raw data)", ""),
             ("force[0]", ""),
         ]
-        text = "time,fx,vx\n[ms],[N],[mm/s]\n0,1,2\n10,1,2\n"
+        text = "time,fx,vx,heat\n[ms],[N],[mm/s],[C]\n0,1,2,3\n10,1,2,3\n"
         recording = load(table(text))
-        assert channels(recording) == [("fx", "N"), ("vx", "mm/s")]
+        assert channels(recording) == [("fx", "N"), ("vx", "mm/s"), ("heat", "C")]
         assert recording.demonstration.times.tolist() == [0.0, 0.01]
 
     def test_repeated_and_blank_names_are_made_unique_and_said(self, table):

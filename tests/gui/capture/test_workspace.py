@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox
 
+from forcelab.capture.journal import header_bytes
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
 from forcelab.gui.capture.columns import Scale, columns_of
@@ -309,10 +310,11 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
     with Recorder(study, [FakeDevice()]) as recorder:
         recorder.start("LEGO")
         eventually(lambda: recorder.state().devices[0].samples > 100)
+    (study / CAPTURES / "none.journal").write_bytes(header_bytes({"name": "none"}))
     window = Window("Ann", remembering=False)
     window.show()
     window.begin(Start(project=study, workspace="label"))
-    assert "Recordings that a crash ended: 1" in window.statusBar().currentMessage()
+    assert "Recordings that a crash ended: 2" in window.statusBar().currentMessage()
     window.show_workspace("capture")
     page = window.capture.workspace
     try:

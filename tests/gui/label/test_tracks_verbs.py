@@ -199,6 +199,8 @@ def test_copying_from_the_only_other_author(document, do, said):
     document.seek(7.5)
     do("copy_from")
     assert shown(document) == [*TIMES, (7.0, 8.0, "hold")]
+    do("copy_from")
+    assert said[-1] == ("Your labels are the same as Ines's there; nothing copied.", False)
 
 
 def test_an_empty_track_is_begun_with_all_that_another_author_has(document, do):

@@ -216,6 +216,7 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         b.view.pages.setCurrentIndex(1)
         app.processEvents()
         assert not bar.buttons.take_a.isEnabled()
+        assert not bar.buttons.undo.isEnabled()
         assert "[1]" in bar.buttons.take_a.text()
         assert "Ann" in bar.buttons.take_a.text()
         bar.buttons.begin.click()
@@ -230,11 +231,14 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         QTest.keyClick(bar, Qt.Key.Key_2)
         assert (3, 4, "slip") in b.track("consensus")
         QTest.keyClick(bar, Qt.Key.Key_U)
+        assert bar.buttons.undo.isEnabled()
+        assert not bar.buttons.redo.isEnabled()
         assert bar.state.text() == "3 of 3 differences decided"
         QTest.keyClick(bar, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
         QTest.keyClick(bar, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
         assert bar.state.text() == "1 of 3 differences decided"
         assert bar.current.start == 3
+        assert bar.buttons.redo.isEnabled()
         assert (3, 4, "slip") not in b.track("consensus")
         QTest.keyClick(bar, Qt.Key.Key_Y, Qt.KeyboardModifier.ControlModifier)
         assert bar.state.text() == "2 of 3 differences decided"

@@ -212,6 +212,7 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
         assert view.judge("model")
         until(lambda: not view.reader.stale)
         assert (3, 4.5, "release") in shown(view.document)
+        assert "release" in view.told[-1]
         assert kinds(view)[0] == ("missed", 1)
         assert kinds(view)[-1] == ("judged", 1)
         assert view.document.undo()
@@ -240,6 +241,9 @@ def test_nobody_changes_the_labels_of_another_coder(bench, until):
         assert shown(view.document) == []
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("missed", 1)  # judged all the same
+        count = len(view.told)
+        view.judge("human")
+        assert view.told[count] == ""  # what was said of the verdict before is gone
         assert view.document.project.verdicts()[0].coder == "Bob"
 
 
