@@ -176,7 +176,8 @@ def _plainly(path: Path, numbers: Iterable[int]) -> tuple[tuple[float, ...], int
 
 
 def _pixels(image: QImage) -> NDArray[np.uint8]:
-    """A picture as an array of shape (height, width, 3)."""
+    """A picture as an array of shape (height, width, 3), with memory of its own."""
     plain = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(plain.constBits(), np.uint8).reshape(plain.height(), plain.bytesPerLine())
-    return rows[:, : 3 * plain.width()].reshape(plain.height(), plain.width(), 3)
+    # The converted picture is gone after this, and its memory with it.
+    return rows[:, : 3 * plain.width()].reshape(plain.height(), plain.width(), 3).copy()
