@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress, finish
-from forcelab.labels import Segment, Segments
+from forcelab.labels import UNLABELLED, Segment, Segments
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.choreography import HOLE
 from forcelab.recognition.examples import Examples
-from forcelab.recognition.learning import Care, fitting_averaged, thinned
+from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 
 __all__ = ["Changes", "fitting_changes"]
@@ -44,8 +44,6 @@ TREES = 50
 LEAST = 0.02
 #: Of fewer changes nothing is learnt but what these happened to look like.
 FEWEST = 3
-#: Stands where nobody can say whether a change is near.
-UNSEEN = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,18 +109,13 @@ def fitting_changes(
         return None
     if sum(len(_changes(example.segments)) for example in examples) < FEWEST:
         return None
-    near = [_near(example)[:: settings.stride] for example in examples]
-    steps = [np.flatnonzero(own != UNSEEN) for own in near]
-    y = np.concatenate([own[kept] for own, kept in zip(near, steps, strict=True)])
+    y, _, steps = learnt_steps([_near(example) for example in examples], settings.stride)
     if len(np.unique(y)) < 2:
         return None
-    some = thinned(y)
-    whose = np.repeat(np.arange(len(examples)), [len(kept) for kept in steps])[some]
-    places = settings.stride * np.concatenate(steps)[some]
-    X = np.concatenate([e.features[places[whose == i]] for i, e in enumerate(examples)])
+    X = np.concatenate([e.features[own] for e, own in zip(examples, steps, strict=True)])
     yield Progress(0, 1, "changes")
     trees = TREES if settings.stride == 1 else TREES // 2
-    made = finish(fitting_averaged("extra-trees", X, y[some], settings.seed, Care(trees=trees)))
+    made = finish(fitting_averaged("extra-trees", X, y, settings.seed, Care(trees=trees)))
     return Changes(made, float(y.mean()))
 
 
@@ -131,13 +124,13 @@ def _near(example: Examples) -> NDArray[np.int64]:
 
     The middle of a short hole between two actions is where they change, and it counts as seen.
     """
-    near = np.full(len(example.times), UNSEEN, dtype=np.int64)
+    near = np.full(len(example.times), UNLABELLED, dtype=np.int64)
     holes = [(a.end, b.start) for a, b in _meeting(example.segments)]
     for span in [(s.start, s.end) for s in example.segments] + holes:
         near[slice(*np.searchsorted(example.times, span))] = 0
     for change in _changes(example.segments):
         near[(np.abs(example.times - change) <= NEAR) & (near == 0)] = 1
-    near[~example.valid] = UNSEEN
+    near[~example.valid] = UNLABELLED
     return near
 
 

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
+from forcelab.labels import UNLABELLED
 from forcelab.recognition.averaged import Averaged, Member, sharpened
 from forcelab.recognition.forest import Forest, Linear
 
-__all__ = ["AVERAGED", "Care", "fitting_averaged", "thinned"]
+__all__ = ["AVERAGED", "Care", "fitting_averaged", "learnt_steps", "thinned"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -139,6 +140,37 @@ def thinned(y: Whole) -> Whole:
     if len(y) <= MOST + len(first):
         return np.arange(len(y))
     return np.union1d(np.arange(0, len(y), -(-len(y) // MOST)), first)
+
+
+def learnt_steps(
+    codes: Sequence[Whole], stride: int = 1, *, every: bool = False
+) -> tuple[Whole, Whole, list[Whole]]:
+    """Which time steps of some demonstrations are learnt from, so that no others are gathered.
+
+    Parameters
+    ----------
+    codes : sequence of ndarray of int64, shape (n,)
+        Of each demonstration's time steps; :data:`~forcelab.labels.UNLABELLED` teaches nothing.
+    stride : int
+        Of how many time steps one is taken.
+    every : bool
+        Whether all of these are, even if they are too many for :func:`fitting_averaged`.
+
+    Returns
+    -------
+    y, groups : ndarray of int64, shape (m,)
+        Their codes, and the number of each one's demonstration.
+    steps : list of ndarray of int64
+        Their places in each demonstration.
+    """
+    steps = [stride * np.flatnonzero(own[::stride] != UNLABELLED) for own in codes]
+    y = np.concatenate([own[taken] for own, taken in zip(codes, steps, strict=True)])
+    groups = np.repeat(np.arange(len(steps)), [len(taken) for taken in steps])
+    if every:
+        return y, groups, steps
+    some = thinned(y)
+    places, y, groups = np.concatenate(steps)[some], y[some], groups[some]
+    return y, groups, [places[groups == i] for i in range(len(steps))]
 
 
 def _folds(groups: Whole) -> list[NDArray[np.bool_]]:

@@ -27,7 +27,7 @@ from forcelab.merging import MergeMap
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.causal import CausalWindows, usual_size
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.learning import Care, fitting_averaged, thinned
+from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import on_grid
@@ -154,14 +154,9 @@ def fitting_live(
         steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
         codes.append(_codes(item, settings.merge, grid.times[steps], grid.valid[steps], actions))
     usual = usual_size(recordings, rate)
-    used = [found != UNLABELLED for found in codes]
-    y = np.concatenate([found[some] for found, some in zip(codes, used, strict=True)])
+    y, groups, steps_of = learnt_steps(codes)
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
-    groups = np.repeat(np.arange(len(used)), [int(some.sum()) for some in used])
-    some = thinned(y)
-    place, groups, y = np.concatenate([*map(np.flatnonzero, used)])[some], groups[some], y[some]
-    steps_of = [place[groups == i] for i in range(len(used))]
     parts: dict[float, LivePart] = {}
     exponent = 1.0
     for i, look in enumerate(sorted(LOOKS, key=lambda look: look != CALIBRATING)):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.labels import UNLABELLED, from_codes
+from forcelab.labels import from_codes
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.changes import fitting_changes
 from forcelab.recognition.choreography import Choreography
@@ -24,7 +24,7 @@ from forcelab.recognition.examples import (
     prepare,
     same_channels,
 )
-from forcelab.recognition.learning import AVERAGED, Care, thinned
+from forcelab.recognition.learning import AVERAGED, Care, learnt_steps
 from forcelab.recognition.live_part import fitting_live, needs_whole
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import Settings
@@ -75,30 +75,15 @@ def _training_set(
     An action between two strides has nothing to learn. Rows that a classifier leaves out because
     there are too many are not even gathered.
     """
-    y, steps = _labelled_steps(examples, actions, settings.stride)
-    groups = np.repeat(np.arange(len(examples)), [len(own) for own in steps])
-    if settings.classifier in AVERAGED:
-        some = thinned(y)
-        place, y, groups = np.concatenate(steps)[some], y[some], groups[some]
-        steps = [place[groups == i] for i in range(len(examples))]
+    y, groups, steps = learnt_steps(
+        [example.codes(actions) for example in examples],
+        settings.stride,
+        every=settings.classifier not in AVERAGED,
+    )
     used, codes = np.unique(y, return_inverse=True)
     found = tuple(actions[code] for code in used)
     X = np.concatenate([e.features[own] for e, own in zip(examples, steps, strict=True)])
     return found, X, codes.astype(np.int64), groups
-
-
-def _labelled_steps(
-    examples: Sequence[Examples], actions: tuple[str, ...], stride: int
-) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
-    """Codes of every `stride`-th time step that a human labelled, and of each example which."""
-    y, steps = [], []
-    for example in examples:
-        codes = example.codes(actions)
-        own = np.arange(0, len(codes), stride)
-        own = own[codes[own] != UNLABELLED]
-        y.append(codes[own])
-        steps.append(own)
-    return np.concatenate(y), steps
 
 
 def _care(examples: Sequence[Examples], groups: NDArray[np.int64], settings: Settings) -> Care:
