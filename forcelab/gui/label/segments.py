@@ -40,6 +40,7 @@ class SegmentTable(QWidget):
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self._empty = placeholder()
+        self._empty.setMargin(4)  # in a small window there is room for two lines
         self._pages = QStackedWidget()
         self._pages.addWidget(self.table)
         self._pages.addWidget(self._empty)
@@ -119,10 +120,8 @@ class SegmentTable(QWidget):
         elif self.document.segments and self.filter.text().strip():
             text = self.tr("No segment's action contains '{0}'.").format(self.filter.text().strip())
         else:
-            text = self.tr(
-                "No segments yet: drag on your track, or press an action's key to begin one and "
-                "again to end it."
-            )
+            # The track itself says how to begin.
+            text = self.tr("No segments yet: what you label is listed here.")
         self._empty.setText(text)
         self._pages.setCurrentIndex(1)
 
