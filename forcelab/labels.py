@@ -24,8 +24,10 @@ __all__ = [
     "Segment",
     "Segments",
     "Track",
+    "check_action_name",
     "from_codes",
     "is_model",
+    "means_unlabelled",
     "model_author",
     "ordered",
     "to_codes",
@@ -33,6 +35,12 @@ __all__ = [
 
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
+
+#: Names, in lower case, that say that there is no action: in a file they are no label, and nobody
+#: calls an action so, which tables and figures could not tell from what has none.
+_UNLABELLED_NAMES = frozenset(
+    ["unlabelled", "unlabeled", "not labelled", "not labeled", "no label"]
+)
 
 #: What the names of models among the authors begin with, in every file and project, so that a
 #: prediction never turns into a coder's label on its way.
@@ -85,6 +93,26 @@ def model_author(name: str) -> str:
 def is_model(author: str) -> bool:
     """Whether an author is a model, not a coder."""
     return author.startswith(MODEL_PREFIX)
+
+
+def means_unlabelled(name: str) -> bool:
+    """Whether a name says that there is no action, in whatever case."""
+    return " ".join(name.lower().replace("_", " ").split()) in _UNLABELLED_NAMES
+
+
+def check_action_name(name: str) -> None:
+    """Refuse a new action that is called like no action.
+
+    Raises
+    ------
+    InputError
+        If the name says that there is none.
+    """
+    if means_unlabelled(name):
+        raise InputError(
+            f"An action cannot be called '{name}', as time without a label is; leave such time "
+            "empty, or give the action another name."
+        )
 
 
 #: What a track holds and the painting verbs take and give: in order, never overlapping.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments
+from forcelab.labels import Segment, Segments, check_action_name
 
 __all__ = ["MergeMap"]
 
@@ -55,6 +55,17 @@ class MergeMap:
         found = set(actions)
         return tuple(source for source, _ in self._pairs if source not in found)
 
+    def check_targets(self) -> None:
+        """Refuse a new map that merges into no action; one of an old run is still read.
+
+        Raises
+        ------
+        InputError
+            If it does.
+        """
+        for _, target in self._pairs:
+            check_action_name(target)
+
     def apply_segments(self, segments: Sequence[Segment]) -> Segments:
         """Relabel segments.
 
@@ -100,7 +111,9 @@ class MergeMap:
         """
         try:
             text = path.read_text(encoding="utf-8-sig")
-            return cls.from_json(json.loads(text, object_pairs_hook=_distinct))
+            found = cls.from_json(json.loads(text, object_pairs_hook=_distinct))
+            found.check_targets()
+            return found
         except OSError as error:
             raise InputError(f"The merge map {path} cannot be read: {error.strerror}.") from error
         except InputError as error:

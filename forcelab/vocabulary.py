@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 from itertools import count
 
 from forcelab.errors import InputError
+from forcelab.labels import check_action_name
 
 __all__ = ["COLOURS", "KEYS", "Action", "Vocabulary", "joined"]
 
@@ -212,9 +213,11 @@ class Vocabulary:
         Raises
         ------
         InputError
-            If the action is not known, or the new name is blank or another action's.
+            If the action is not known, or the new name is blank, another action's or says that
+            there is none.
         """
         old = self._known(name)
+        check_action_name(new)
         return self._replaced(old, replace(old, name=new))
 
     def removed(self, name: str) -> Vocabulary:

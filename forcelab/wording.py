@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from difflib import get_close_matches
 
-__all__ = ["amount", "counted", "there_are", "unknown_word"]
+__all__ = ["amount", "counted", "listed", "there_are", "unknown_word"]
 
 
 def amount(count: int) -> str:
@@ -16,6 +16,12 @@ def amount(count: int) -> str:
 def counted(number: int, noun: str) -> str:
     """A number with its noun: ``1 run``, ``6,008 samples``."""
     return f"{number:,} {noun}{'s' * (number != 1)}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """The first names, and how many more there are: ``a, b and 3 more``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def there_are(number: int) -> str:

@@ -1,5 +1,7 @@
-"""Devices that are not there, for the recorder: they count in real time, and do as told."""
+"""Devices that are not there, for the recorder: they count in real time, and do as told; a disk."""
 
+import errno
+import io
 import threading
 import time
 
@@ -8,6 +10,19 @@ import numpy as np
 from forcelab.capture.blocks import Block, UnpluggedError
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
+
+
+class FullDisk(io.FileIO):
+    """A file on a disk with so many bytes left."""
+
+    room = 10**9
+
+    def write(self, data):
+        fits = min(len(data), FullDisk.room)
+        if not fits:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        FullDisk.room -= fits
+        return super().write(data[:fits])
 
 
 class FakeDevice:

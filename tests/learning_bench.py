@@ -16,7 +16,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project
 from forcelab.recognition.certainty import Certainty
-from forcelab.recognition.settings import Settings
+from forcelab.recognition.presets import preset
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.steps import Step
 
@@ -61,13 +61,16 @@ def outcome_of(project, number=1, task="foam", author="Ann", proposed=(), **chan
         test_task=None,
         author=author,
         apart=False,
-        settings=Settings(),
+        settings=preset("best"),
         actions=("grab", "hold"),
         labels=tuple(LabelsUsed(i.id, author, project.head(i.id, author)) for i in infos),
         tested=tuple(
             reviewed(i, project.track(i.id, author).segments) for i in infos if i.labelled
         ),
         proposals=tuple(reviewed(i, ()) for i in infos if not i.labelled),
+        recogniser=project.add_recogniser(
+            "tiny", b"tiny", settings={}, seed=None, labels=(), versions={}
+        ),
         seconds={"features": 0.25, "fit": 3.5, "predict": 0.1, "filter": 0.05},
     )
     return replace(made, **changes)

@@ -1,6 +1,5 @@
 """The glossary tells a coder what each action is, completely and in plain sentences."""
 
-import dataclasses
 import re
 
 import pytest
@@ -115,13 +114,6 @@ def test_an_action_needs_a_plain_name(written, action):
     written({action: GOOD})
     with pytest.raises(InputError, match="an action needs a name of words"):
         glossary()
-
-
-def test_entries_are_values():
-    entry = glossary()[0]
-    assert glossary()[0] == entry
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        entry.action = "grab"
 
 
 def test_a_missing_picture_is_found_out_when_it_is_asked_for(written):

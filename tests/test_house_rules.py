@@ -174,7 +174,7 @@ UNNEEDED = {
     ],
     "window": [
         ("forcelab.gui.window", {"sklearn", "scipy", "cv2", "serial", "pyqtgraph", "joblib"}),
-        ("forcelab.gui.figures", {"sklearn", "cv2", "serial"}),
+        ("forcelab.gui.figures.clusters", {"sklearn", "cv2", "serial"}),
     ],
 }
 LOADED = """

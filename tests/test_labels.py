@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.labels import UNLABELLED, Segment, Track, from_codes, ordered, to_codes
+from forcelab.labels import (
+    UNLABELLED,
+    Segment,
+    Track,
+    check_action_name,
+    from_codes,
+    ordered,
+    to_codes,
+)
 
 ACTIONS = ("grab", "hold", "pull")
 
@@ -140,3 +148,10 @@ def test_tracks_and_segments_cannot_be_changed():
         Segment(0, 1, "grab").end = 2.0
     with pytest.raises(AttributeError):
         Track("coder").author = "other"
+
+
+@pytest.mark.parametrize("name", ["unlabelled", "Unlabeled", "NOT_LABELLED", " no  label "])
+def test_no_action_is_called_as_time_without_one(name):
+    with pytest.raises(InputError, match="cannot be called"):
+        check_action_name(name)
+    check_action_name("unlabelled grab")

@@ -118,3 +118,10 @@ def test_a_broken_file_is_refused_with_a_sentence_that_names_it(tmp_path, conten
 def test_a_file_that_is_not_there_is_refused_with_a_sentence(tmp_path):
     with pytest.raises(InputError, match=r"absent\.json cannot be read: No such file"):
         MergeMap.read(tmp_path / "absent.json")
+
+
+def test_no_action_is_merged_into_none(tmp_path):
+    path = tmp_path / "map.json"
+    path.write_text('{"grab": "unlabelled"}')
+    with pytest.raises(InputError, match="map.json: An action cannot be called 'unlabelled'"):
+        MergeMap.read(path)

@@ -174,3 +174,8 @@ def test_tasks_together_keep_the_first_ones_looks_and_share_no_look_or_key():
     assert [a.look for a in apart.actions[:3]] == [a.look for a in soft]
     assert apart.names[3:] == ("still_hard", "insert_hard", "grab_hard")
     assert apart["still_hard"].colour == soft["still"].colour
+
+
+def test_no_action_is_renamed_to_what_says_that_there_is_none():
+    with pytest.raises(InputError, match="cannot be called 'Unlabelled'"):
+        SMALL.renamed("grab", "Unlabelled")

@@ -1,6 +1,6 @@
 import pytest
 
-from forcelab.wording import counted, there_are, unknown_word
+from forcelab.wording import counted, listed, there_are, unknown_word
 
 
 @pytest.mark.parametrize(
@@ -12,6 +12,10 @@ def test_a_number_and_its_noun_agree(number, said):
 
 def test_how_many_there_are_ends_a_sentence():
     assert [there_are(n) for n in range(3)] == ["there are none", "there is 1", "there are 2"]
+
+
+def test_of_many_names_the_first_are_told():
+    assert [listed("abcd"[:n], 3) for n in (2, 3, 4)] == ["a, b", "a, b, c", "a, b, c and 1 more"]
 
 
 def test_of_an_unknown_word_the_nearest_known_one_is_offered():

@@ -26,6 +26,7 @@ STEP = 0.02
 
 _LATE = 0.005  # s behind the line, at least, of windows that say nothing of the device's clock
 _PATIENCE = 16  # late windows in a row after which it is the line that is wrong
+_SLIGHT = 0.05  # share by which a told rate is wrong without turning most of the first windows
 _SETTLED = 2.0  # s of ticks before the slope of the line is believed
 _ENOUGH = 5  # windows that may tell that the device was told a wrong rate
 _STARTING = 8  # windows that are all looked at again with each further one, as many may be late
@@ -45,7 +46,7 @@ class ArrivalClock:
         Seconds of the host that one tick takes.
     residual : float
         Weighted root mean square distance, in s, of the windows' earliest arrivals from the line
-        as it was before them.
+        as it was before them; once that has a slope of its own, of those since.
     stretches : int
         How many times the ticks have begun anew: by :meth:`restart`, or by a jump of the counter.
 
@@ -196,7 +197,7 @@ class ArrivalClock:
     def _begin(self) -> None:
         """The line goes through nothing yet."""
         self._seen = 0
-        self._weight = self._xx = self._xy = self._squares = 0.0
+        self._weight = self._xx = self._xy = self._squares = self._judged = 0.0
         self._x = self._y = self._latest = self._first = 0.0
 
     def _line(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -217,10 +218,22 @@ class ArrivalClock:
         self._late.append((x, y))
         if off < 0 or len(self._late) >= _PATIENCE:
             points = self._late if off > 0 else [(x, y)]
-            self._promised = self._told
+            self._promised = self._told if off < 0 else self._pace(points)
             self._forget()
             for point in points:
                 self._learn(*point)
+
+    def _pace(self, points: list[tuple[float, float]]) -> float:
+        """The rate by windows that were all late: as told, unless that is why they were.
+
+        By more than a few hundredths it is the backlog of a stall: who was told a rate so wrong
+        would have found out by the first windows.
+        """
+        x, y = np.array(points).T
+        half = len(x) // 2
+        pace = float(np.median((y[half:] - y[:-half]) / (x[half:] - x[:-half])))
+        wrong = abs(pace - self._told)
+        return pace if _LATE / np.ptp(x) < wrong < _SLIGHT * self._told else self._told
 
     def _start(self, point: tuple[float, float]) -> None:
         """Fit the first windows anew without those that are late, such as a backlog's."""
@@ -253,11 +266,13 @@ class ArrivalClock:
         share = old / self._weight
         self._xx = fade * self._xx + share * dx * dx
         self._xy = fade * self._xy + share * dx * dy
-        self._squares = fade * self._squares + off * off
+        self._squares, self._judged = fade * self._squares + off * off, fade * self._judged + 1.0
         self._x += dx / self._weight
         self._y += dy / self._weight
-        self.residual = math.sqrt(self._squares / self._weight)
         slope = self._xy / self._xx if self._xx > 0 else 0.0
         # While the line is too short to tell, the rate is that of before, or as told.
         if slope > 0 and self.rate * (x - self._first) >= _SETTLED:
+            if not self._learnt:  # until now it was the promise that was off
+                self._squares = self._judged = 0.0
             self.rate, self._learnt = slope, True
+        self.residual = math.sqrt(self._squares / self._judged) if self._judged else 0.0

@@ -84,7 +84,7 @@ def optoforce_ports() -> tuple[str, ...]:
     return tuple(port.path for port in find_ports() if port.kind == "optoforce")
 
 
-def port_of(kind: str, ports: Iterable[FoundPort] | None = None) -> str:
+def port_of(kind: str) -> str:
     """The path of the only device of a kind.
 
     Raises
@@ -92,7 +92,7 @@ def port_of(kind: str, ports: Iterable[FoundPort] | None = None) -> str:
     InputError
         If there is none or several.
     """
-    found = [port.path for port in (find_ports() if ports is None else ports) if port.kind == kind]
+    found = [port.path for port in find_ports() if port.kind == kind]
     if len(found) == 1:
         return found[0]
     if found:

@@ -27,7 +27,6 @@ __all__ = [
     "BAUD",
     "CLOCK_RATE",
     "COUNT",
-    "Counts",
     "EncoderParser",
     "Reply",
     "set_up",
@@ -50,7 +49,6 @@ _FOUR_A_LINE = 3
 _ANSWER = re.compile(
     rb"\s*([rwse])\s*([0-9A-F]{2})\s*([0-9A-F]{8})(?:\s*([0-9A-F]{8}))?\s*!?\s*", re.I
 )
-_GREETING = re.compile(rb"\s*QSB-[DMS]\b.*", re.I)
 _TURN = 1 << 32
 
 
@@ -76,25 +74,6 @@ class Reply:
     def serial(self) -> str:
         """Serial number of the device, for the answer to reading register 14."""
         return str(self.value >> 12)
-
-
-@dataclass(frozen=True)
-class Counts:
-    """Counts that were streamed.
-
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (n,)
-        Of the encoder, signed, and not wrapping where the device does at 32 bits.
-    times : ndarray of float64, shape (n,), or None
-        Seconds of the device's clock, not wrapping either; None if it was not told to send them.
-    """
-
-    counts: NDArray[np.int64]
-    times: NDArray[np.float64] | None
-
-    def __len__(self) -> int:
-        return len(self.counts)
 
 
 def set_up(*, reverse: bool = False, rate: float = CLOCK_RATE) -> tuple[bytes, ...]:
@@ -138,25 +117,18 @@ def _write(register: int, value: int) -> bytes:
 
 
 class EncoderParser:
-    """Turns the bytes of one QSB-D into counts.
-
-    Attributes
-    ----------
-    junk_lines : int
-        Lines that were no answer.
-    """
+    """Turns the bytes of one QSB-D into counts."""
 
     def __init__(self) -> None:
-        self.junk_lines = 0
         self._splitter = LineSplitter()
         self._replies: list[Reply] = []
         self._count: int | None = None
-        self._tick: int | None = None
 
-    def feed(self, data: bytes) -> Counts | None:
-        """The counts that are complete with these bytes; None if there are none.
+    def feed(self, data: bytes) -> NDArray[np.int64]:
+        """The counts that are complete with these bytes, signed and not wrapping, shape (n,).
 
-        A count that was asked for with ``R0E`` comes as one that was streamed.
+        A count that was asked for with ``R0E`` comes as one that was streamed. Lines that are no
+        answer are passed over.
 
         Parameters
         ----------
@@ -164,27 +136,18 @@ class EncoderParser:
             What follows on what was given before; an unfinished line is kept.
         """
         counts: list[int] = []
-        ticks: list[int | None] = []
         for line in self._splitter.feed(data):
             answer = _ANSWER.fullmatch(line)
             if answer is None:
-                self.junk_lines += _GREETING.fullmatch(line) is None
                 continue
             letter, register = answer[1].decode().lower(), int(answer[2], 16)
-            value, clock = int(answer[3], 16), answer[4]
+            value = int(answer[3], 16)
             if letter in "rs" and register == COUNT:
-                self._count = _going_on(self._count, value, signed=True)
-                if clock is not None:
-                    self._tick = _going_on(self._tick, int(clock, 16), signed=False)
+                self._count = _going_on(self._count, value)
                 counts.append(self._count)
-                ticks.append(None if clock is None else self._tick)
             else:
                 self._replies.append(Reply(letter, register, value))
-        if not counts:
-            return None
-        timed = [tick for tick in ticks if tick is not None]
-        times = np.array(timed) / CLOCK_RATE if len(timed) == len(counts) else None
-        return Counts(np.array(counts, np.int64), times)
+        return np.array(counts, np.int64)
 
     def take_replies(self) -> list[Reply]:
         """The answers to other commands since this was asked last."""
@@ -192,14 +155,12 @@ class EncoderParser:
         return taken
 
     def restart(self) -> None:
-        """Go on after the cable was plugged in again, when counts and clock may start anew."""
+        """Go on after the cable was plugged in again, when the count may start anew."""
         self._splitter.forget()
-        self._count = self._tick = None
+        self._count = None
 
 
-def _going_on(before: int | None, value: int, *, signed: bool) -> int:
-    """A value of 32 bits as the nearest one (the next one, unsigned) to what was before."""
-    if before is None:
-        return value - _TURN if signed and value >= _TURN // 2 else value
-    going = (value - before) % _TURN
-    return before + (going - _TURN if signed and going >= _TURN // 2 else going)
+def _going_on(before: int | None, value: int) -> int:
+    """A signed value of 32 bits as the nearest one to what was before."""
+    going = (value - (before or 0)) % _TURN
+    return (before or 0) + (going - _TURN if going >= _TURN // 2 else going)

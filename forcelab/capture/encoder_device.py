@@ -76,11 +76,6 @@ class Encoder(LineDevice):
         self._parser = EncoderParser()
         self._first: Block | None = None
 
-    @property
-    def statistics(self) -> dict[str, int]:
-        """What became of the lines since it was opened first."""
-        return {"junk_lines": self._parser.junk_lines, "connections": self.connections}
-
     def open(self) -> None:
         """Connect and have it stream; see ``Device.open``."""
         self._parser, self._zero, self._count, self.serial = EncoderParser(), 0, 0, None
@@ -99,16 +94,16 @@ class Encoder(LineDevice):
 
     def _told(self, data: bytes, arrived: float) -> Block | None:
         """The counts in what came."""
-        counts = self._parser.feed(data) if data else None
+        counts = self._parser.feed(data)
         for reply in self._parser.take_replies():
             if reply.letter == "e":
                 self._events.say(f"{self.name} refused a command; is it a QSB?")
             elif reply.letter == "r":
                 self.serial = reply.serial
-        if counts is None:
+        if not len(counts):
             return None
-        self._count = int(counts.counts[-1])
-        values = self._scale * (counts.counts - self._zero).astype(np.float64)
+        self._count = int(counts[-1])
+        values = self._scale * (counts - self._zero).astype(np.float64)
         return Block(np.full(len(counts), arrived), None, values[:, None])
 
     def _begin(self) -> None:

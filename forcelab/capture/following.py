@@ -77,6 +77,10 @@ class Following:
             for (first, times, _), held in zip(latest, self._holds, strict=True)
         ]
 
+    def start(self, firsts: Sequence[int]) -> None:
+        """Begin with each device's sample of this number."""
+        self._next = list(firsts)
+
     def read(self, *, ended: bool = False) -> tuple[Real, Real]:
         """The samples that all devices have by now.
 

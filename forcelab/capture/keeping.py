@@ -19,6 +19,7 @@ from forcelab.project.records import Incoming
 __all__ = [
     "CAPTURES",
     "Kept",
+    "PartlyKeptError",
     "Recovered",
     "discard",
     "keep",
@@ -49,6 +50,20 @@ class Kept:
     seconds: float
     remarks: tuple[str, ...]
     heads: dict[str, int] = field(default_factory=dict)
+
+
+class PartlyKeptError(InputError):
+    """A recording that could not be kept whole, and what is in the project could not be taken back.
+
+    Attributes
+    ----------
+    part : Kept
+        What is in the project.
+    """
+
+    def __init__(self, trouble: str, part: Kept) -> None:
+        super().__init__(trouble)
+        self.part = part
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +112,8 @@ def keep(path: Path, contents: Contents) -> Kept:
     ------
     InputError
         If it holds no demonstration or the project cannot be written; nothing was added.
+    PartlyKeptError
+        If the project could not be written twice: something was added and not taken back.
     """
     gathered = gather(contents, path / CAPTURES)
     demonstration = gathered.demonstration
@@ -113,14 +130,27 @@ def keep(path: Path, contents: Contents) -> Kept:
             beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
             told = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
             project.attach_stamps(added.id, gathered.stamps | told)
-        except BaseException:  # whatever that is: the next try begins anew
+        except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
-                with contextlib.suppress(InputError):
-                    project.discard(added.id, heads)
+                part = Kept(added, len(demonstration.times), demonstration.duration, (), heads)
+                _take_back(project, part, error)
             raise
     more = (f"The video of {c.name} lies beside the first one's: '{c.video.path}'." for c in beside)
     remarks = (*gathered.remarks, *added.remarks, *more)
     return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
+
+
+def _take_back(project: Project, part: Kept, error: BaseException) -> None:
+    """Remove what was added before something went wrong; raises where that goes wrong too."""
+    try:
+        project.discard(part.added.id, part.heads)
+    except InputError as second:
+        if isinstance(error, InputError):
+            raise PartlyKeptError(
+                f"{error} '{part.added.name}' is in the project without its stamps, as it could "
+                f"not be taken back either: {second}",
+                part,
+            ) from error
 
 
 def _beside(project: Project, id_: str, camera: Camera) -> Camera:
@@ -131,6 +161,8 @@ def _beside(project: Project, id_: str, camera: Camera) -> Camera:
 
 def discard(path: Path, kept: Kept) -> None:
     """Remove a recording from its project for good, as if it had never been kept.
+
+    One that somebody removed meanwhile is gone, which is all that is wanted.
 
     Parameters
     ----------
@@ -148,7 +180,8 @@ def discard(path: Path, kept: Kept) -> None:
     if kept.added.status != "new":
         raise InputError(f"'{kept.added.name}' was in the project before; it stays.")
     with Project.open(path) as project:
-        project.discard(kept.added.id, kept.heads)
+        if any(one.id == kept.added.id for one in project.demonstrations()):
+            project.discard(kept.added.id, kept.heads)
 
 
 def delete_videos(folder: Path, contents: Contents) -> None:

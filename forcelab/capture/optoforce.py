@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.formats.optoforce.calibration import Calibration
 from forcelab.formats.optoforce.counter import Unwrapper, modal_step
 from forcelab.formats.optoforce.framing import sealed
-from forcelab.formats.optoforce.packets import Kind, Packets, Parser, Reply, Statistics
+from forcelab.formats.optoforce.packets import Packets, Parser, Reply
 
 __all__ = ["BAUD", "FILTERS", "USB_ID", "Stream", "configure", "serial_request", "speed_for"]
 
@@ -102,13 +102,6 @@ class Stream:
         Samples a second that the DAQ was told to give.
     calibration : Calibration, optional
         Without it the values are counts.
-
-    Attributes
-    ----------
-    kind : Kind or None
-        Of its packets; None until the first one came.
-    statistics : Statistics
-        What became of the bytes.
     """
 
     def __init__(self, rate: float, calibration: Calibration | None = None) -> None:
@@ -118,36 +111,6 @@ class Stream:
         self._step: int | None = None
         self._withheld: list[tuple[Packets, NDArray[np.float64]]] = []
         self._arrived = 0.0  # the last bytes
-
-    @property
-    def kind(self) -> Kind | None:
-        """Of its packets; None until the first one came."""
-        return self._parser.kind
-
-    @property
-    def step(self) -> int | None:
-        """The usual step of the counter; None while it is being learnt."""
-        return self._step
-
-    @property
-    def statistics(self) -> Statistics:
-        """What became of the bytes."""
-        return self._parser.statistics
-
-    @property
-    def missing_samples(self) -> int:
-        """Samples that are missing between those that came."""
-        return self._unwrapper.missing if self._unwrapper else 0
-
-    @property
-    def doubled_samples(self) -> int:
-        """Samples that came a second time and were dropped."""
-        return self._unwrapper.doubled if self._unwrapper else 0
-
-    @property
-    def counter_jumps(self) -> int:
-        """How often the counter made no sense and the host's clock was taken instead."""
-        return self._unwrapper.jumps if self._unwrapper else 0
 
     def take_replies(self) -> list[Reply]:
         """What the DAQ answered since this was asked last."""

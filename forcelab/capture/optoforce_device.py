@@ -117,20 +117,6 @@ class OptoForce(PortDevice):
         """How many sensors its packets tell of; 0 before it was opened."""
         return self._kind.sensors if self._kind else 0
 
-    @property
-    def statistics(self) -> dict[str, int]:
-        """What became of the bytes and samples since it was opened first."""
-        read = self._stream.statistics
-        return {
-            "packets": read.packets,
-            "bad_checksums": read.bad_checksums,
-            "skipped_bytes": read.skipped_bytes,
-            "missing_samples": self._stream.missing_samples,
-            "doubled_samples": self._stream.doubled_samples,
-            "counter_jumps": self._stream.counter_jumps,
-            "connections": self.connections,
-        }
-
     def open(self) -> None:
         """Connect, learn what it is, and configure it; see ``Device.open``."""
         self._stream, self._offset = Stream(self.rate), None

@@ -59,6 +59,11 @@ class DeviceReader:
         Open; used by this thread alone from now on, until :meth:`close`.
     seconds : float
         That are kept for views.
+
+    Attributes
+    ----------
+    first : int
+        Number of the first sample of what is recorded, counted since it was opened.
     """
 
     def __init__(self, number: int, device: Device, seconds: float) -> None:
@@ -78,6 +83,7 @@ class DeviceReader:
         self._heard = time.monotonic()
         self._lost_at = self._saturated_at = -np.inf
         self._samples = self._lost = self._saturated = 0
+        self.first = 0
         self._zeroed = False  # just now: what it dropped meanwhile was not lost
         self._gone: tuple[int, float] | None = None  # tick and time of the last sample before
         self._begun, self._judged = self._heard, device.holds  # whether its rate was looked at
@@ -93,6 +99,8 @@ class DeviceReader:
             if journal is None:
                 return
             self._samples = self._lost = self._saturated = 0
+            # What it holds, it holds since before.
+            self.first = self._ring.count - int(self.device.holds and self._ring.count > 0)
             self._gone = None  # what it misses before its first sample is not of this recording
             if self.device.holds and self._last is not None and self._plugged:
                 journal.block(self._number, self._last)  # its value holds since before

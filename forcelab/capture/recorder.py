@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 
@@ -13,9 +14,17 @@ from forcelab.capture.blocks import Device
 from forcelab.capture.camera import CameraReader
 from forcelab.capture.camera_device import Capture
 from forcelab.capture.devices import number_sensors
-from forcelab.capture.journal import SUFFIX, Kind
+from forcelab.capture.journal import SUFFIX, Contents, Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.keeping import CAPTURES, Kept, delete_videos, keep, next_name
+from forcelab.capture.keeping import (
+    CAPTURES,
+    Kept,
+    PartlyKeptError,
+    delete_videos,
+    discard,
+    keep,
+    next_name,
+)
 from forcelab.capture.opened import Opened
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.recorder_state import RecorderState
@@ -45,6 +54,8 @@ class Recorder(Opened):
 
     Attributes
     ----------
+    begun : float
+        When the recording began, in seconds of the host's monotonic clock.
     saved : Path or None
         After :meth:`close`, the journal of a recording that could not be kept and that the
         project's disk did not take either: it is all there.
@@ -64,7 +75,8 @@ class Recorder(Opened):
         self._cameras: list[CameraReader] = []
         self._journal: JournalWriter | None = None
         self._stopped = False
-        self._name, self._begun = "", 0.0
+        self._part: Kept | None = None  # of what could not be kept whole, but is in the project
+        self._name, self.begun = "", 0.0
         self.saved: Path | None = None
 
     def open(self) -> None:
@@ -161,8 +173,8 @@ class Recorder(Opened):
             ],
         }
         self._journal = JournalWriter(folder / f"{stem}{SUFFIX}", header)
-        self._stopped = False
-        self._name, self._begun = name, time.monotonic()
+        self._stopped, self._part = False, None
+        self._name, self.begun = name, time.monotonic()
         for number, camera in enumerate(self._cameras):
             camera.record_to(self._journal, folder / f"{stem}.{number}.mkv")
         for reader in self._readers:
@@ -185,10 +197,15 @@ class Recorder(Opened):
         """
         journal = self._end()
         contents = journal.contents()
-        kept = keep(self.path, contents)
-        journal.close(delete=True)
-        delete_videos(journal.path.parent, contents)
-        self._journal = None
+        try:
+            kept = keep(self.path, contents)
+        except PartlyKeptError as error:
+            self._part = error.part
+            raise
+        if self._part is not None and kept.added.status != "new":
+            # It is this recording's own part: whoever does not want it may discard it still.
+            kept = replace(kept, added=replace(kept.added, status="new"), heads=self._part.heads)
+        self._forget(journal, contents)
         return kept
 
     def discard(self) -> None:
@@ -197,10 +214,18 @@ class Recorder(Opened):
         Raises
         ------
         InputError
-            If nothing is recorded.
+            If nothing is recorded, or a part of it is in the project and cannot be removed: it is
+            still recorded then.
         """
         journal = self._end()
         contents = journal.contents()
+        if self._part is not None:
+            discard(self.path, self._part)
+            self._part = None
+        self._forget(journal, contents)
+
+    def _forget(self, journal: JournalWriter, contents: Contents) -> None:
+        """Remove the files of a recording."""
         journal.close(delete=True)
         delete_videos(journal.path.parent, contents)
         self._journal = None
@@ -247,7 +272,7 @@ class Recorder(Opened):
         return RecorderState(
             recording,
             self._name if recording else "",
-            time.monotonic() - self._begun if recording else 0.0,
+            time.monotonic() - self.begun if recording else 0.0,
             self._journal.in_memory if self._journal is not None else 0,
             tuple(reader.state() for reader in self._readers),
             tuple(camera.state() for camera in self._cameras),
@@ -263,6 +288,11 @@ class Recorder(Opened):
     def since(self, device: int, number: int) -> Window:
         """All samples of a device from one on, counted since it was opened, as far as kept."""
         return self._readers[device].since(number)
+
+    @property
+    def firsts(self) -> tuple[int, ...]:
+        """Number of each device's first sample of what is recorded, counted as :meth:`since`."""
+        return tuple(reader.first for reader in self._readers)
 
     @property
     def cameras(self) -> tuple[CameraReader, ...]:

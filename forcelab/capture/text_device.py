@@ -75,11 +75,6 @@ class TextLine(LineDevice):
         self._latest: NDArray[np.float64] | None = None
         self._junk = 0
 
-    @property
-    def statistics(self) -> dict[str, int]:
-        """What became of the lines since it was opened first."""
-        return {"junk_lines": self._parser.junk_lines, "connections": self.connections}
-
     def open(self) -> None:
         """Connect and learn what it sends; see ``Device.open``."""
         self._parser, self._counting, self._offset = TextParser(), None, None
@@ -189,12 +184,17 @@ class _First:
     def rate(self) -> float:
         """Lines a second by their arrivals; 0 where too few came.
 
-        The newest line of a delivery has hardly waited, the ones before it for as long as it took
-        to gather them: so only the newest ones are held against each other, half of all apart.
+        A delivery tells too few lines, never too many: those that waited least, one among the
+        first deliveries and one among the last, are held against each other.
         """
-        half = len(self._counts) // 2
-        if not half:
-            return 0.0
         counts, stamps = np.array(self._counts), np.array(self._stamps)
-        passed = stamps[half:] - stamps[:-half]
-        return float(np.median((counts[half:] - counts[:-half]) / np.maximum(passed, 1e-6)))
+        if len(counts) < 2:
+            return 0.0
+        third = max(len(counts) // 3, 1)
+        first, last, rate = 0, len(counts) - 1, 0.0
+        for _ in range(4):  # who waited least depends on the rate, but little
+            rate = float((counts[last] - counts[first]) / max(stamps[last] - stamps[first], 1e-6))
+            waited = stamps - counts / rate
+            first = int(np.argmin(waited[:third]))
+            last = len(counts) - third + int(np.argmin(waited[-third:]))
+        return rate

@@ -43,8 +43,6 @@ class VirtualOptoForce(VirtualSampler):
         Samples a second of its own clock when it is switched on.
     faults : Faults
         What goes wrong; can be set to others at any time.
-    seed : int
-        Of the faults.
     serial : str
         Eight characters.
     step : int
@@ -53,7 +51,7 @@ class VirtualOptoForce(VirtualSampler):
         The counter of the first packet after each switching on.
     limit : int
         Counts at which a reading saturates; its overload is in the status then.
-    clock_ppm, absent, path, burst, waits
+    clock_ppm, absent, path, waits
         As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
     """
 
@@ -64,17 +62,15 @@ class VirtualOptoForce(VirtualSampler):
         *,
         clock_ppm: float = 0.0,
         faults: Faults | None = None,
-        seed: int = 0,
         serial: str = "ISE123AB",
         step: int = 1,
         first: int = 0,
         limit: int = 32_767,
         absent: Absent | None = None,
         path: Path | None = None,
-        burst: float = BURST,
         waits: bool = False,
     ) -> None:
-        super().__init__(source, rate, clock_ppm, path, burst, waits, absent)
+        super().__init__(source, rate, clock_ppm, path, BURST, waits, absent)
         self.faults = faults or Faults()
         #: Bits that are added to the status of every sample from now on.
         self.status = 0
@@ -84,7 +80,7 @@ class VirtualOptoForce(VirtualSampler):
         self.configured: list[tuple[int, int, int]] = []
         self._serial = serial
         self._step, self._first, self._limit = step, first, limit
-        self._rng = np.random.default_rng(seed)
+        self._rng = np.random.default_rng(0)
         self._counter = first
         self._zero: NDArray[np.int64] | int = 0
         self._asked = b""

@@ -38,9 +38,7 @@ class VirtualTextLine(VirtualSampler):
         Of the values.
     junk : float
         Share of the lines before which there is one that means nothing.
-    seed : int
-        Of the junk.
-    clock_ppm, path, burst, waits, absent
+    path, burst, waits, absent
         As of :class:`~forcelab.capture.virtual_sampler.VirtualSampler`.
     """
 
@@ -56,19 +54,15 @@ class VirtualTextLine(VirtualSampler):
         separator: str = ",",
         decimals: int = 3,
         junk: float = 0.0,
-        seed: int = 0,
-        clock_ppm: float = 0.0,
         path: Path | None = None,
         burst: float = BURST,
         waits: bool = False,
         absent: Absent | None = None,
     ) -> None:
-        super().__init__(source, rate, clock_ppm, path, burst, waits, absent)
-        #: All that it was sent.
-        self.heard = b""
+        super().__init__(source, rate, 0.0, path, burst, waits, absent)
         self._names, self._header, self._labelled = tuple(names), header, labelled
         self._clock, self._separator, self._decimals = clock, separator, decimals
-        self._junk, self._rng = junk, np.random.default_rng(seed)
+        self._junk, self._rng = junk, np.random.default_rng(0)
         self._begins = False
 
     def _begin(self, now: float) -> None:
@@ -97,6 +91,5 @@ class VirtualTextLine(VirtualSampler):
             cells.insert(0, f"{self._clock}:{stamp}" if self._labelled else stamp)
         return self._separator.join(cells)
 
-    def _heard(self, data: bytes) -> bytes:
-        self.heard += data
+    def _heard(self, _: bytes) -> bytes:
         return b""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import sys
+from codecs import register_error
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 from pathlib import Path
 
 from forcelab.cli.options import WrongWordError
@@ -38,16 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     try:
-        arguments = build_parser().parse_args(
-            _for_the_window(sys.argv[1:] if argv is None else argv)
-        )
-    except SystemExit as stop:  # argparse has printed its sentence, or the help
-        return stop.code if isinstance(stop.code, int) else 2
-    try:
-        # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
-        with stoppable():
-            command = import_module(f"forcelab.cli.{arguments.module}")
-            status = command.run(arguments)
+        status = _carried_out(_for_the_window(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
@@ -59,10 +53,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         _drop_output()  # the reader (head, less) has seen enough
         status = 0
     except OSError as error:
-        print(f"forcelab: {error.filename or 'the output'}: {error.strerror}.", file=sys.stderr)
+        nameless = "this folder" if isinstance(error, FileNotFoundError) else "the output"
+        print(f"forcelab: {error.filename or nameless}: {error.strerror}.", file=sys.stderr)
         _drop_output()
         return 1
-    return int(status or 0)
+    return status
+
+
+def _carried_out(argv: Sequence[str]) -> int:
+    """Do what the words say; gives the exit status."""
+    try:
+        arguments = build_parser().parse_args(argv)
+    except SystemExit as stop:  # argparse has printed its sentence, or the help
+        return stop.code if isinstance(stop.code, int) else 2
+    # Each command imports what it needs when it runs: listing a project loads no scikit-learn.
+    with stoppable():
+        command = import_module(f"forcelab.cli.{arguments.module}")
+        return int(command.run(arguments) or 0)
 
 
 def _for_the_window(argv: Sequence[str]) -> list[str]:
@@ -81,14 +88,25 @@ def _sentence(error: ForcelabError) -> str:
 
 
 def _open_streams() -> None:
-    """Let what is said to a stream that was closed from the beginning go nowhere.
+    """Have streams that take whatever is said.
 
-    Python leaves None there, and what is printed to None goes to standard output.
+    What is said to one that was closed from the beginning goes nowhere: Python leaves None there,
+    and what is printed to None goes to standard output. A character that the terminal's encoding
+    has not got is printed as JSON escapes it, so that JSON stays JSON.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - until the end
             setattr(sys, name, nowhere)
+    register_error("escaped", _escaped)
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="escaped")
+
+
+def _escaped(error: UnicodeError) -> tuple[str, int]:
+    """What to print in place of characters that cannot be, and where to go on."""
+    assert isinstance(error, UnicodeEncodeError)
+    return json.dumps(error.object[error.start : error.end])[1:-1], error.end
 
 
 def _drop_output() -> None:

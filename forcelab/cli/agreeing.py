@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from forcelab.cli.output import json_text, percent, progress_bar, table
+from forcelab.cli.output import json_text, percent, printable, progress_bar, table
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -46,14 +46,14 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json_text(_plain(found, names)))
         return
-    print("\n".join(_told(found, names)))
+    print("\n".join(map(printable, _told(found, names))))
 
 
 def _told(found: Agreement, names: dict[str, str]) -> list[str]:
     """The figures for people."""
     lines = []
     if found.pairs:
-        lines += [_pairs(found.pairs), ""]
+        lines += [*_pairs(found.pairs), ""]
     if found.fleiss is not None and found.fleiss_coders > 2:
         lines += [f"Fleiss' kappa of all: {_kappa(found.fleiss)}", ""]
     for pair in found.pairs:
@@ -70,7 +70,7 @@ def _told(found: Agreement, names: dict[str, str]) -> list[str]:
     return lines
 
 
-def _pairs(pairs: Sequence[PairAgreement]) -> str:
+def _pairs(pairs: Sequence[PairAgreement]) -> list[str]:
     """A line for every two coders."""
     rows = [["coders", "demos", "kappa", "95 % interval", "", "agreed %", "only one %", "F1@50 %"]]
     for pair in pairs:
@@ -88,7 +88,7 @@ def _pairs(pairs: Sequence[PairAgreement]) -> str:
                 percent(pair.f1[50]),
             ]
         )
-    return table(rows, right=(1, 2, 5, 6, 7))
+    return table(rows, right=(1, 2, 5, 6, 7)).split("\n")
 
 
 def _pair(pair: PairAgreement, names: dict[str, str]) -> list[str]:
@@ -128,7 +128,8 @@ def _places(pair: PairAgreement, names: dict[str, str]) -> list[str]:
         for place in places[:WORST]
     ]
     more = len(places) - WORST
-    return [table(rows, right=(1, 2)), *([f"  and {counted(more, 'more place')}"] * (more > 0))]
+    lines = table(rows, right=(1, 2)).split("\n")
+    return [*lines, *([f"  and {counted(more, 'more place')}"] * (more > 0))]
 
 
 def _own(own: Consistency, names: dict[str, str]) -> list[str]:
@@ -143,7 +144,7 @@ def _own(own: Consistency, names: dict[str, str]) -> list[str]:
         ]
         for one in own.actions
     ]
-    lines = [table(rows, right=(1, 2, 3))]
+    lines = table(rows, right=(1, 2, 3)).split("\n")
     lines += [
         f"  odd duration: {place.human} {_where(place, names)}, {place.duration:.3f} s"
         for place in own.odd[:WORST]

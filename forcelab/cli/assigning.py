@@ -42,7 +42,7 @@ def _chosen(
     project: Project, infos: dict[str, DemonstrationInfo], arguments: argparse.Namespace
 ) -> list[str]:
     """The ids of the demonstrations that are meant, each once."""
-    ids = [project.load(key).id for key in arguments.demonstrations]
+    ids = [project.id_of(key) for key in arguments.demonstrations]
     if arguments.task is not None:
         project.check_task(arguments.task)
         ids += [info.id for info in infos.values() if info.task == arguments.task]

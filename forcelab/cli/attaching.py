@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from forcelab.cli.output import json_text, printable
 from forcelab.clock import ClockMap
 from forcelab.project import Project
-from forcelab.video.index import check_video
+from forcelab.video.checking import check_video
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -15,7 +16,7 @@ def run(arguments: argparse.Namespace) -> None:
     clock = ClockMap(arguments.offset)
     with Project.open(arguments.project) as project:
         demonstration = project.load(arguments.demonstration)
-        check_video(arguments.video)
+        damage = check_video(arguments.video, demonstration.duration)
         project.attach_video(demonstration.id, arguments.video, clock)
     if arguments.json:
         content = {
@@ -24,6 +25,7 @@ def run(arguments: argparse.Namespace) -> None:
             "video": str(arguments.video),
             "replaced": demonstration.video is not None,
             "offset": clock.offset,
+            "remarks": [damage] if damage else [],
         }
         print(json_text(content))
         return
@@ -34,3 +36,5 @@ def run(arguments: argparse.Namespace) -> None:
         else f"Replaced the video of '{name}' by '{video}'"
     )
     print(printable(f"{told}, offset {clock.offset:+.4f} s; 'forcelab sync' can find the offset."))
+    if damage:
+        print(f"forcelab: {printable(damage)}", file=sys.stderr)

@@ -82,7 +82,7 @@ def _record(arguments: argparse.Namespace) -> None:
             _say(sentence)
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
-            live.begin()
+            live.begin(firsts=recorder.firsts)
         _say(f"Recording '{name}'; Ctrl+C stops and keeps it.")
         try:
             _watch(recorder, arguments.seconds, live, out)

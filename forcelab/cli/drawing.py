@@ -11,7 +11,8 @@ from forcelab.cli.output import json_text
 
 def run(arguments: argparse.Namespace) -> None:
     """Draw the wavelet figure and the cluster figure into a folder."""
-    from forcelab.gui.figures import cluster_figure, wavelet_figure
+    from forcelab.gui.figures.clusters import cluster_figure
+    from forcelab.gui.figures.wavelets import wavelet_figure
 
     folder: Path = arguments.folder
     written = []

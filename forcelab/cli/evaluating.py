@@ -54,11 +54,13 @@ def run(arguments: argparse.Namespace) -> None:
     )
     # Names made from the tasks are known only now.
     _check_outputs(arguments, [*pairs, *matrices])
-    _draw_pairs(evaluated, choice, vocabularies, pairs)
-    _draw_confusion(evaluated, matrices)
-    if arguments.table is not None:
-        write_table(arguments.table, evaluated)
-    _tell(evaluated, arguments.json)
+    try:
+        _draw_pairs(evaluated, choice, vocabularies, pairs)
+        _draw_confusion(evaluated, matrices)
+        if arguments.table is not None:
+            write_table(arguments.table, evaluated)
+    finally:  # What took hours is told, even where the disk has no room for a figure.
+        _tell(evaluated, arguments.json)
 
 
 def _check_outputs(arguments: argparse.Namespace, figures: list[Path]) -> None:
@@ -111,7 +113,7 @@ def _told(evaluation: Evaluation) -> str:
         f"Rates in percent. Run time: {seconds}.",
         *_more(evaluation),
         reason or f"95 % interval: {METHOD}.",
-        *evaluation.remarks,
+        *map(printable, evaluation.remarks),
     ]
     return "\n\n".join(parts)
 
@@ -211,7 +213,7 @@ def _draw_pairs(
     """Draw the timeline pairs in the colours that they have in the window."""
     if not files:
         return
-    from forcelab.gui.figures import Pair, TimelinePairs
+    from forcelab.gui.figures.timelines import Pair, TimelinePairs
 
     for (tasks, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         _, each = evaluation.scores("filtered")
@@ -243,7 +245,7 @@ def _draw_confusion(evaluated: Evaluated, files: list[Path]) -> None:
         return
     import numpy as np
 
-    from forcelab.gui.figures import ConfusionMatrix
+    from forcelab.gui.figures.confusion import ConfusionMatrix
 
     for (_, evaluation), file in zip(evaluated.evaluations, files, strict=True):
         pooled, _ = evaluation.scores("filtered")

@@ -27,12 +27,14 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "forcelab assign lab.forcelab pull-03 pull-04 --author Ines",
         "forcelab assign lab.forcelab --task stylus --author Ines --done",
     ),
+    "note": ("forcelab note lab.forcelab pull-03 'sensor slipped at 3.2 s' --author Ines",),
     "agree": ("forcelab agree lab.forcelab --task stylus --authors Ines Tomas",),
     "attach": ("forcelab attach lab.forcelab pull-03 pull-03.mp4",),
     "sync": (
         "forcelab sync lab.forcelab pull-03 --accept",
         "forcelab sync lab.forcelab pull-03 --offset -0.287",
     ),
+    "rename": ("forcelab rename lab.forcelab hold grip --author Ines --task stylus",),
     "remove": (
         "forcelab remove lab.forcelab pull-03 pull-04",
         "forcelab remove lab.forcelab --run 3 4 --yes",

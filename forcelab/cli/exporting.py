@@ -34,5 +34,5 @@ def _ids(arguments: argparse.Namespace) -> set[str]:
         infos = project.demonstrations()
         for task in arguments.task or ():
             project.check_task(task)
-        named = {project.load(name).id for name in arguments.demo or ()}
+        named = {project.id_of(name) for name in arguments.demo or ()}
     return named | {info.id for info in infos if info.task in (arguments.task or ())}

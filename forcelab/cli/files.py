@@ -34,8 +34,9 @@ def check_outputs(outputs: Sequence[Path | None], inputs: Sequence[Path | None])
         in a project, or two outputs are one file.
     """
     asked = [path for path in outputs if path is not None]
-    places = [path.resolve() for path in asked]
-    read = [source.resolve() for source in inputs if source is not None]
+    # Of links in a circle Path.resolve raises before Python 3.13.
+    places = [Path(os.path.realpath(path)) for path in asked]
+    read = [Path(os.path.realpath(source)) for source in inputs if source is not None]
     for path, place in zip(asked, places, strict=True):
         if not place.parent.is_dir():
             raise InputError(f"'{path}' cannot be written; its folder does not exist.")

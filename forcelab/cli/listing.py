@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from textwrap import shorten
 
+from forcelab.cli.noting import plain
 from forcelab.cli.output import json_text, printable, table
 from forcelab.errors import InputError
 from forcelab.names import name_alike
-from forcelab.project import DemonstrationInfo, Project, left_to_label
+from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
 from forcelab.wording import counted
+
+#: Letters of a demonstration's notes.
+NOTES = 60
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -21,10 +26,13 @@ def run(arguments: argparse.Namespace) -> None:
             infos = _left(project, infos, arguments.to_label)
         recognisers = project.recognisers()
         runs = project.run_summaries()
+        notes: dict[str, list[Note]] = {info.id: [] for info in infos}
+        for note in project.notes(arguments.to_label):
+            notes.get(note.demonstration, []).append(note)
         beside = {info.id: [str(path) for path in project.beside(info.id)] for info in infos}
     if arguments.json:
         content = {
-            "demonstrations": [_plain(info, beside[info.id]) for info in infos],
+            "demonstrations": [_plain(info, beside[info.id], notes[info.id]) for info in infos],
             "recognisers": [{"id": r.id, "name": r.name, "time": str(r.time)} for r in recognisers],
             "runs": [{"id": r.id, "kind": r.kind, "time": str(r.time)} for r in runs],
         }
@@ -38,10 +46,15 @@ def run(arguments: argparse.Namespace) -> None:
         return
     rows = [["task", "demonstration", "seconds", "Hz", "channels", "labelled", "id"]]
     rows += [_row(info) for info in infos]
+    if any(notes.values()):
+        rows[0].append("notes")
+        for row, info in zip(rows[1:], infos, strict=True):
+            told = "; ".join(f"{note.author}: {note.text}" for note in notes[info.id])
+            row.append(shorten(told, NOTES, placeholder="…"))  # `forcelab note` has them whole
     print(table(rows, right=[2, 3, 4]))
     for info in infos:
         for path in beside[info.id]:
-            print(f"Beside the video of '{info.name}', of another camera: {path}")
+            print(printable(f"Beside the video of '{info.name}', of another camera: {path}"))
     counts = ((infos, "demonstration"), (recognisers, "recogniser"), (runs, "run"))
     print(f"\n{', '.join(counted(len(items), noun) for items, noun in counts)}.")
 
@@ -78,7 +91,7 @@ def _row(info: DemonstrationInfo) -> list[str]:
     ]
 
 
-def _plain(info: DemonstrationInfo, beside: list[str]) -> dict[str, object]:
+def _plain(info: DemonstrationInfo, beside: list[str], notes: list[Note]) -> dict[str, object]:
     """A demonstration as plain values."""
     return {
         "id": info.id,
@@ -92,4 +105,5 @@ def _plain(info: DemonstrationInfo, beside: list[str]) -> dict[str, object]:
         "video": info.has_video,
         "beside": beside,
         "source": info.source,
+        "notes": [plain(note) for note in notes],
     }

@@ -6,7 +6,6 @@ import argparse
 import os
 import tempfile
 from collections.abc import Callable, Generator
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -98,25 +97,21 @@ def _job(what: str, arguments: argparse.Namespace) -> Generator[Progress, None, 
 
 def _recognition(arguments: argparse.Namespace) -> Generator[Progress, None, Table]:
     """Measure a project; without one, the sample project."""
-    from forcelab.measure.recognition_tasks import measured_tasks, next_tasks, swapped_tasks
+    from forcelab.measure.recognition_tasks import Question, measured_tasks
     from forcelab.project import Project
 
-    measure: Callable[..., Generator[Progress, None, Table]]
-    measure = partial(measured_tasks, thorough=arguments.thorough)
-    if arguments.next:
-        measure = next_tasks
-    elif arguments.swapped:
-        measure = swapped_tasks
+    question: Question = "recognition"
+    if arguments.next or arguments.swapped:
+        question = "next" if arguments.next else "swapped"
+    quick, thorough = arguments.quick, arguments.thorough
     with tempfile.TemporaryDirectory(prefix="forcelab-") as scratch:
         path = arguments.project
         if path is None:
             path = yield from _sample(Path(scratch))
         with Project.open(path) as project:
-            return (
-                yield from measure(
-                    project, arguments.task or (), arguments.author, quick=arguments.quick
-                )
-            )
+            tasks, author = arguments.task or (), arguments.author
+            job = measured_tasks(project, tasks, author, question, quick=quick, thorough=thorough)
+            return (yield from job)
 
 
 def _sample(scratch: Path) -> Generator[Progress, None, Path]:

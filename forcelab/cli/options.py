@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from difflib import get_close_matches
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from forcelab.cli.examples import EXAMPLES
 from forcelab.errors import InputError
@@ -24,6 +25,7 @@ __all__ = [
     "command",
     "json_flag",
     "name_of",
+    "project_command",
 ]
 
 Commands = argparse._SubParsersAction
@@ -60,6 +62,32 @@ _NO_CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
 class Parser(argparse.ArgumentParser):
     """Says in one sentence what is wrong, where a dozen lines of usage would bury it."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """What was said, and the words that mean nothing.
+
+        Where there may be none of the last words, those behind an option are taken too, which
+        argparse does not do: ``remove lab.forcelab --yes pull-03``.
+        """
+        said, words = super().parse_known_args(args, namespace)
+        last = next((one for one in reversed(self._actions) if not one.option_strings), None)
+        if last is None or any(word.startswith("-") for word in words):
+            return said, words
+        known: Any = getattr(said, last.dest, None)
+        read = last.type if callable(last.type) else str
+        if last.nargs == "*":
+            setattr(said, last.dest, [*known, *map(read, words)])
+            words = []
+        elif last.nargs == "?" and len(words) == 1 and known == last.default:
+            setattr(said, last.dest, read(words.pop()))
+        return said, words
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print; that standard output takes no more argparse would keep to itself."""
+        if file is sys.stdout:
+            file.write(message)
+        else:
+            super()._print_message(message, file)
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
@@ -98,6 +126,15 @@ def command(
         formatter_class=Formatter,
     )
     parser.set_defaults(module=module)
+    return parser
+
+
+def project_command(
+    commands: Commands[argparse.ArgumentParser], name: str, module: str, summary: str, details: str
+) -> argparse.ArgumentParser:
+    """A command whose first word is the project it works on."""
+    parser = command(commands, name, module, summary, details)
+    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     return parser
 
 
@@ -190,8 +227,8 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
     how.add_argument(
         "--amplitude",
         metavar="UNIT",
-        help="forces in windows: absolute, in units of each demonstration's own amplitude, both "
-        "side by side, or chosen by inner cross-validation (absolute)",
+        help="forces in windows: absolute, own: in units of each demonstration's own amplitude, or "
+        "both side by side (absolute)",
     )
     how.add_argument(
         "--peaks",

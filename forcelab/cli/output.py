@@ -81,9 +81,11 @@ def report(told: str, content: Any, json_file: Path | None) -> None:
     """
     text = json_text(content)
     path = json_path(json_file)
-    if path is not None:
-        write_atomically(path, (text + "\n").encode())
-    print(told if path == json_file else text)
+    try:
+        if path is not None:
+            write_atomically(path, (text + "\n").encode())
+    finally:  # what took hours is told, even where the disk is full
+        print(told if path == json_file else text)
 
 
 @contextmanager
@@ -101,7 +103,7 @@ def progress_bar(title: str = "") -> Iterator[Callable[[Progress], None]]:
         if shown:
             full = round(WIDTH * progress.done / max(progress.total, 1))
             bar = "█" * full + "·" * (WIDTH - full)
-            words = f"{title} {progress.text}".strip()
+            words = printable(f"{title} {progress.text}".strip())
             sys.stderr.write(f"\r\x1b[K{words} {bar} {progress.done}/{progress.total}")
             sys.stderr.flush()
 

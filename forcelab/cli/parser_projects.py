@@ -12,6 +12,7 @@ from forcelab.cli.options import (
     command,
     json_flag,
     name_of,
+    project_command,
 )
 
 __all__ = [
@@ -85,7 +86,7 @@ def add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``import`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "import",
         "importing",
@@ -100,7 +101,6 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "archive alone, into a new project, brings back everything it holds; into one that is\n"
         "there, the recordings and coders' labels that this one has not got.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
     parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
     parser.add_argument(
@@ -143,14 +143,13 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``list`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "list",
         "listing",
         "show what a project holds",
         "Demonstrations by task, with their length, rate, channels and labelled share by author.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
     parser.add_argument(
         "--to-label",
@@ -163,7 +162,7 @@ def add_list(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_replay(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``replay`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "replay",
         "replaying",
@@ -173,7 +172,6 @@ def add_replay(commands: Commands[argparse.ArgumentParser]) -> None:
         "measure, one that prints lines as a microcontroller does. Nothing begins before all\n"
         "are opened.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
         "--as",
@@ -203,7 +201,7 @@ def add_replay(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``runs`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "runs",
         "running",
@@ -213,7 +211,6 @@ def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
         "difference is the second's score less the first's. What each takes up on the disk is\n"
         "told, too, and which recognisers belong to none; 'forcelab remove' removes them.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--compare", metavar=("A", "B"), type=int, nargs=2, help="numbers of two runs"
     )
@@ -222,7 +219,7 @@ def add_runs(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``agree`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "agree",
         "agreeing",
@@ -231,7 +228,6 @@ def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
         "labelled; agreement of each action, of boundaries and segments, with the worst places;\n"
         "and how consistent each coder is from one demonstration to the next.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--task", metavar="TASK", type=name_of, help="only this task")
     parser.add_argument(
         "--authors",
@@ -252,7 +248,7 @@ def add_agree(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``export`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "export",
         "exporting",
@@ -263,7 +259,6 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         "and demonstration. archive: one zip with everything; 'forcelab import' reads it back.\n"
         "Times are seconds from the start of the forces (elan: milliseconds).",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
     )

@@ -6,7 +6,6 @@ import argparse
 from pathlib import Path
 
 from forcelab.cli.options import (
-    PROJECT,
     Commands,
     add_changes,
     add_settings,
@@ -14,6 +13,7 @@ from forcelab.cli.options import (
     command,
     json_flag,
     name_of,
+    project_command,
 )
 
 __all__ = [
@@ -56,7 +56,7 @@ what the scores are:
 
 def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``evaluate`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "evaluate",
         "evaluating",
@@ -69,7 +69,6 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
         "without that option.",
     )
     parser.epilog = f"{_SCORES}\n\n{parser.epilog}"
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     add_settings(parser)
     parser.add_argument(
         "--train-task",
@@ -124,14 +123,13 @@ def add_evaluate(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_train(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``train`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "train",
         "training",
         "train a recogniser on all labelled demonstrations",
         "The file holds no pickle and can be passed on. The project keeps a copy.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--out", metavar="RECOGNISER", type=Path, required=True, help="file to write (.skops)"
     )
@@ -171,7 +169,7 @@ def add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``plan`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "plan",
         "planning",
@@ -181,7 +179,6 @@ def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
         "demonstration also which states the mechanics have and which parts the scene does\n"
         "without. Nothing of it is computed, unless --measure asks what all of it costs.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
         "--recogniser",
@@ -199,7 +196,7 @@ def add_plan(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_why(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``why`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "why",
         "why",
@@ -208,7 +205,6 @@ def add_why(commands: Commands[argparse.ArgumentParser]) -> None:
         "the nearest training segments of both. The recogniser that has not seen the\n"
         "demonstration is trained once more, with the labels, settings and seed of the run.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("demonstration", metavar="DEMO", help="its name or id")
     parser.add_argument(
         "--at", metavar="SECONDS", type=float, required=True, help="a time within the segment"
@@ -221,7 +217,7 @@ def add_why(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``review`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "review",
         "reviewing",
@@ -230,7 +226,6 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
         "actions, what the model missed, edges that differ, and what it sees in unlabelled time.\n"
         "Then the verdicts that were given, by pair of actions.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument("--run", metavar="N", type=int, help="the run (the latest evaluation)")
     parser.add_argument(
         "--task", metavar="TASK", type=name_of, help="the latest evaluation of this task"
@@ -247,7 +242,7 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
 
 def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
     """Add ``realism`` to the commands."""
-    parser = command(
+    parser = project_command(
         commands,
         "realism",
         "comparing",
@@ -256,7 +251,6 @@ def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
         "forces, spectra, noise and how well preset paper recognises both; ! marks what is more\n"
         "than a factor of 2 apart.",
     )
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
     parser.add_argument(
         "--author",
         metavar="NAME",

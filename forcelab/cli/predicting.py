@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import sys
 from pathlib import Path
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs, demonstrations_in, file_names, filling
-from forcelab.cli.output import json_text
+from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.times import plain_times
-from forcelab.formats.tracks import to_audacity, to_csv
+from forcelab.formats.tracks import COLUMNS, table_text, to_audacity, to_csv
 from forcelab.labels import Track, model_author
 from forcelab.recognition.rates import unseen
+from forcelab.recognition.silence import silence_remark
 from forcelab.recognition.storage import load
 
 #: Endings of the files in a folder. They are neither those of recordings, which they must not
@@ -40,11 +39,13 @@ def run(arguments: argparse.Namespace) -> None:
     )
     found: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):
+        # First, as it names the demonstration that lacks a channel.
+        made = recogniser.predict(demonstration)
         told = [*unseen(recogniser, demonstration), *recogniser.remarks_on(demonstration.channels)]
+        told += silence_remark([made], recogniser.settings, recogniser.rate)
         for remark in [*remarks, *told]:
-            print(f"{demonstration.name}: {remark}", file=sys.stderr)
-        segments = recogniser.predict(demonstration).segments
-        found.append((demonstration.name, Track(author, segments)))
+            print(printable(f"{demonstration.name}: {remark}"), file=sys.stderr)
+        found.append((demonstration.name, Track(author, made.segments)))
     if arguments.json:
         print(json_text([_plain(name, track) for name, track in found]))
     if arguments.out is not None:
@@ -62,8 +63,7 @@ def _is_folder(out: Path | None) -> bool:
 def _plain(name: str, track: Track) -> dict[str, object]:
     """A predicted track as plain values."""
     segments = [
-        {"start": start, "end": end, "action": s.action}
-        for s, (start, end) in zip(track.segments, plain_times(track.segments), strict=True)
+        {"start": start, "end": end, "action": s.action} for s, (start, end) in plain_times(track)
     ]
     return {"demonstration": name, "author": track.author, "segments": segments}
 
@@ -79,13 +79,12 @@ def _shown(found: list[tuple[str, Track]], kind: str) -> str:
         return _text(found[0][1], kind)
     if kind == "audacity":
         raise InputError("A label track holds one demonstration; name a folder with --out.")
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(["demonstration", "start", "end", "action", "author"])
-    for name, track in found:
-        for s, times in zip(track.segments, plain_times(track.segments), strict=True):
-            writer.writerow([name, *map(repr, times), s.action, track.author])
-    return text.getvalue()
+    rows = (
+        (name, *map(repr, times), segment.action, track.author)
+        for name, track in found
+        for segment, times in plain_times(track)
+    )
+    return table_text(("demonstration", *COLUMNS), rows)
 
 
 def _write(found: list[tuple[str, Track]], out: Path, kind: str, inputs: list[Path]) -> list[Path]:

@@ -10,7 +10,7 @@ from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, percent, printable
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project, StoredRecogniser
-from forcelab.wording import amount, counted
+from forcelab.wording import amount, counted, listed
 
 #: How many things a sentence names one by one.
 NAMED = 8
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
         if not arguments.yes:
             one = len(asked.named) == 1
             raise InputError(
-                f"{_listed(asked.named)} {'was' if one else 'were'} not removed: with "
+                f"{listed(asked.named, NAMED)} {'was' if one else 'were'} not removed: with "
                 f"{'it' if one else 'them'} would go {goes}, for good; give --yes "
                 f"to remove {'it' if one else 'them'}."
             )
@@ -57,12 +57,12 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json_text(_plain(asked)))
         return
-    print(printable(f"Removed {_listed(asked.named)}: {goes}."))
+    print(printable(f"Removed {listed(asked.named, NAMED)}: {goes}."))
 
 
 def _ask_demonstrations(project: Project, keys: Sequence[str], asked: _Asked) -> None:
     """What goes with demonstrations."""
-    for id_ in dict.fromkeys(project.load(key).id for key in keys):
+    for id_ in dict.fromkeys(project.id_of(key) for key in keys):
         authors = project.info(id_).authors
         asked.heads[id_] = {name: project.head(id_, name) for name in authors}
         info = project.info(id_)
@@ -87,6 +87,8 @@ def _ask_demonstrations(project: Project, keys: Sequence[str], asked: _Asked) ->
     assigned = [one for one in project.assignments() if one.demonstration in asked.heads]
     if assigned:
         asked.goes.append(counted(len(assigned), "assignment"))
+    if notes := sum(one.demonstration in asked.heads for one in project.notes()):
+        asked.goes.append(counted(notes, "note"))
 
 
 def _ask_runs(project: Project, numbers: Sequence[int], asked: _Asked) -> None:
@@ -148,13 +150,6 @@ def _recognisers(project: Project, keys: Sequence[str]) -> list[StoredRecogniser
             )
         meant += found
     return meant
-
-
-def _listed(texts: Sequence[str]) -> str:
-    """Texts one after the other; of many the first ones."""
-    if len(texts) > NAMED + 1:
-        texts = [*texts[:NAMED], f"{len(texts) - NAMED} more"]
-    return ", ".join(texts)
 
 
 def _plain(asked: _Asked) -> dict[str, object]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from typing import Any
 
 from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.project import Project, RunSummary, RunUse
 from forcelab.recognition.intervals import METHOD, look_up
+from forcelab.recognition.presets import PRESETS
 from forcelab.recognition.resampling import METRICS
 from forcelab.recognition.run_results import title_of
-from forcelab.review.comparing import STAGES, Comparison, compare
+from forcelab.review.comparing import STAGES, Comparison, as_text, compare
 from forcelab.review.outcome import load, tasks_of
 from forcelab.wording import counted
 
@@ -34,7 +36,7 @@ def run(arguments: argparse.Namespace) -> None:
     if not runs:
         print("No runs; 'forcelab evaluate' and the window's Train make them.")
     else:
-        header = ["run", "time (UTC)", "kind", "what", "classifier", "tested", "accuracy", "F1@50"]
+        header = ["run", "time (UTC)", "kind", "what", "settings", "tested", "accuracy", "F1@50"]
         rows = [_row(*both) for both in zip(runs, uses, strict=True)]
         print(table([[*header, "MB"], *rows], right=[0, 5, 6, 7, 8]))
         print(f"\n{counted(len(runs), 'run')}. Rates in percent, after the filters.")
@@ -62,12 +64,20 @@ def _row(run: RunSummary, use: RunUse) -> list[str]:
         f"{run.time:%Y-%m-%d %H:%M}",
         run.kind,
         str(digest.get("title", title_of(tasks, test_task))),
-        str(run.settings.get("classifier", "")),
+        _settings(run.settings),
         str(digest.get("tested", "")),
         percent(digest.get("accuracy")),
         percent(digest.get("f1")),
         _megabytes(use.bytes),
     ]
+
+
+def _settings(settings: Mapping[str, Any]) -> str:
+    """The preset of a run and what was changed of it: ``fast, choreography none``."""
+    name = str(settings.get("preset", ""))
+    usual = PRESETS[name].to_json() if name in PRESETS else {}
+    changed = (key for key, value in usual.items() if settings.get(key, value) != value)
+    return ", ".join([name, *(f"{key} {as_text(settings[key])}" for key in changed)])
 
 
 def _summary(run: RunSummary, use: RunUse) -> dict[str, Any]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from typing import TYPE_CHECKING, Any
 
 from forcelab.cli.options import WrongWordError
 from forcelab.errors import InputError
 from forcelab.merging import MergeMap
 from forcelab.recognition.presets import preset
+from forcelab.recognition.relevance import obstacle
 from forcelab.recognition.settings import Settings
 
 if TYPE_CHECKING:
@@ -27,7 +29,7 @@ _SWITCHABLE = {"threshold": float, "median": int, "drop": float, "step": float}
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
-    """A preset's settings with what the command line changes.
+    """A preset's settings with what the command line changes; what counts for nothing is told.
 
     Raises
     ------
@@ -51,9 +53,15 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if arguments.merge is not None:
         changes["merge"] = MergeMap.read(arguments.merge)
     try:
-        return preset(arguments.preset).replace(**changes)
+        settings = preset(arguments.preset).replace(**changes)
     except InputError as error:
         raise WrongWordError(str(error)) from error
+    for name, value in changes.items():
+        # That something is switched off which is not used anyway misleads nobody.
+        used = value is not None and value is not False
+        if used and (why := obstacle(name, vars(settings))):
+            print(f"forcelab: --{name.replace('_', '-')} has no effect {why}.", file=sys.stderr)
+    return settings
 
 
 def _switchable(name: str, text: str, kind: type[float] | type[int]) -> float | int | None:

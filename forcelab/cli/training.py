@@ -6,7 +6,7 @@ import argparse
 
 from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs
-from forcelab.cli.output import json_text, progress_bar
+from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.cli.settings import choice_from, settings_from
 from forcelab.jobs import finish
 from forcelab.project import Project
@@ -35,10 +35,10 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         print(json_text(summary))
         return
-    print(
+    learnt = (
         f"{arguments.out}: {counted(len(recogniser.actions), 'action')} "
         f"({', '.join(recogniser.actions)}) learnt from "
         f"{counted(len(recogniser.trained_on), 'demonstration')} at {recogniser.rate:.6g} Hz."
     )
-    for remark in trained.remarks:
-        print(remark)
+    for sentence in (learnt, *trained.remarks):
+        print(printable(sentence))

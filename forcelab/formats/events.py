@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime
 
-from forcelab.errors import InputError
 from forcelab.formats.times import plain_times
-from forcelab.labels import Segment, Track
+from forcelab.formats.tracks import table_text
+from forcelab.labels import Track
 
 __all__ = ["Coded", "to_boris", "to_table"]
 
@@ -79,9 +77,9 @@ def to_table(coded: Iterable[Coded]) -> str:
             *(str(number), segment.action, repr(start), repr(end), _text(end - start)),
         )
         for one in coded
-        for number, (segment, (start, end)) in enumerate(_timed(one.track), start=1)
+        for number, (segment, (start, end)) in enumerate(plain_times(one.track), start=1)
     ]
-    return _written(TABLE, rows, ",")
+    return table_text(TABLE, rows)
 
 
 def to_boris(coded: Iterable[Coded]) -> str:
@@ -107,14 +105,9 @@ def to_boris(coded: Iterable[Coded]) -> str:
             *(repr(start), repr(end), _text(end - start), "", ""),
         )
         for one in coded
-        for segment, (start, end) in _timed(one.track)
+        for segment, (start, end) in plain_times(one.track)
     ]
-    return _written(BORIS, rows, "\t")
-
-
-def _timed(track: Track) -> Iterable[tuple[Segment, tuple[float, float]]]:
-    """Segments with their times as a person would write them."""
-    return zip(track.segments, plain_times(track.segments), strict=True)
+    return table_text(BORIS, rows, "\t")
 
 
 def _date(when: datetime | None) -> str:
@@ -125,17 +118,3 @@ def _date(when: datetime | None) -> str:
 def _text(seconds: float) -> str:
     """A length of time without the dust of arithmetic."""
     return repr(round(float(seconds), 9))
-
-
-def _written(header: tuple[str, ...], rows: Iterable[tuple[str, ...]], separator: str) -> str:
-    """A table as text."""
-    text = io.StringIO()
-    writer = csv.writer(text, delimiter=separator)
-    writer.writerow(header)
-    for row in rows:
-        if any("\0" in cell for cell in row):
-            raise InputError(
-                f"A name in {row!a} holds a NUL, which a text table cannot hold; rename it."
-            )
-        writer.writerow(row)
-    return text.getvalue()

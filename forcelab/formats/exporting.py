@@ -85,9 +85,7 @@ def _archive(
     """Write the whole project as one zip named after it."""
     from forcelab.formats.archive import write_archive
 
-    if viewer is not None and any(
-        one.blind and one.done is None for one in project.assignments(viewer)
-    ):
+    if viewer is not None and project.blind_to(viewer):
         raise InputError(
             f"An archive holds everybody's labels, and some are hidden from '{viewer}' until "
             f"blind coding is done; export tracks instead."

@@ -24,7 +24,7 @@ def filling(path: Path, inputs: Sequence[Path] = ()) -> Iterator[None]:
     InputError
         If it cannot be made, or lies in an input or in a project.
     """
-    place = path.resolve()
+    place = Path(os.path.realpath(path))  # of links in a circle, too
     for source in (source.resolve() for source in inputs if source.is_dir()):
         if source == place or source in place.parents:
             raise InputError(f"'{path}' lies in what is read here; write elsewhere.")

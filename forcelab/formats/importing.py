@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from forcelab.formats.videos import beside, paired, with_videos
 from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import Keepable
+from forcelab.wording import listed
 
 __all__ = ["ImportReport", "Imported", "import_files", "importing"]
 
@@ -72,7 +73,7 @@ class ImportReport:
         for path, remarks in self.remarks.items():
             for remark in dict.fromkeys(remarks):
                 files.setdefault(remark, []).append(path.name)
-        return tuple(f"{_listed(names, SHARING)}: {remark}" for remark, names in files.items())
+        return tuple(f"{listed(names, SHARING)}: {remark}" for remark, names in files.items())
 
 
 def import_files(
@@ -108,6 +109,7 @@ def importing(
     project_path: str | os.PathLike[str],
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
+    look: Callable[[Demonstration], Iterable[str]] = lambda _: (),
 ) -> Generator[Progress, None, ImportReport]:
     """Read files of any format, then write what they hold into a project.
 
@@ -128,6 +130,8 @@ def importing(
     options : ReadOptions, optional
         How the files are to be understood where they do not say so themselves. Neither the task
         nor the rate of a demonstration that is there already changes where nobody says anything.
+    look : callable, optional
+        Gives further remarks on a demonstration, as of :mod:`forcelab.signals.remarks`.
 
     Yields
     ------
@@ -165,7 +169,10 @@ def importing(
         for done, path in enumerate(paths):
             yield Progress(done, total, f"reading {path.name}")
             try:
-                read_files[path] = _checked(path, read(path, options))
+                read_files[path] = [
+                    replace(one, remarks=(*one.remarks, *look(one.demonstration)))
+                    for one in _checked(path, read(path, options))
+                ]
             except InputError as error:
                 failures[path] = error
         if failures:
@@ -210,8 +217,8 @@ def _unpacking(
 
 def _without_companions(files: Iterable[str | os.PathLike[str]]) -> list[Path]:
     """The files in order, each once, without labels files that another file brings along."""
-    paths = {Path(file).resolve(): Path(file) for file in reversed(list(files))}
-    beside = {labels.resolve() for path in paths.values() if (labels := _companion(path))}
+    paths = {os.path.realpath(file): Path(file) for file in reversed(list(files))}
+    beside = {os.path.realpath(labels) for path in paths.values() if (labels := _companion(path))}
     return [path for key, path in reversed(paths.items()) if key not in beside]
 
 
@@ -227,7 +234,7 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
     """One sentence for an import that did not take place, of the kind of the first error."""
     refusal, *others = failures.values()
     if others:
-        names = _listed([path.name for path in failures], NAMED)
+        names = listed([path.name for path in failures], NAMED)
         refusal = type(refusal)(
             f"{len(failures)} of {total} files cannot be read ({names}), so none was imported; "
             f"first: {refusal}"
@@ -236,12 +243,6 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
         refusal = type(refusal)(f"{refusal} None of the {total} files was imported.")
     refusal.files = tuple(failures)
     return refusal
-
-
-def _listed(names: Sequence[str], most: int) -> str:
-    """The first names, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
@@ -253,6 +254,7 @@ def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
             text for channel in demonstration.channels for text in (channel.name, channel.unit)
         ]
         texts += [text for track in recording.tracks for text in (track.author, *track.actions)]
+        texts += [text for note in recording.notes for text in (note.author, note.text)]
         for text in texts:
             if not text.isascii() and text.encode("utf-8", "ignore").decode() != text:
                 raise InputError(
@@ -275,6 +277,7 @@ def _write(
             labels_from=file.name,
             keep=_unsaid(recording.demonstration, options),
             truth=recording.truth,
+            notes=recording.notes,
         )
         for file, recordings in read_files.items()
         for recording in recordings

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
 from forcelab.labels import Track
+from forcelab.project import Note
 
 __all__ = ["ReadOptions", "Recording"]
 
@@ -49,6 +52,11 @@ class ReadOptions:
     unpack : Path, optional
         Folder for videos that are packed inside a file, there as long as they are needed; without
         one they are left out.
+
+    Raises
+    ------
+    InputError
+        If the rate is not positive.
     """
 
     task: str | None = None
@@ -64,6 +72,10 @@ class ReadOptions:
     format: str | None = None
     calibration: Path | None = None
     unpack: Path | None = None
+
+    def __post_init__(self) -> None:
+        if self.rate is not None and not 0 < self.rate < math.inf:
+            raise InputError(f"The rate must be positive, not {self.rate} Hz.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +98,8 @@ class Recording:
         What a format counted while it read, such as ``"missing_samples"``.
     left : str
         A sentence on what of the file is never brought; told where the file brings anything new.
+    notes : tuple of Note
+        What coders wrote about it.
     """
 
     demonstration: Demonstration
@@ -95,3 +109,4 @@ class Recording:
     truth: Mapping[str, Any] | None = None
     statistics: Mapping[str, int] = field(default_factory=dict)
     left: str = ""
+    notes: tuple[Note, ...] = ()

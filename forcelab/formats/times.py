@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.labels import Segment, Segments, Track
+from forcelab.labels import Segment, Track
 
 __all__ = ["on_samples", "plain_times"]
 
@@ -17,27 +17,26 @@ __all__ = ["on_samples", "plain_times"]
 DECIMALS, STRAY = 6, 1e-9
 
 
-def plain_times(segments: Segments) -> list[tuple[float, float]]:
-    """Starts and ends whose shortest text is what a person would write.
+def plain_times(track: Track) -> list[tuple[Segment, tuple[float, float]]]:
+    """Each segment with a start and an end whose shortest text is what a person would write.
 
     Arithmetic leaves 4.6899999999999995 where 4.69 is meant; read by :func:`on_samples`, 4.69 is
     the same sample again.
 
     Parameters
     ----------
-    segments : tuple of Segment
-        Of one track.
+    track : Track
 
     Returns
     -------
-    list of (float, float)
-        In seconds: those within a nanosecond of a microsecond are that microsecond, all others
-        are as they were. Where that would leave nothing of a segment, none is changed.
+    list of (Segment, (float, float))
+        Times in seconds: those within a nanosecond of a microsecond are that microsecond, all
+        others are as they were. Where that would leave nothing of a segment, none is changed.
     """
-    plain = [(_plain(s.start), _plain(s.end)) for s in segments]
-    if all(start < end for start, end in plain):
-        return plain
-    return [(float(s.start), float(s.end)) for s in segments]
+    times = [(_plain(s.start), _plain(s.end)) for s in track.segments]
+    if not all(start < end for start, end in times):
+        times = [(float(s.start), float(s.end)) for s in track.segments]
+    return list(zip(track.segments, times, strict=True))
 
 
 def on_samples(tracks: Iterable[Track], times: NDArray[np.float64]) -> tuple[Track, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.formats.times import plain_times
 from forcelab.labels import Track
 
-__all__ = ["to_audacity", "to_csv"]
+__all__ = ["COLUMNS", "table_text", "to_audacity", "to_csv"]
 
 #: The columns of the CSV, in this order.
 COLUMNS = ("start", "end", "action", "author")
@@ -37,19 +37,12 @@ def to_csv(tracks: Iterable[Track]) -> str:
     InputError
         If a name holds a NUL, which a text table cannot hold.
     """
-    text = io.StringIO()
-    writer = csv.writer(text)
-    writer.writerow(COLUMNS)
-    for track in tracks:
-        pairs = zip(track.segments, plain_times(track.segments), strict=True)
-        for segment, times in pairs:
-            if "\0" in segment.action + track.author:
-                raise InputError(
-                    f"The name {segment.action!a} of {track.author!a} holds a NUL, which a text "
-                    f"table cannot hold; rename the action or its author."
-                )
-            writer.writerow([*map(repr, times), segment.action, track.author])
-    return text.getvalue()
+    rows = (
+        (*map(repr, times), segment.action, track.author)
+        for track in tracks
+        for segment, times in plain_times(track)
+    )
+    return table_text(COLUMNS, rows)
 
 
 def to_audacity(track: Track) -> str:
@@ -72,7 +65,7 @@ def to_audacity(track: Track) -> str:
         If an action holds a tab or a line break, which a label track cannot hold.
     """
     lines = []
-    for segment, times in zip(track.segments, plain_times(track.segments), strict=True):
+    for segment, times in plain_times(track):
         if "\t" in segment.action or segment.action.splitlines() != [segment.action]:
             raise InputError(
                 f"The action {segment.action!a} holds a tab or a line break, which an "
@@ -81,3 +74,18 @@ def to_audacity(track: Track) -> str:
         start, end = (np.format_float_positional(time, unique=True, min_digits=6) for time in times)
         lines.append(f"{start}\t{end}\t{segment.action}\n")
     return "".join(lines)
+
+
+def table_text(header: Sequence[str], rows: Iterable[Sequence[str]], separator: str = ",") -> str:
+    """A table as text; refused where a name holds a NUL."""
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=separator)
+    writer.writerow(header)
+    for row in rows:
+        for cell in row:
+            if "\0" in cell:
+                raise InputError(
+                    f"The name {cell!a} holds a NUL, which a text table cannot hold; rename it."
+                )
+        writer.writerow(row)
+    return text.getvalue()

@@ -72,7 +72,7 @@ def with_videos(
     InputError
         If a video cannot be read.
     """
-    from forcelab.video.index import open_video
+    from forcelab.video.checking import check_video
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
     known = _with_video(project) if videos else frozenset()
@@ -82,13 +82,13 @@ def with_videos(
         recording = result[path][0]
         if recording.demonstration.id in known:
             continue
-        open_video(video).release()  # refuses what is no video
+        damage = check_video(video, recording.demonstration.duration)
         remark = f"{video.name} was attached; synchronise it unless it starts when the forces do."
         result[path] = [
             replace(
                 recording,
                 demonstration=replace(recording.demonstration, video=VideoReference(video)),
-                remarks=(*recording.remarks, remark),
+                remarks=(*recording.remarks, remark, *filter(None, [damage])),
             )
         ]
     return result

@@ -28,6 +28,7 @@ from PySide6.QtWidgets import (
 
 from forcelab import __version__
 from forcelab.gui import settings
+from forcelab.gui.arranging import stress
 from forcelab.gui.faults import log_file
 from forcelab.versions import versions
 
@@ -63,10 +64,7 @@ class AboutDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(self.tr("About forcelab"))
         title = QLabel(self.tr("forcelab {0}").format(__version__))
-        bigger = title.font()
-        bigger.setPointSizeF(bigger.pointSizeF() * 1.4)
-        bigger.setBold(True)
-        title.setFont(bigger)
+        stress(title, 1.4)
         what = QLabel(
             self.tr("Labels, recognises and scores the actions of hands in recorded forces.")
         )

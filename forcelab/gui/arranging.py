@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize, Qt
+from typing import Literal
+
+from PySide6.QtCore import QCoreApplication, QSize, Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QDialog,
+    QDialogButtonBox,
     QFrame,
     QHeaderView,
     QLabel,
     QLineEdit,
+    QProgressBar,
+    QPushButton,
     QScrollArea,
+    QStackedWidget,
     QTableView,
+    QVBoxLayout,
     QWidget,
 )
 
+from forcelab.jobs import Progress
+
 __all__ = [
+    "PageOrNote",
+    "ProgressBar",
+    "column",
+    "copyable",
     "muted",
     "placeholder",
     "resize_on_screen",
     "rule",
     "scrolled",
     "search_field",
+    "stress",
+    "toned",
+    "use_or_cancel",
     "whole_rows",
 ]
 
@@ -51,28 +68,120 @@ def scrolled(page: QWidget) -> QScrollArea:
 
 
 def placeholder(text: str = "") -> QLabel:
-    """What stands, faint and in the middle, where there is nothing to show yet.
-
-    Parameters
-    ----------
-    text : str
-        Plain: names in it are anybody's.
-    """
-    label = QLabel(text)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
+    """What stands, faint and in the middle, where there is nothing to show yet."""
+    label = _sentence(text)
     label.setMargin(AROUND)
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
 
 
+class PageOrNote(QStackedWidget):
+    """A page, or what is said in its place where there is nothing to show.
+
+    Attributes
+    ----------
+    note : QLabel
+        What is said.
+    """
+
+    def __init__(self, page: QWidget) -> None:
+        super().__init__()
+        self.note = placeholder()
+        self.addWidget(page)
+        self.addWidget(self.note)
+
+    def say(self, text: str) -> None:
+        """Show this in place of the page; the page, where it is empty."""
+        self.note.setText(text)
+        self.setCurrentIndex(1 if text else 0)
+
+
+def column(
+    room: QWidget,
+    *parts: QWidget,
+    growing: QWidget | None = None,
+    margin: int = 0,
+    spacing: int = 0,
+) -> QVBoxLayout:
+    """Put parts below each other into a widget.
+
+    Parameters
+    ----------
+    growing : QWidget, optional
+        The part that gets the room which the others leave.
+    margin, spacing : int
+        Around all of them, and between two, in pixels.
+    """
+    layout = QVBoxLayout(room)
+    layout.setContentsMargins(margin, margin, margin, margin)
+    layout.setSpacing(spacing)
+    for part in parts:
+        layout.addWidget(part, int(part is growing))
+    return layout
+
+
 def muted(text: str = "") -> QLabel:
     """A sentence that is said in passing, on as many lines as it needs."""
-    label = QLabel(text)
-    label.setWordWrap(True)
+    label = _sentence(text)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
+
+
+def copyable(text: str = "") -> QLabel:
+    """What is told, on as many lines as it needs; it can be copied."""
+    label = _sentence(text)
+    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    return label
+
+
+def _sentence(text: str) -> QLabel:
+    """A plain text, for names in it are anybody's, on as many lines as it needs."""
+    return QLabel(text, wordWrap=True, textFormat=Qt.TextFormat.PlainText)
+
+
+def stress(widget: QWidget, larger: float = 1.0) -> None:
+    """Write what a widget says in bold letters, so many times as large."""
+    face = widget.font()
+    face.setBold(True)
+    if larger != 1.0:
+        face.setPointSizeF(larger * face.pointSizeF())
+    widget.setFont(face)
+
+
+class ProgressBar(QProgressBar):
+    """How far a job is; hidden until there is one."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.hide()
+
+    def show_progress(self, progress: Progress) -> None:
+        """Show how far it is, in numbers and words."""
+        self.setRange(0, progress.total)
+        self.setValue(progress.done)
+        self.setFormat(progress.text)
+
+
+def toned(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
+    """A sentence in a colour of the theme: on what is refused, or on what one should know."""
+    label = _sentence(text)
+    label.setProperty("tone", tone)  # by which the theme's style sheet finds it
+    return label
+
+
+def use_or_cancel(dialog: QDialog, name: str) -> tuple[QDialogButtonBox, QPushButton]:
+    """The buttons of a dialog, and the one that takes what is chosen; `name` says that aloud."""
+    roles, translate = QDialogButtonBox.ButtonRole, QCoreApplication.translate
+    buttons = QDialogButtonBox()
+    use = buttons.addButton(translate("forcelab", "&Use"), roles.AcceptRole)
+    use.setAccessibleName(name)
+    cancel = buttons.addButton(translate("forcelab", "Cancel"), roles.RejectRole)
+    cancel.setAccessibleName(cancel.text())
+    buttons.accepted.connect(dialog.accept)
+    buttons.rejected.connect(dialog.reject)
+    return buttons, use
 
 
 def resize_on_screen(window: QWidget, size: QSize) -> None:

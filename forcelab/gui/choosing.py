@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.gui import settings
 
-__all__ = ["ask_file", "ask_files", "ask_folder", "last_folder", "remember_folder"]
+__all__ = ["ask_file", "ask_files", "ask_folder", "last_folder", "local_paths", "remember_folder"]
 
 
 def last_folder(kind: str) -> Path:
     """Where a file of a kind was chosen last; else the folder in which the projects lie."""
-    last = settings.text(_key(kind))
+    last = settings.text(f"{kind}/folder")
     if last and Path(last).is_dir():
         return Path(last)
     recent = settings.recent_projects()
@@ -22,7 +23,7 @@ def last_folder(kind: str) -> Path:
 
 def remember_folder(kind: str, folder: Path) -> None:
     """Keep where a file of a kind was chosen, for the next time."""
-    settings.put(_key(kind), str(folder))
+    settings.put(f"{kind}/folder", str(folder))
 
 
 def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | None:
@@ -36,10 +37,9 @@ def ask_file(parent: QWidget, title: str, kind: str, filters: str) -> Path | Non
         Of the file, such as ``"video"``.
     """
     name, _ = QFileDialog.getOpenFileName(parent, title, str(last_folder(kind)), filters)
-    if not name:
-        return None
-    remember_folder(kind, Path(name).parent)
-    return Path(name)
+    if name:
+        remember_folder(kind, Path(name).parent)
+    return Path(name) if name else None
 
 
 def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
@@ -53,12 +53,11 @@ def ask_files(parent: QWidget, title: str, kind: str) -> list[Path]:
 def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
     """Let the user choose a folder; as :func:`ask_file`."""
     name = QFileDialog.getExistingDirectory(parent, title, str(last_folder(kind)))
-    if not name:
-        return None
-    remember_folder(kind, Path(name))
-    return Path(name)
+    if name:
+        remember_folder(kind, Path(name))
+    return Path(name) if name else None
 
 
-def _key(kind: str) -> str:
-    """Where the settings keep the folder."""
-    return f"{kind}/folder"
+def local_paths(event: QDropEvent) -> list[Path]:
+    """The files and folders that are dragged or dropped."""
+    return [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWidget
 
 from forcelab.gui import settings
@@ -23,6 +24,7 @@ class CoderChoice(QWidget):
         self._document = document
         self._box = NarrowList()
         self._box.setAccessibleName(self.tr("Coder"))
+        self._box.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
         self._box.setMinimumContentsLength(10)
         self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self._box.setMaximumWidth(WIDEST * self.fontMetrics().averageCharWidth())
@@ -34,6 +36,13 @@ class CoderChoice(QWidget):
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
         self._list()
+
+    def choose(self) -> None:
+        """Offer the coders, as a click does."""
+        if self.isVisible():
+            self._box.showPopup()
+        else:
+            self._document.say(self.tr("Open a project first."), True)
 
     def _list(self) -> None:
         """Offer the coders of the project, and a new one."""

@@ -141,6 +141,8 @@ _LABELLING = _group(
         "switch",
     ),
     ("synchronise", QT_TRANSLATE_NOOP("forcelab", "Synchronise the video…"), "Ctrl+Shift+V"),
+    ("note", QT_TRANSLATE_NOOP("forcelab", "Note on the demonstration…"), "Ctrl+Shift+N"),
+    ("coder", QT_TRANSLATE_NOOP("forcelab", "Label as another coder…"), "Ctrl+L"),
     ("done", QT_TRANSLATE_NOOP("forcelab", "Blind coding is done"), "Ctrl+Return"),
 )
 _SEGMENTS = _group(

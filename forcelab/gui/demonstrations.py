@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QPoint, Qt, QTimer, Signal
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
-    QHBoxLayout,
-    QLabel,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.listing_menu import ListingMenu
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_painting import RowPainter
-from forcelab.gui.listing_parts import Empty, OrderButton, Search, Tree
+from forcelab.gui.listing_parts import Empty, Tools, Tree
 from forcelab.gui.listing_rows import (
-    SHOWN,
     Row,
     Shown,
     grouped,
@@ -31,16 +27,12 @@ from forcelab.gui.listing_rows import (
     ordered,
     rows_of,
 )
-from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.theme import themes
-from forcelab.project import Assignment
 
 __all__ = ["DemonstrationList"]
 
 #: The share of the open demonstration is added up when nothing was painted for so many ms.
 PAUSE = 100
-#: Letters of what is shown that are always seen.
-NARROW = 4
 #: Keys that with a click choose several demonstrations, and open none.
 CHOOSING = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
 
@@ -73,26 +65,11 @@ class DemonstrationList(QWidget):
         self.view.setItemDelegate(RowPainter(self.model, self.view))
         self.view.setAccessibleName(self.tr("Demonstrations by task"))
         self.menu = ListingMenu(document, self)
-        self.search = Search()
-        self.search.setPlaceholderText(self.tr("Search names and tasks"))
-        self.search.setAccessibleName(self.tr("Search names and tasks"))
-        self.search.setClearButtonEnabled(True)
-        self.shown = NarrowList()
-        self.shown.setMinimumContentsLength(NARROW)
-        self.shown.setAccessibleName(self.tr("Which demonstrations are shown"))
-        names = {
-            "all": self.tr("All"),
-            "unlabelled": self.tr("Not labelled by me"),
-            "begun": self.tr("Begun, not done"),
-            "assigned": self.tr("Assigned to me, to do"),
-            "done": self.tr("Done by me"),
-        }
-        for what in SHOWN:
-            self.shown.addItem(names[what], what)
-        self._order = OrderButton()
+        self._tools = Tools()
+        self.search, self.shown = self._tools.search, self._tools.shown
+        self._order, self._count = self._tools.order, self._tools.count
         self._ranks: dict[str, int] = {}  # by id, the place in the list
         self._sorted: object = None  # whose view of what the ranks are
-        self._count = QLabel()
         self._empty = Empty()
         self._lay_out()
         self._connect()
@@ -106,8 +83,13 @@ class DemonstrationList(QWidget):
         self.search.selectAll()
 
     def choose_all(self) -> None:
-        """Choose every demonstration that is listed, for the menu of them all."""
+        """Choose every demonstration that is listed, for the menu of them all.
+
+        Folded tasks are unfolded: what is chosen is seen.
+        """
         self.view.setFocus(Qt.FocusReason.ShortcutFocusReason)
+        for g in range(self.model.rowCount()):
+            self.view.setExpanded(self.model.index(g, 0), True)
         self.view.selectAll()
 
     def open_next(self) -> None:
@@ -120,8 +102,7 @@ class DemonstrationList(QWidget):
 
     def open_to_label(self) -> None:
         """Open the next demonstration that is shown and left to label, the first after the last."""
-        rows = [row for group in self.model.groups for row in group.rows]
-        row = next_to_do(rows, self._document.id)
+        row = next_to_do(list(self.model.rows), self._document.id)
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
@@ -129,11 +110,19 @@ class DemonstrationList(QWidget):
 
     def ask_video(self) -> None:
         """Ask for a video of the open demonstration."""
-        for info in self._document.infos:
-            if info.id == self._document.id:
-                self.menu.ask_video(info)
-                return
-        self._document.say(self.tr("Open a demonstration first; a video belongs to one."), True)
+        opened = (info for info in self._document.infos if info.id == self._document.id)
+        if (info := next(opened, None)) is not None:
+            self.menu.ask_video(info)
+        else:
+            self._document.say(self.tr("Open a demonstration first; a video belongs to one."), True)
+
+    def ask_note(self) -> None:
+        """Ask for a note on the open demonstration."""
+        opened = (row for row in self._rows if row.info.id == self._document.id)
+        if (row := next(opened, None)) is not None:
+            self.menu.ask_note(row)
+        else:
+            self._document.say(self.tr("Open a demonstration first; a note belongs to one."), True)
 
     # Inside
 
@@ -142,21 +131,7 @@ class DemonstrationList(QWidget):
         self._stack = QStackedWidget()
         self._stack.addWidget(self.view)
         self._stack.addWidget(self._empty)
-        choice = QHBoxLayout()
-        choice.addWidget(self.shown, 1)
-        choice.addWidget(self._count)
-        choice.addWidget(self._order)
-        self._tools = QWidget()
-        tools = QVBoxLayout(self._tools)
-        tools.setContentsMargins(6, 6, 6, 6)
-        tools.setSpacing(4)
-        tools.addWidget(self.search)
-        tools.addLayout(choice)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._tools)
-        column.addWidget(self._stack, 1)
+        column(self, self._tools, self._stack, growing=self._stack)
 
     def _connect(self) -> None:
         """Listen to the document and to what is pressed."""
@@ -187,23 +162,21 @@ class DemonstrationList(QWidget):
     def _forget(self) -> None:
         """Another project is open: nothing of the old one's list matters."""
         self._folded.clear()
-        self.search.clear()
-        self.shown.setCurrentIndex(0)
+        self._show_all()
 
     def _read(self) -> None:
         """Take over what the project tells."""
-        self._rows = rows_of(self._document.infos, self._assignments(), self._document.author)
+        project = self._document.project
+        author = self._document.author
+        assignments = project.assignments() if project is not None else ()
+        notes = project.notes(author) if project is not None else ()
+        self._rows = rows_of(self._document.infos, assignments, author, notes)
         self._update_own(show=False)
-        now = (self._document.author, [(row.info.id, row.info.task) for row in self._rows])
+        now = (author, [(row.info.id, row.info.task) for row in self._rows])
         if self._sorted != now:
             self._sorted = now
             self._sort()
         self._show()
-
-    def _assignments(self) -> Sequence[Assignment]:
-        """Everybody's assignments."""
-        project = self._document.project
-        return project.assignments() if project is not None else ()
 
     def _update_own(self, show: bool = True) -> None:
         """Follow what is painted now; the list of the project is read more seldom."""
@@ -250,17 +223,15 @@ class DemonstrationList(QWidget):
 
     def _tell_count(self) -> None:
         """Say how many are chosen where there are several, else how many are shown."""
-        here, chosen = len(list(self.model.ids())), len(self._chosen())
+        here, chosen = len(self.model.ids()), len(self._chosen())
         several = self.tr("{0} chosen").format(chosen)
         self._count.setText(several if chosen > 1 else f"{here}/{len(self._rows)}")
         self._count.setHidden(chosen < 2 and here == len(self._rows))
 
     def _chosen(self) -> tuple[Row, ...]:
         """The demonstrations that are selected, in the order of the list."""
-        chosen = self.view.selectionModel().isSelected
-        ids = (id_ for id_ in self.model.ids() if chosen(self.model.index_of(id_)))
-        items = (self.model.at(self.model.index_of(id_)) for id_ in ids)
-        return tuple(item for item in items if isinstance(item, Row))
+        chosen, place = self.view.selectionModel().isSelected, self.model.index_of
+        return tuple(row for row in self.model.rows if chosen(place(row.info.id)))
 
     def _selected(self) -> str:
         """Id of the demonstration with the keyboard's cursor; ``""`` without one."""
@@ -309,22 +280,20 @@ class DemonstrationList(QWidget):
 
     def _open_first(self) -> None:
         """Open the first demonstration that was found."""
-        for id_ in self.model.ids():
-            self._open(self.model.index_of(id_))
+        if ids := self.model.ids():
+            self._open(self.model.index_of(ids[0]))
             self.view.setFocus(Qt.FocusReason.OtherFocusReason)
-            return
 
     def _enter_list(self) -> None:
         """Go from the search to the first demonstration that was found."""
-        ids = list(self.model.ids())
-        if ids:
+        if ids := self.model.ids():
             if self._selected() not in ids:
                 self._select(ids[0])
             self.view.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _open_neighbour(self, step: int) -> None:
         """Open what stands below or above the open one, among what is shown."""
-        ids = list(self.model.ids())
+        ids = self.model.ids()
         if not ids:
             self._document.say(self.tr("No demonstration is shown in the list."))
             return

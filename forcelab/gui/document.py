@@ -5,6 +5,7 @@ Views listen to its signals and never to each other.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,6 +93,7 @@ class Document(Reviewing):
         self.project = None
         self.infos = ()
         self.outcome = self.examined = None
+        self._renamings.clear()
         self._put_down()
         self.project_changed.emit()
         self.listing_changed.emit()
@@ -220,6 +222,32 @@ class Document(Reviewing):
         self.tracks_changed.emit()
         return listed
 
+    def rename_action(
+        self, old: str, new: str, tasks: Collection[str] | None = None, *, merge: bool = False
+    ) -> bool:
+        """Rename an action in all of the coder's tracks, or merge it into another one."""
+        if self.project is None:
+            return False
+        with self._telling() as told:
+            before = self.project.vocabularies()
+            done = self.project.rename_action(self.author, old, new, tasks, merge=merge)
+            after = self.project.vocabularies()
+        if told:
+            return False
+        for task in done.tasks:
+            one, other = before.get(task, Vocabulary()), after[task]
+            if {*one.names} ^ {*other.names} <= {old, new}:  # nobody else changed them just then
+                self._renamings += [(task, one, other), (task, other, one)]
+        chosen, brush, stroke = self.selected, self.action, self.stroke
+        self.reread()
+        self.select(chosen)  # as many segments as before
+        if brush == old:
+            self.set_action(new)
+        if stroke is not None and stroke.action == old:
+            self.begin_stroke(new, stroke.start)
+        self.say(done.sentences(done=True))
+        return True
+
     def set_video_clock(self, clock: ClockMap) -> bool:
         """Map the video's clock onto the force clock anew."""
         if self.project is None or self.demonstration is None:
@@ -231,14 +259,14 @@ class Document(Reviewing):
             self.demonstration_changed.emit()
         return not told
 
-    def set_done(self, done: bool = True) -> bool:
+    def set_done(self) -> bool:
         """Say that the coder's assigned demonstration is done; blind coding ends then."""
         if self.project is None or not self.id:
             return False
         with self._telling() as told:
-            self.project.set_done(self.id, self.author, done)
+            self.project.set_done(self.id, self.author)
         self.reread()
-        if done and not told:
+        if not told:
             self.say(self.tr("Marked as done; the labels of others are shown."))
         return not told
 

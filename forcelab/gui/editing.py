@@ -74,6 +74,8 @@ class Editing(Looking):
         self.action: str | None = None
         self.refused = False
         self.said_here = self.copied_from = ""
+        # A task, with its actions on either side of each renaming, both ways round.
+        self._renamings: list[tuple[str, Vocabulary, Vocabulary]] = []
         self._list_actions(Vocabulary())
         self._take_up("", None)
 
@@ -295,10 +297,36 @@ class Editing(Looking):
         if chosen is not None:
             self.select(self._followed(chosen, edit))
         # Undoing may bring back an action that has left the vocabulary since.
-        self.add_actions(*(segment.action for segment in edit.inserted))
+        if edit.reverts is None or not self._renamed_back(edit):
+            self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
         self.say_here(edit.what)
         return True
+
+    def _renamed_back(self, edit: Edit) -> bool:
+        """Give actions the look and the key back that they had before a renaming was undone.
+
+        Not where the task still needs those that it would take away.
+        """
+        project, demonstration = self.project, self.demonstration
+        if project is None or demonstration is None:
+            return False
+        old, new = ({segment.action for segment in run} for run in (edit.removed, edit.inserted))
+        for task, listed, other in self._renamings:
+            gone, back = {*listed.names} - {*other.names}, new - {*listed.names}
+            fits = gone <= old and back and new <= {*other.names}
+            if not fits or (task, listed) != (demonstration.task, self._listed):
+                continue
+            with self._telling():
+                if gone & project.painted_actions(task):
+                    continue
+                if project.set_vocabulary(task, other, before=listed):
+                    shown = self.vocabulary
+                    besides = tuple(name for name in shown.names if name not in listed)
+                    self._list_actions(other, besides, shown)
+                    self.vocabulary_changed.emit()
+                    return True
+        return False
 
     def _leave_selection(self) -> None:
         """Select nothing any more if the cursor is elsewhere."""

@@ -11,18 +11,16 @@ from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
-    QLabel,
-    QProgressBar,
     QVBoxLayout,
     QWidget,
 )
 
 from forcelab.formats.exporting import FORMATS, exporting
+from forcelab.gui.arranging import ProgressBar, copyable
 from forcelab.gui.choosing import ask_folder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.narrow_list import NarrowList
-from forcelab.jobs import Progress
 
 __all__ = ["ExportDialog"]
 
@@ -55,8 +53,12 @@ class ExportDialog(QDialog):
         if document.demonstration is not None:
             here = self.tr("The open one, '{0}'").format(document.demonstration.name)
             self.which.addItem(here, (document.id,))
-        listed = self.tr("All {0} shown in the list").format(len(shown))
-        self.which.addItem(listed, tuple(shown))
+        if shown:
+            listed = self.tr("Those shown in the list ({0})").format(len(shown))
+            self.which.addItem(listed, tuple(shown))
+        if len(shown) < len(document.infos):  # the list is searched or narrowed
+            all_ = self.tr("The whole project ({0})").format(len(document.infos))
+            self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.form = QComboBox()
         names = {
             "csv": self.tr("CSV: start, end, action, author; a file a demonstration"),
@@ -70,10 +72,8 @@ class ExportDialog(QDialog):
             self.form.addItem(names[kind], kind)
         self.form.currentIndexChanged.connect(self._match)
         self.replacing = QCheckBox(self.tr("Replace files that are there already"))
-        self._bar = QProgressBar()
-        self._bar.setVisible(False)
-        self._told = QLabel()
-        self._told.setWordWrap(True)
+        self._bar = ProgressBar(self.tr("Progress of the export"))
+        self._told = copyable()
         form = QFormLayout()
         form.addRow(self.tr("Labels of"), self.which)
         form.addRow(self.tr("Written as"), self.form)
@@ -109,7 +109,7 @@ class ExportDialog(QDialog):
             self._document.author,
             self.replacing.isChecked(),
         )
-        self._jobs.run(job, self._written, self._failed, self._show, key="export")
+        self._jobs.run(job, self._written, self._failed, self._bar.show_progress, key="export")
 
     def reject(self) -> None:
         """Stop an export that goes on, and close."""
@@ -126,21 +126,17 @@ class ExportDialog(QDialog):
         if chosen is not None:
             self.export(chosen)
 
-    def _show(self, progress: Progress) -> None:
-        """Show how far it is."""
-        self._bar.setRange(0, progress.total)
-        self._bar.setValue(progress.done)
-        self._bar.setFormat(progress.text)
-
     def _written(self, files: tuple[Path, ...]) -> None:
         """Say what was written."""
-        self._bar.setVisible(False)
-        self.go.setEnabled(True)
         more = self.tr(" and {0} more").format(len(files) - 1) if len(files) > 1 else ""
-        self._told.setText(self.tr("Written: {0}{1}").format(files[0], more))
+        self._tell(self.tr("Written: {0}{1}").format(files[0], more))
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way."""
+        self._tell(str(error))
+
+    def _tell(self, text: str) -> None:
+        """Say what became of it."""
         self._bar.setVisible(False)
         self.go.setEnabled(True)
-        self._told.setText(str(error))
+        self._told.setText(text)

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import copyable, stress
 
 __all__ = ["FaultDialog"]
 
@@ -30,53 +30,38 @@ class FaultDialog(QDialog):
 
     Parameters
     ----------
-    error : BaseException
-        Its sentence is shown if it has one for the coder.
     details : str
         For whoever mends it; can be copied.
     log_file : Path
         Where more is written.
     """
 
-    def __init__(
-        self,
-        error: BaseException,
-        details: str,
-        log_file: Path,
-        parent: QWidget | None = None,
-    ) -> None:
+    def __init__(self, details: str, log_file: Path, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(self.tr("Something went wrong"))
         self._details = details
         self._further = 0
-        mendable = isinstance(error, ForcelabError)
         layout = QVBoxLayout(self)
         layout.setSpacing(14)
-        layout.addLayout(self._words(str(error) if mendable else "", log_file))
+        layout.addLayout(self._words(log_file))
         self._text = self._folded(details)
         layout.addWidget(self._text, 1)
-        layout.addLayout(self._buttons(mendable))
+        layout.addLayout(self._buttons())
 
-    def _words(self, sentence: str, log_file: Path) -> QHBoxLayout:
+    def _words(self, log_file: Path) -> QHBoxLayout:
         """What is said, beside a sign."""
-        headline = _wrapped(sentence or self.tr("Something went wrong."))
-        bigger = headline.font()
-        bigger.setPointSizeF(bigger.pointSizeF() * 1.2)
-        bigger.setBold(True)
-        headline.setFont(bigger)
-        lines = [
-            headline,
-            _wrapped(self.tr("Your labels are safe: every stroke was stored when it was made.")),
-        ]
-        if not sentence:
-            again = self.tr("You can go on working. If it happens again, start forcelab anew.")
-            where = self.tr("What happened is written down in {file}").format(file=log_file)
-            lines += [_wrapped(again), _wrapped(where)]
+        headline = _wrapped(self.tr("Something went wrong."))
+        stress(headline, 1.2)
+        lines = (
+            self.tr("Your labels are safe: every stroke was stored when it was made."),
+            self.tr("You can go on working. If it happens again, start forcelab anew."),
+            self.tr("What happened is written down in {file}").format(file=log_file),
+        )
         self._more = _wrapped("")
         self._more.hide()
         words = QVBoxLayout()
-        for line in (*lines, self._more):
+        for line in (headline, *map(_wrapped, lines), self._more):
             words.addWidget(line)
         sign = QLabel()
         size = self.style().pixelMetric(QStyle.PixelMetric.PM_LargeIconSize)
@@ -102,8 +87,8 @@ class FaultDialog(QDialog):
         text.hide()
         return text
 
-    def _buttons(self, mendable: bool) -> QHBoxLayout:
-        """Unfold, copy, close; only the last where the sentence says it all."""
+    def _buttons(self) -> QHBoxLayout:
+        """Unfold, copy, close."""
         buttons = QHBoxLayout()
         self._show = QPushButton(self.tr("Show details"), self)
         self._show.setCheckable(True)
@@ -119,20 +104,14 @@ class FaultDialog(QDialog):
         buttons.addWidget(close)
         for button in (self._show, self._copy, close):
             button.setAccessibleName(button.text())
-        self._show.setHidden(mendable)
-        self._copy.setHidden(mendable)
         close.setFocus()
         return buttons
 
-    def add(self, sentence: str = "") -> None:
-        """Say that something else went wrong while this is open: the sentence, if there is one."""
+    def add(self) -> None:
+        """Say that something else went wrong while this is open."""
         self._further += 1
-        self._more.setText(
-            sentence
-            or self.tr("Further errors since then, written down in the same file: {count}").format(
-                count=self._further
-            )
-        )
+        told = self.tr("Further errors since then, written down in the same file: {count}")
+        self._more.setText(told.format(count=self._further))
         self._more.show()
 
     def _show_details(self, shown: bool) -> None:
@@ -148,10 +127,8 @@ class FaultDialog(QDialog):
 
 
 def _wrapped(text: str) -> QLabel:
-    """A paragraph that can be copied. Plain: names of files and actions are no markup."""
-    label = QLabel(text)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
+    """A paragraph that can be copied, by keys too."""
+    label = copyable(text)
     label.setMinimumWidth(label.fontMetrics().averageCharWidth() * 56)
     label.setTextInteractionFlags(
         Qt.TextInteractionFlag.TextSelectableByMouse

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import (
     QMessageLogContext,
@@ -34,6 +35,9 @@ from PySide6.QtWidgets import QWidget
 
 from forcelab import __version__
 from forcelab.errors import ForcelabError
+
+if TYPE_CHECKING:
+    from forcelab.gui.fault_dialog import FaultDialog
 
 __all__ = ["Faults", "log_file"]
 
@@ -63,11 +67,10 @@ class Faults(QObject):
 
     Parameters
     ----------
-    window : QWidget, optional
-        Above which a fault is shown.
-    say : callable, optional
-        Told the sentence of a :class:`ForcelabError`, which is no fault of the program; without it
-        such a sentence is shown in a dialog, too.
+    window : QWidget
+        Above which a fault is shown, and with which this ends.
+    say : callable
+        Told the sentence of a :class:`ForcelabError`, which is no fault of the program.
 
     Attributes
     ----------
@@ -77,32 +80,25 @@ class Faults(QObject):
 
     _caught = Signal(object)
 
-    def __init__(
-        self, window: QWidget | None = None, say: Callable[[str], object] | None = None
-    ) -> None:
+    def __init__(self, window: QWidget, say: Callable[[str], object]) -> None:
         super().__init__(window)
         self.counts: Counter[str] = Counter()
         self._window = window
         self._say = say
-        self._open: QWidget | None = None
+        self._open: FaultDialog | None = None
         self._reporting = threading.local()
         self._lock = threading.Lock()
-        self._handler = _handler(log_file())
-        log.addHandler(self._handler)
-        self._level = log.level
+        handler = _handler(log_file())
+        log.addHandler(handler)
+        level = log.level
         log.setLevel(logging.INFO)
         self._caught.connect(self._take, Qt.ConnectionType.QueuedConnection)
         self._before = sys.excepthook, threading.excepthook
         sys.excepthook = self._on_error
         threading.excepthook = self._on_thread
         qInstallMessageHandler(self._on_message)
-        if window is not None:
-            # Not a method: this object is gone by then, and its methods with it.
-            window.destroyed.connect(_undo(self._before, self._handler, self._level))
-
-    def uninstall(self) -> None:
-        """Put back what was there before; the log is closed."""
-        _undo(self._before, self._handler, self._level)()
+        # Not a method: this object is gone by then, and its methods with it.
+        window.destroyed.connect(_undo(self._before, handler, level))
 
     def _on_error(
         self, kind: type[BaseException], error: BaseException, trace: TracebackType | None
@@ -148,16 +144,14 @@ class Faults(QObject):
         """Show one error."""
         from forcelab.gui.fault_dialog import FaultDialog
 
-        if isinstance(error, ForcelabError) and self._say is not None:
+        if isinstance(error, ForcelabError):
             self._say(str(error))
-            return
-        if isinstance(self._open, FaultDialog):
-            self._open.add(str(error) if isinstance(error, ForcelabError) else "")
-            return
-        dialog = FaultDialog(error, details(error), log_file(), self._window)
-        dialog.finished.connect(self._closed)
-        self._open = dialog
-        dialog.show()
+        elif self._open is not None:
+            self._open.add()
+        else:
+            self._open = FaultDialog(details(error), log_file(), self._window)
+            self._open.finished.connect(self._closed)
+            self._open.show()
 
     def _closed(self) -> None:
         """The next fault may be shown."""

@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent
 from PySide6.QtWidgets import QApplication
 
-from forcelab.gui.key_follower import KeyFollower
+from forcelab.gui.key_follower import KeyFollower, application
 
 __all__ = ["HeldShortcuts", "held_shortcuts"]
 
@@ -66,7 +66,4 @@ class HeldShortcuts(KeyFollower):
 @cache
 def held_shortcuts() -> HeldShortcuts:
     """The one of this application, which must exist."""
-    app = QApplication.instance()
-    if not isinstance(app, QApplication):
-        raise RuntimeError("keys are bound after the application was made")
-    return HeldShortcuts(app)
+    return HeldShortcuts(application())

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import resize_on_screen, search_field
+from forcelab.gui.arranging import resize_on_screen, search_field, stress
 from forcelab.gui.commands import translated
 from forcelab.gui.document import Document
 from forcelab.gui.gestures import MOUSE, PAINTING
@@ -224,9 +224,7 @@ def _card(section: _Section) -> QWidget:
     grid.setVerticalSpacing(4)
     grid.setColumnStretch(1, 1)
     heading = QLabel(section.heading)
-    face = heading.font()
-    face.setBold(True)
-    heading.setFont(face)
+    stress(heading)
     rule = QFrame()
     rule.setFrameShape(QFrame.Shape.NoFrame)
     rule.setFixedHeight(1)

@@ -38,8 +38,6 @@ _DRAWINGS = {
     ),
     "step-back": _Drawing(fill="M 9 3 L 2 8 L 9 13 Z", line="M 12 3 L 12 13"),
     "step-forward": _Drawing(fill="M 7 3 L 14 8 L 7 13 Z", line="M 4 3 L 4 13"),
-    "leap-back": _Drawing(fill="M 8 3 L 1.5 8 L 8 13 Z M 14.5 3 L 8 8 L 14.5 13 Z"),
-    "leap-forward": _Drawing(fill="M 8 3 L 14.5 8 L 8 13 Z M 1.5 3 L 8 8 L 1.5 13 Z"),
     "start": _Drawing(fill="M 13.5 3 L 5.5 8 L 13.5 13 Z", line="M 3 3 L 3 13"),
     "end": _Drawing(fill="M 2.5 3 L 10.5 8 L 2.5 13 Z", line="M 13 3 L 13 13"),
     "loop": _Drawing(
@@ -61,17 +59,11 @@ _DRAWINGS = {
         "M 13.2 5.5 L 6.5 5.5 C 4 5.5 2.5 7.2 2.5 9.3 C 2.5 11.5 4 13 6.5 13 L 10 13"
     ),
     "folder": _Drawing(line="M 1.8 12.8 L 1.8 3.2 L 6.2 3.2 L 7.8 5.2 L 14.2 5.2 L 14.2 12.8 Z"),
-    "eye": _Drawing(
-        fill="O 8 8 2",
-        line="M 1.2 8 C 3 4.8 5.3 3.4 8 3.4 C 10.7 3.4 13 4.8 14.8 8 "
-        "C 13 11.2 10.7 12.6 8 12.6 C 5.3 12.6 3 11.2 1.2 8 Z",
-    ),
     "eye-off": _Drawing(
         line="M 1.2 8 C 3 4.8 5.3 3.4 8 3.4 C 10.7 3.4 13 4.8 14.8 8 "
         "C 13 11.2 10.7 12.6 8 12.6 C 5.3 12.6 3 11.2 1.2 8 Z M 2.5 13.5 L 13.5 2.5"
     ),
     "plus": _Drawing(line="M 8 2.5 L 8 13.5 M 2.5 8 L 13.5 8"),
-    "minus": _Drawing(line="M 2.5 8 L 13.5 8"),
     "cross": _Drawing(line="M 3.5 3.5 L 12.5 12.5 M 12.5 3.5 L 3.5 12.5"),
     "check": _Drawing(line="M 2.5 8.5 L 6.2 12.2 L 13.5 4"),
     "search": _Drawing(line="O 6.8 6.8 4.3 M 10 10 L 14 14"),
@@ -88,43 +80,22 @@ _DRAWINGS = {
         line="M 2.5 2.5 L 13.5 2.5 L 13.5 13.5 L 2.5 13.5 Z "
         "M 5.5 10.5 L 8 5.2 L 10.5 10.5 M 6.4 8.8 L 9.6 8.8"
     ),
-    "split": _Drawing(
-        line="M 8 1.5 L 8 14.5 M 5.5 4 L 1.5 4 L 1.5 12 L 5.5 12 "
-        "M 10.5 4 L 14.5 4 L 14.5 12 L 10.5 12"
-    ),
     "range": _Drawing(
         line="M 5 2.5 L 2.5 2.5 L 2.5 13.5 L 5 13.5 "
         "M 11 2.5 L 13.5 2.5 L 13.5 13.5 L 11 13.5 M 5 8 L 11 8"
-    ),
-    "fit": _Drawing(
-        line="M 1.5 3 L 1.5 13 M 14.5 3 L 14.5 13 M 3.8 8 L 12.2 8 "
-        "M 6 5.8 L 3.8 8 L 6 10.2 M 10 5.8 L 12.2 8 L 10 10.2"
-    ),
-    "lock": _Drawing(
-        fill="O 8 10.5 1.1",
-        line="M 3 7.2 L 13 7.2 L 13 14 L 3 14 Z "
-        "M 5 7 L 5 5 C 5 3 6.2 2 8 2 C 9.8 2 11 3 11 5 L 11 7",
     ),
     "person": _Drawing(line="O 8 5 2.8 M 2.5 14 C 2.8 11 5 9.8 8 9.8 C 11 9.8 13.2 11 13.5 14"),
     "video": _Drawing(
         line="M 1.5 4 L 10.5 4 L 10.5 12 L 1.5 12 Z M 10.8 7 L 14.5 4.8 L 14.5 11.2 L 10.8 9"
     ),
-    "wave": _Drawing(
-        line="M 1.2 8 C 2.6 2 4 2 5.3 8 C 6.6 14 8 14 9.3 8 C 10.6 2 12 2 13.2 6.5 L 14.8 6.5"
+    "note": _Drawing(
+        line="M 2.5 2.8 L 13.5 2.8 L 13.5 10.6 L 7.6 10.6 L 4.6 13.4 L 4.6 10.6 L 2.5 10.6 Z "
+        "M 5.2 6.7 L 10.8 6.7"
     ),
     "more": _Drawing(fill="O 3 8 1.3 O 8 8 1.3 O 13 8 1.3"),
-    "down": _Drawing(line="M 3.5 6 L 8 10.5 L 12.5 6"),
-    "help": _Drawing(
-        fill="O 8 12.6 1",
-        line="M 5 5.5 C 5 3.5 6.3 2.6 8 2.6 C 9.8 2.6 11 3.6 11 5.2 C 11 7.4 8 7.2 8 10",
-    ),
     "sort": _Drawing(
         line="M 4.5 2.5 L 4.5 13 M 2 10.5 L 4.5 13 L 7 10.5 "
         "M 9 3.5 L 14.5 3.5 M 9 8 L 13 8 M 9 12.5 L 11.5 12.5"
-    ),
-    "settings": _Drawing(
-        line="M 1.5 4.5 L 8.2 4.5 M 11.8 4.5 L 14.5 4.5 O 10 4.5 1.8 "
-        "M 1.5 11.5 L 4.2 11.5 M 7.8 11.5 L 14.5 11.5 O 6 11.5 1.8"
     ),
 }
 

@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats import identify
 from forcelab.formats.recording import ReadOptions
+from forcelab.formats.table.columns import is_time_name
 from forcelab.formats.table.preview import ColumnUse, Use, preview
 from forcelab.gui.theme import colours
 from forcelab.gui.wheel_guard import guard_from_wheel
@@ -175,9 +176,22 @@ class ImportColumns(QWidget):
             return self.tr("Columns of {0}, and what each is read as:").format(name)
         if "counter" in kinds:
             return self.tr("{0} has no times but counts its samples; give their rate:").format(name)
+        if stuck := self._stuck():
+            return self.tr(
+                "{0} has in '{1}' one and the same time; choose a column, or give the sample rate:"
+            ).format(name, stuck)
         return self.tr("{0} has no column of times; choose one, or give the sample rate:").format(
             name
         )
+
+    def _stuck(self) -> str:
+        """The column of times that the importer leaves out, as they never change; "" without."""
+        if any(one.use == "times" for one in self._untouched):
+            return ""
+        for one in self._untouched:
+            if one.use == "left out" and is_time_name(one.name) and any(one.cells):
+                return one.name
+        return ""
 
     def _choice(self, one: ColumnUse) -> QComboBox:
         """What a column is read as, and what else it could be."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
@@ -17,7 +18,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QListWidget,
-    QProgressBar,
     QPushButton,
     QScrollArea,
     QVBoxLayout,
@@ -27,14 +27,14 @@ from PySide6.QtWidgets import (
 from forcelab.errors import InputError
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
-from forcelab.gui.arranging import resize_on_screen
-from forcelab.gui.choosing import ask_files
+from forcelab.gui.arranging import ProgressBar, copyable, resize_on_screen, toned
+from forcelab.gui.choosing import ask_files, local_paths
 from forcelab.gui.document import Document
 from forcelab.gui.import_columns import ImportColumns
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.naming import settled_name
 from forcelab.gui.theme import colours
-from forcelab.jobs import Progress
+from forcelab.signals.remarks import glitch_remarks
 
 __all__ = ["ImportDialog"]
 
@@ -72,9 +72,7 @@ class ImportDialog(QDialog):
         self.setAcceptDrops(True)
         self.columns = ImportColumns()
         self._files.currentTextChanged.connect(self._look_at)
-        self._bar = QProgressBar()
-        self._bar.setVisible(False)
-        self._bar.setAccessibleName(self.tr("Progress of the import"))
+        self._bar = ProgressBar(self.tr("Progress of the import"))
         column = QVBoxLayout(self)
         column.addLayout(self._heading())
         column.addWidget(self._files, 1)
@@ -88,12 +86,13 @@ class ImportDialog(QDialog):
         self._go.setDefault(True)
         self._warn()
         self.add_files(files)
+        if not files:
+            self._pick.setFocus()  # Enter asks for them, and imports once they are there
 
     def _heading(self) -> QHBoxLayout:
         """What can be imported, and the way to choose it."""
-        choose = QPushButton(self.tr("Choose files…"))
-        choose.setAutoDefault(False)  # Enter imports
-        choose.clicked.connect(self._choose)
+        self._pick = QPushButton(self.tr("Choose files…"))
+        self._pick.clicked.connect(self._choose)
         kinds = self.tr(
             "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
             "dumps, *.pdl, archives of projects"
@@ -102,7 +101,7 @@ class ImportDialog(QDialog):
         told.setWordWrap(True)
         row = QHBoxLayout()
         row.addWidget(told, 1)
-        row.addWidget(choose)
+        row.addWidget(self._pick)
         return row
 
     def _form(self) -> QFormLayout:
@@ -113,7 +112,13 @@ class ImportDialog(QDialog):
         self._task.setAccessibleName(self.tr("Task"))
         self._task.addItems(document.project.tasks() if document.project else ())
         self._task.setCurrentText(document.demonstration.task if document.demonstration else "")
-        self._author = self._author_choice()
+        self._task.currentTextChanged.connect(self._warn)
+        # Labels that are brought were seldom made by who sits here now.
+        self._author = QComboBox()
+        self._author.setEditable(True)
+        self._author.setAccessibleName(self.tr("Coder of labels, where a file names none"))
+        coders = (ReadOptions().author, *self._coders(), document.author)
+        self._author.addItems(list(dict.fromkeys(coders)))
         self._rate = QDoubleSpinBox()
         self._rate.setRange(0, 1e6)
         self._rate.setSuffix(self.tr(" Hz"))
@@ -122,7 +127,13 @@ class ImportDialog(QDialog):
         self._rate.valueChanged.connect(self.columns.set_rate)
         self.videos = QCheckBox(self.tr("Attach videos beside them that have the same name"))
         self.videos.setChecked(True)
-        self._taskless = self._warning()
+        self._taskless = toned(
+            "warning",
+            self.tr(
+                "Without a task, files that name none go under 'No task'. Name what is done in "
+                "them, such as stylus, and import each task by itself."
+            ),
+        )
         form = QFormLayout()
         form.addRow(self.tr("Task"), self._task)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
@@ -132,12 +143,9 @@ class ImportDialog(QDialog):
 
     def _result(self) -> QScrollArea:
         """What became of the import."""
-        self._told = QLabel()
-        self._told.setWordWrap(True)
-        self._told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._told = copyable()
         self._told.setAlignment(Qt.AlignmentFlag.AlignTop)
         self._told.setMargin(4)
-        self._troubled = False
         self._report = QScrollArea()
         self._report.setWidgetResizable(True)
         self._report.setWidget(self._told)
@@ -166,23 +174,10 @@ class ImportDialog(QDialog):
         self._jobs.cancel("import")
         super().reject()
 
-    def _warning(self) -> QLabel:
-        """What is said where no task is named."""
-        label = QLabel(
-            self.tr(
-                "Without a task, files that name none go under 'No task'. Name what is done in "
-                "them, such as stylus, and import each task by itself."
-            )
-        )
-        label.setWordWrap(True)
-        self._task.currentTextChanged.connect(self._warn)
-        return label
-
     def _warn(self) -> None:
         """Say plainly what becomes of recordings without a task; that is allowed."""
         missing = not self._task.currentText().strip()
         self._taskless.setVisible(missing)
-        self._taskless.setStyleSheet(f"color: {colours().warning}")
         self._go.setText(self.tr("Import without a task") if missing else self.tr("Import"))
 
     def _make_removable(self) -> None:
@@ -220,9 +215,8 @@ class ImportDialog(QDialog):
     def _changed(self) -> None:
         """Other files are to be imported than before."""
         files = self._chosen()
-        self._go.setEnabled(bool(files))
-        if self._troubled:  # of files that were in the list before
-            self._tell("")
+        self._go.setEnabled(bool(files) and self._bar.isHidden())
+        self._tell("")  # it was of files that were in the list before
         self.columns.show_first([Path(name) for name in files])
 
     def _import(self) -> None:
@@ -242,45 +236,32 @@ class ImportDialog(QDialog):
         self._bar.setVisible(True)
         self._tell("")
         self._jobs.run(
-            importing(project.path, files, options),
-            self._imported,
+            importing(project.path, files, options, glitch_remarks),
+            partial(self._imported, files),
             self._failed,
-            self._show,
+            self._bar.show_progress,
             key="import",
         )
-
-    def _author_choice(self) -> QComboBox:
-        """Whose the labels are: labels that are brought were seldom made by who sits here now."""
-        choice = QComboBox()
-        choice.setEditable(True)
-        choice.setAccessibleName(self.tr("Coder of labels, where a file names none"))
-        names = [ReadOptions().author, *self._coders(), self._document.author]
-        choice.addItems(list(dict.fromkeys(names)))
-        return choice
 
     def _coders(self) -> tuple[str, ...]:
         """Whose labels the project has."""
         project = self._document.project
         return project.coders() if project else ()
 
-    def _show(self, progress: Progress) -> None:
-        """Show how far it is."""
-        self._bar.setRange(0, progress.total)
-        self._bar.setValue(progress.done)
-        self._bar.setFormat(progress.text)
-
-    def _imported(self, report: ImportReport) -> None:
-        """Say what became of the files."""
+    def _imported(self, files: Sequence[str], report: ImportReport) -> None:
+        """Say what became of the files; those that were added meanwhile are still to come."""
         self._bar.setVisible(False)
+        later = [Path(name) for name in self._chosen() if name not in files]
         self._files.clear()
-        self._changed()
+        self.add_files(later)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
         told = self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)
         self._tell("\n".join((told, *report.told())))
         self._document.refresh_listing()
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
-        self._buttons.button(QDialogButtonBox.StandardButton.Close).setFocus()
+        close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
+        (self._go if later else close).setFocus()
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way; nothing was imported. Of many files, show which."""
@@ -301,7 +282,6 @@ class ImportDialog(QDialog):
 
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
-        self._troubled = trouble
         # What is read from a shell with an option is chosen in the columns here.
         self._told.setText(text.replace("(--signal)", self.tr("(Read as: signal)")))
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
@@ -309,10 +289,9 @@ class ImportDialog(QDialog):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Files may be dropped here."""
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
+        if local_paths(event):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Add files that are dropped."""
-        urls = event.mimeData().urls()
-        self.add_files([Path(url.toLocalFile()) for url in urls if url.isLocalFile()])
+        self.add_files(local_paths(event))

@@ -137,6 +137,10 @@ class Jobs(QObject):
         with self._lock:
             return tuple(key for key, lane in self._lanes.items() if lane.current is not None)
 
+    def awaits(self, key: str) -> bool:
+        """Whether the result of a job of this key is wanted, and was not delivered yet."""
+        return key in self._newest
+
     def run(
         self,
         generator: Generator[Any, None, Any],

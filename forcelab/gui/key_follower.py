@@ -6,7 +6,21 @@ import shiboken6
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QApplication, QWidget
 
-__all__ = ["KeyFollower"]
+__all__ = ["KeyFollower", "application"]
+
+
+def application() -> QApplication:
+    """The one that runs.
+
+    Raises
+    ------
+    RuntimeError
+        If there is none yet.
+    """
+    running = QApplication.instance()
+    if not isinstance(running, QApplication):
+        raise RuntimeError("keys are bound after the application was made")
+    return running
 
 
 class KeyFollower(QObject):
@@ -20,10 +34,8 @@ class KeyFollower(QObject):
 
     def follow_keys(self) -> None:
         """Listen from now on."""
-        application = QApplication.instance()
-        assert isinstance(application, QApplication)
-        application.focusChanged.connect(self._follow)
-        self._follow(None, application.focusWidget())
+        application().focusChanged.connect(self._follow)
+        self._follow(None, QApplication.focusWidget())
 
     def _follow(self, _: QWidget | None, now: QWidget | None) -> None:
         """Listen where the keys go now."""

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QModelIndex, QSize, Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
     QDialog,
@@ -25,10 +25,9 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
-from forcelab.gui.arranging import search_field
+from forcelab.gui.arranging import search_field, toned
 from forcelab.gui.document import Document
 from forcelab.gui.shortcuts import COMMANDS, Keys, key_name
-from forcelab.gui.theme import colours
 
 __all__ = ["KeysDialog"]
 
@@ -75,6 +74,7 @@ class KeysDialog(QDialog):
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._filter)
         self._table = self._made_table()
+        self._search.returnPressed.connect(self._table.setFocus)
         layout = QVBoxLayout(self)
         layout.setSpacing(10)
         layout.addWidget(self._search)
@@ -92,7 +92,7 @@ class KeysDialog(QDialog):
         return QSize(metrics.averageCharWidth() * 78, metrics.lineSpacing() * 42)
 
     def _made_table(self) -> QTreeWidget:
-        """What can be told, and its keys."""
+        """Commands and actions, and their keys."""
         table = QTreeWidget()
         table.setColumnCount(2)
         table.setHeaderLabels([self.tr("Command"), self.tr("Keys")])
@@ -105,29 +105,30 @@ class KeysDialog(QDialog):
         table.header().setSectionResizeMode(1, QHeaderView.ResizeMode.ResizeToContents)
         table.header().setStretchLastSection(False)
         table.currentItemChanged.connect(self._show_current)
-        table.itemActivated.connect(lambda *_: self._first.setFocus())
+        table.itemActivated.connect(lambda *_: self._edits[0].setFocus())
         return table
 
     def _made_editor(self) -> QGroupBox:
         """Where keys are pressed."""
         self._editor = QGroupBox()
-        self._first, self._second = QKeySequenceEdit(), QKeySequenceEdit()
-        self._first.setAccessibleName(self.tr("Key"))
-        self._second.setAccessibleName(self.tr("Second key"))
+        self._edits: list[QKeySequenceEdit] = []
+        self._labels: list[QLabel] = []
+        self._removers: list[QPushButton] = []
         form = QFormLayout()
-        self._labels = []
-        self._removers = []
-        for place, edit in enumerate((self._first, self._second)):
+        for place, name in enumerate((self.tr("Key"), self.tr("Second key"))):
+            edit = QKeySequenceEdit()
+            edit.setAccessibleName(name)
             edit.setMaximumSequenceLength(1)
             edit.editingFinished.connect(partial(self._take, place))
-            label = QLabel(edit.accessibleName())
+            label = QLabel(name)
             label.setBuddy(edit)
-            self._labels.append(label)
             # Not the field's own clear button: the field also empties itself when a press begins.
             remove = QPushButton(self.tr("Remove"))
-            remove.setAccessibleName(self.tr("Remove: {key}").format(key=edit.accessibleName()))
+            remove.setAccessibleName(self.tr("Remove: {key}").format(key=name))
             remove.setAutoDefault(False)
             remove.clicked.connect(partial(self._remove, place))
+            self._edits.append(edit)
+            self._labels.append(label)
             self._removers.append(remove)
             field = QHBoxLayout()
             field.addWidget(edit, 1)
@@ -137,8 +138,7 @@ class KeysDialog(QDialog):
         self._reset.setAccessibleName(self.tr("Give this command its default keys back"))
         self._reset.setAutoDefault(False)
         self._reset.clicked.connect(self._reset_one)
-        self._trouble = QLabel()
-        self._trouble.setWordWrap(True)
+        self._trouble = toned("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
         self._trouble.setAccessibleName(self.tr("Why a key was refused"))
         # Kept free, so that the table does not jump when a sentence comes.
@@ -158,13 +158,14 @@ class KeysDialog(QDialog):
         everything = QPushButton(self.tr("All defaults"))
         everything.setAccessibleName(self.tr("Give all commands their default keys back"))
         everything.setAutoDefault(False)
-        everything.clicked.connect(self._reset_all)
+        everything.clicked.connect(self._keys.reset_all)
         close = QPushButton(self.tr("Close"))
         close.setAccessibleName(self.tr("Close"))
         close.setAutoDefault(False)
         close.clicked.connect(self.accept)
         buttons.addButton(everything, QDialogButtonBox.ButtonRole.ResetRole)
-        buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
+        # None is the default: Enter leads from the search to a row and from there to its keys.
+        buttons.addButton(close, QDialogButtonBox.ButtonRole.RejectRole)
         return buttons
 
     def _fill(self) -> None:
@@ -241,23 +242,19 @@ class KeysDialog(QDialog):
         item = self._table.currentItem()
         self._editor.setTitle(item.text(0) if item is not None and row is not None else "")
         bound = (*self._keys_of(row), "", "")[:2] if row is not None else ("", "")
-        for place, key in enumerate(bound):
-            edit = (self._first, self._second)[place]
+        for edit, remove, key in zip(self._edits, self._removers, bound, strict=True):
             edit.setKeySequence(QKeySequence(key, QKeySequence.SequenceFormat.PortableText))
-            self._removers[place].setEnabled(bool(key))
-        one_only = row is not None and row.is_action
-        for widget in (self._second, self._labels[1], self._removers[1]):
-            widget.setVisible(not one_only)
-        self._reset.setVisible(not one_only)
-        self._reset.setEnabled(
-            row is not None and not row.is_action and self._keys.changed_by_coder(row.name)
-        )
+            remove.setEnabled(bool(key))
+        command = row is None or not row.is_action  # an action has one key, and no default
+        for widget in (self._edits[1], self._labels[1], self._removers[1], self._reset):
+            widget.setVisible(command)
+        changed = row is not None and command and self._keys.changed_by_coder(row.name)
+        self._reset.setEnabled(changed)
 
     def _take(self, place: int) -> None:
         """Give the current row the key that was pressed in a field."""
         row = self._current()
-        pressed = (self._first, self._second)[place].keySequence()
-        key = pressed.toString(QKeySequence.SequenceFormat.PortableText)
+        key = self._edits[place].keySequence().toString(QKeySequence.SequenceFormat.PortableText)
         if row is None or not key:
             self._show_current()  # nothing came of a press, as of Ctrl alone
             return
@@ -280,7 +277,8 @@ class KeysDialog(QDialog):
         """Give a row other keys, or say why not."""
         try:
             if row.is_action:
-                self._rebind_action(row.name, bound[0] if bound else "")
+                vocabulary, key = self._document.vocabulary, bound[0] if bound else ""
+                self._document.set_vocabulary(vocabulary.rebound(row.name, key))
             else:
                 self._keys.set_keys(row.name, bound, self._document.vocabulary)
         except InputError as error:
@@ -289,18 +287,7 @@ class KeysDialog(QDialog):
     def _refuse(self, error: InputError) -> None:
         """Say why a key cannot be had, and show the keys that count."""
         self._show_current()
-        self._trouble.setStyleSheet(f"color: {colours().trouble}")
         self._trouble.setText(str(error))
-
-    def _rebind_action(self, name: str, key: str) -> None:
-        """Give an action another key.
-
-        Raises
-        ------
-        InputError
-            If the key paints another action or cannot paint at all.
-        """
-        self._document.set_vocabulary(self._document.vocabulary.rebound(name, key))
 
     def _reset_one(self) -> None:
         """Give the current command its default keys back."""
@@ -312,14 +299,14 @@ class KeysDialog(QDialog):
         except InputError as error:
             self._refuse(error)
 
-    def _reset_all(self) -> None:
-        """Give all commands their default keys back."""
-        self._keys.reset_all()
-
     def _filter(self, text: str) -> None:
-        """Leave what contains the text in its name or its keys."""
+        """Leave what contains the text in its name or its keys; of that one row is current."""
         wanted = text.casefold().strip()
         for top, rows in self._groups:
             for item in rows:
                 item.setHidden(wanted not in f"{item.text(0)} {item.text(1)}".casefold())
             top.setHidden(all(item.isHidden() for item in rows))
+        found = [item for item in self._items() if not item.isHidden()]
+        if self._table.currentItem() not in found:
+            first = self._table.indexFromItem(found[0]) if found else QModelIndex()
+            self._table.setCurrentIndex(first)

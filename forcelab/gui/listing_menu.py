@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 from PySide6.QtCore import QObject
@@ -16,6 +16,9 @@ from forcelab.gui.naming import settled_name
 from forcelab.project import DemonstrationInfo, Project
 
 __all__ = ["ListingMenu"]
+
+#: A note has so many pixels' room while it is written.
+NOTE_WIDTH = 480
 
 
 class ListingMenu(QObject):
@@ -42,23 +45,13 @@ class ListingMenu(QObject):
 
     # Verbs
 
-    def assign(self, ids: list[str], author: str, blind: bool = True) -> bool:
-        """Assign demonstrations to a coder; gives whether that could be done."""
-
-        def carry_out(project: Project) -> None:
-            for id_ in ids:
-                project.assign(id_, author, blind)
-
-        return self._do(carry_out, self._document.id in ids)
+    def assign(self, ids: list[str], author: str) -> bool:
+        """Assign demonstrations to a coder, blind; gives whether that could be done."""
+        return self._each(ids, lambda project, id_: project.assign(id_, author))
 
     def unassign(self, ids: list[str], author: str) -> bool:
         """Take a coder's assignments of some demonstrations back."""
-
-        def carry_out(project: Project) -> None:
-            for id_ in ids:
-                project.unassign(id_, author)
-
-        return self._do(carry_out, self._document.id in ids)
+        return self._each(ids, lambda project, id_: project.unassign(id_, author))
 
     def set_done(self, ids: list[str], done: bool) -> bool:
         """Mark demonstrations as done by the coder, or as not done after all."""
@@ -71,36 +64,47 @@ class ListingMenu(QObject):
                     project.assign(id_, author, blind=False)
                 project.set_done(id_, author, done)
 
-        return self._do(carry_out, self._document.id in ids)
+        return self._do(ids, carry_out)
 
     def rename(self, id_: str, name: str) -> bool:
         """Give a demonstration another name."""
-        return self._do(lambda project: project.rename(id_, name), id_ == self._document.id)
+        return self._each([id_], lambda project, id_: project.rename(id_, name))
+
+    def set_note(self, id_: str, text: str) -> bool:
+        """Write the coder's note on a demonstration; ``""`` takes it away."""
+        author = self._document.author
+        return self._each([id_], lambda project, id_: project.set_note(id_, author, text))
 
     def set_task(self, ids: list[str], task: str) -> bool:
         """Put demonstrations into another task; the menu of each offers the way back."""
         old = {info.id: info.task for info in self._document.infos}
 
-        def carry_out(project: Project) -> None:
-            for id_ in ids:
-                project.set_task(id_, task)
-                self._left[id_] = old.get(id_, "")
+        def carry_out(project: Project, id_: str) -> None:
+            project.set_task(id_, task)
+            self._left[id_] = old.get(id_, "")
 
-        return self._do(carry_out, self._document.id in ids)
+        return self._each(ids, carry_out)
 
     def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
         """Remove demonstrations for good, by their ids, with the labels that have these heads."""
-        return self._do(lambda project: project.remove_all(heads), self._document.id in heads)
+        return self._do(heads, lambda project: project.remove_all(heads))
 
     def attach_video(self, id_: str, path: Path) -> bool:
         """Copy a video into the project; its clock is set by synchronising."""
-        from forcelab.video.index import check_video
+        from forcelab.video.checking import check_video
 
-        def attach(project: Project) -> None:
-            check_video(path)  # what is none is not copied, and takes no video's place
+        damage = ""
+
+        def attach(project: Project, id_: str) -> None:
+            nonlocal damage
+            # What is no video is not copied, and takes no video's place.
+            damage = check_video(path, project.info(id_).duration)
             project.attach_video(id_, path)
 
-        return self._do(attach, id_ == self._document.id)
+        done = self._each([id_], attach)
+        if done and damage:
+            self._document.say(damage, True)
+        return done
 
     # Inside
 
@@ -116,11 +120,11 @@ class ListingMenu(QObject):
         else:
             menu.addAction(self.tr("Mark as done"), lambda: self.set_done([info.id], True))
         menu.addAction(self.tr("Assign blind…"), lambda: self._ask_assign([info.id]))
-        own = () if row.assignment is None else (row.assignment,)
-        for one in (*own, *row.assigned_to):
+        for one in row.assignments:
             taking = self.tr("Take the assignment of {0} back").format(one.author)
             menu.addAction(taking, self._taking([info.id], one.author))
         menu.addSeparator()
+        menu.addAction(self.tr("Note…"), lambda: self.ask_note(row))
         menu.addAction(self.tr("Rename…"), lambda: self._ask_name(row))
         video = self.tr("Replace video…") if info.has_video else self.tr("Attach video…")
         menu.addAction(video, lambda: self.ask_video(info))
@@ -147,7 +151,7 @@ class ListingMenu(QObject):
         menu.addAction(text, lambda: self._ask_assign(ids))
         held: dict[str, list[str]] = {}
         for row in rows:
-            for one in (*([row.assignment] if row.assignment else ()), *row.assigned_to):
+            for one in row.assignments:
                 held.setdefault(one.author, []).append(row.info.id)
         for author, of in held.items():
             text = self.tr("Take {0} assignments of {1} back").format(len(of), author)
@@ -163,8 +167,12 @@ class ListingMenu(QObject):
         """A call that takes these assignments back."""
         return lambda: self.unassign(ids, author)
 
-    def _do(self, verb: Callable[[Project], None], here: bool) -> bool:
-        """Change the project, and let everybody see it; `here` is the open demonstration."""
+    def _each(self, ids: list[str], verb: Callable[[Project, str], object]) -> bool:
+        """Change demonstrations one after the other."""
+        return self._do(ids, lambda project: [verb(project, id_) for id_ in ids])
+
+    def _do(self, ids: Collection[str], verb: Callable[[Project], object]) -> bool:
+        """Change demonstrations of the project, and let everybody see it."""
         project = self._document.project
         if project is None:
             return False
@@ -174,6 +182,7 @@ class ListingMenu(QObject):
             self._document.say(str(error), True)
             return False
         finally:
+            here = self._document.id in ids
             self._document.reread() if here else self._document.refresh_listing()
         return True
 
@@ -188,14 +197,18 @@ class ListingMenu(QObject):
             self._window,
             self.tr("Assign blind"),
             self.tr(
-                "Until it is done, the coder sees nobody else's labels and no predictions.\nCoder:"
+                "Until it is done, the coder sees nobody else's labels or notes, and no "
+                "predictions.\nCoder:"
             ),
             names,
             0,
             True,
         )
-        if agreed:
-            self.assign(ids, settled_name(self._window, name, names))
+        coder = settled_name(self._window, name, names) if agreed else ""
+        if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
+            one = self.tr("The demonstration is assigned to {1}.")
+            many = self.tr("{0} demonstrations are assigned to {1}.")
+            document.say((one if len(ids) == 1 else many).format(len(ids), coder))
 
     def _ask_name(self, row: Row) -> None:
         """Ask for a demonstration's new name."""
@@ -208,6 +221,30 @@ class ListingMenu(QObject):
         )
         if agreed and name.strip() != row.info.name:
             self.rename(row.info.id, name)
+
+    def ask_note(self, row: Row) -> QInputDialog | None:
+        """Ask for the coder's note on a demonstration; nothing waits for the answer."""
+        if not self._do((), Project.refuse_read_only):
+            return None
+        author = self._document.author
+        dialog = QInputDialog(self._window)
+        dialog.setWindowTitle(self.tr("Note on {0}").format(row.info.name))
+        dialog.setLabelText(self.tr("What others should know; leave it empty for no note."))
+        dialog.setTextValue(next((note.text for note in row.notes if note.author == author), ""))
+        dialog.resize(NOTE_WIDTH, dialog.sizeHint().height())
+
+        def write() -> None:
+            if self.set_note(row.info.id, dialog.textValue()):
+                dialog.deleteLater()
+            else:
+                dialog.open()  # what was typed is not lost
+
+        dialog.accepted.connect(write)
+        dialog.rejected.connect(dialog.deleteLater)
+        dialog.open()
+        for line in dialog.findChildren(QLineEdit):
+            line.deselect()  # what is typed first must not replace all of it
+        return dialog
 
     def _ask_task(self, rows: Sequence[Row]) -> None:
         """Ask into which task demonstrations belong."""
@@ -232,7 +269,7 @@ class ListingMenu(QObject):
 
     def _ask_remove(self, rows: Sequence[Row]) -> None:
         """Ask whether demonstrations are to go, and say what goes with them."""
-        from forcelab.gui.removing import RemoveDialog
+        from forcelab.gui.removing import removal_of
 
         project = self._document.project
         if project is None:
@@ -242,7 +279,7 @@ class ListingMenu(QObject):
             row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
             for row in rows
         }
-        dialog = RemoveDialog(rows, self._document.author, self._window)
+        dialog = removal_of(rows, self._document.author, self._window)
         if dialog.exec() and self.remove(heads):
             told = self.tr("'{0}' was removed.").format(rows[0].info.name)
             if len(rows) > 1:

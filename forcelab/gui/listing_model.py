@@ -86,9 +86,14 @@ class ListingModel(QAbstractItemModel):
             return self.groups[index.row()]
         return self.groups[inside - 1].rows[index.row()]
 
-    def ids(self) -> Iterator[str]:
+    def ids(self) -> list[str]:
         """The demonstrations that are shown, in order."""
-        return iter(self._places)
+        return list(self._places)
+
+    @property
+    def rows(self) -> Iterator[Row]:
+        """What is told of them, in the same order."""
+        return (row for group in self.groups for row in group.rows)
 
     # What Qt asks
 
@@ -165,6 +170,10 @@ def _facts(item: Row | Group, open_: bool) -> list[str]:
     facts = [item.info.name]
     if open_:
         facts.append(translate("forcelab", "Open now"))
+    facts += [
+        translate("forcelab", "Note by {0}: {1}").format(note.author, note.text)
+        for note in item.notes
+    ]
     facts.append(translate("forcelab", "Labelled by you: {0} %").format(percent(item.share)))
     facts += [
         translate("forcelab", "Labelled by {0}: {1} %").format(name, percent(share))

@@ -154,6 +154,8 @@ def _marks(row: Row, theme: Colours) -> list[tuple[str, str]]:
         marks.append(("eye-off", theme.warning))
     elif row.assignment is not None:
         marks.append(("person", theme.text))
+    if row.notes:
+        marks.append(("note", theme.text))
     return marks
 
 

@@ -6,6 +6,7 @@ from PySide6.QtCore import QModelIndex, QPoint, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QKeyEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
+    QHBoxLayout,
     QLabel,
     QLineEdit,
     QMenu,
@@ -18,12 +19,15 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui import settings
 from forcelab.gui.icons import icon
-from forcelab.gui.listing_rows import ORDERS, Order
+from forcelab.gui.listing_rows import Order, Shown
+from forcelab.gui.review.narrow_list import NarrowList
 
-__all__ = ["Empty", "OrderButton", "Search", "Tree"]
+__all__ = ["Empty", "OrderButton", "Tools", "Tree"]
 
 #: Where the settings keep what the list is sorted by.
 ORDER = "list/order"
+#: Letters of what is shown that are always seen.
+NARROW = 4
 
 
 class Search(QLineEdit):
@@ -63,11 +67,11 @@ class OrderButton(QToolButton):
         menu = QMenu(self)
         self._choices = QActionGroup(menu)
         stored = settings.text(ORDER)
-        for order in ORDERS:
-            choice = menu.addAction(names[order])
+        for order, name in names.items():
+            choice = menu.addAction(name)
             choice.setData(order)
             choice.setCheckable(True)
-            choice.setChecked(order in (stored, ORDERS[0]))  # of two the later counts
+            choice.setChecked(order in (stored, "name"))  # of two the later counts
             self._choices.addAction(choice)
         self.setMenu(menu)
         self._choices.triggered.connect(self._chosen)
@@ -90,6 +94,40 @@ class OrderButton(QToolButton):
         self.setAccessibleName(self.tr("Order of the demonstrations"))
         chosen = self._choices.checkedAction().text()
         self.setToolTip(self.tr("Order within each task: {0}").format(chosen))
+
+
+class Tools(QWidget):
+    """What stands above the list: search, what is shown, how many, and in which order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.search, self.count, self.order = Search(), QLabel(), OrderButton()
+        self.search.setPlaceholderText(self.tr("Search names and tasks"))
+        self.search.setAccessibleName(self.tr("Search names, tasks, notes and ids"))
+        self.search.setToolTip(self.search.accessibleName())
+        self.search.setClearButtonEnabled(True)
+        self.shown = NarrowList()
+        self.shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
+        self.shown.setMinimumContentsLength(NARROW)
+        self.shown.setAccessibleName(self.tr("Which demonstrations are shown"))
+        names: dict[Shown, str] = {
+            "all": self.tr("All"),
+            "unlabelled": self.tr("Not labelled by me"),
+            "begun": self.tr("Begun, not done"),
+            "assigned": self.tr("Assigned to me, to do"),
+            "done": self.tr("Done by me"),
+        }
+        for what, name in names.items():
+            self.shown.addItem(name, what)
+        choice = QHBoxLayout()
+        choice.addWidget(self.shown, 1)
+        choice.addWidget(self.count)
+        choice.addWidget(self.order)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(6, 6, 6, 6)
+        column.setSpacing(4)
+        column.addWidget(self.search)
+        column.addLayout(choice)
 
 
 class Tree(QTreeView):
@@ -152,7 +190,9 @@ class Empty(QWidget):
         self._import.setVisible(has_project and not has_demonstrations)
         self._all.setVisible(has_demonstrations)
         if has_demonstrations and search:
-            text = self.tr("Among those shown, no name, task or id has '{0}' in it.").format(search)
+            text = self.tr("Among those shown, no name, task, note or id has '{0}' in it.").format(
+                search
+            )
         elif has_demonstrations:
             text = self.tr("No demonstration is of this kind.")
         elif has_project:

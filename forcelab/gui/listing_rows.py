@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Literal
 
-from forcelab.project import Assignment, DemonstrationInfo, left_to_label
+from forcelab.project import Assignment, DemonstrationInfo, Note, left_to_label
 
 __all__ = [
-    "ORDERS",
-    "SHOWN",
     "Group",
     "Order",
     "Row",
@@ -24,13 +22,9 @@ __all__ = [
     "rows_of",
 ]
 
+#: What of the list can be shown, and what it can be sorted by.
 Shown = Literal["all", "unlabelled", "begun", "assigned", "done"]
 Order = Literal["name", "share", "edit"]
-
-#: What of the list can be shown.
-SHOWN: tuple[Shown, ...] = ("all", "unlabelled", "begun", "assigned", "done")
-#: What the list can be sorted by.
-ORDERS: tuple[Order, ...] = ("name", "share", "edit")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +45,8 @@ class Row:
         The other coders'; empty while the coder is blind to them.
     edited : int
         The coder's last edit of it: the larger, the later; 0 where there was none.
+    notes : tuple of Note
+        What was written about it, by the coder and by others to whom the coder is not blind.
     """
 
     info: DemonstrationInfo
@@ -59,6 +55,13 @@ class Row:
     assignment: Assignment | None = None
     assigned_to: tuple[Assignment, ...] = ()
     edited: int = 0
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def assignments(self) -> tuple[Assignment, ...]:
+        """The coder's own, and those of others that may be seen."""
+        own = () if self.assignment is None else (self.assignment,)
+        return (*own, *self.assigned_to)
 
     @property
     def done(self) -> bool:
@@ -110,7 +113,10 @@ class Group:
 
 
 def rows_of(
-    infos: Iterable[DemonstrationInfo], assignments: Iterable[Assignment], author: str
+    infos: Iterable[DemonstrationInfo],
+    assignments: Iterable[Assignment],
+    author: str,
+    notes: Iterable[Note] = (),
 ) -> tuple[Row, ...]:
     """What a coder may see of each demonstration, in their order.
 
@@ -122,11 +128,18 @@ def rows_of(
         Everybody's.
     author : str
         The coder who looks.
+    notes : iterable of Note
+        Those that the coder may see.
     """
+    noted: dict[str, tuple[Note, ...]] = {}
+    for note in notes:
+        noted[note.demonstration] = (*noted.get(note.demonstration, ()), note)
     assigned: dict[str, list[Assignment]] = defaultdict(list)
     for one in assignments:
         assigned[one.demonstration].append(one)
-    return tuple(_row(info, assigned.get(info.id, ()), author) for info in infos)
+    return tuple(
+        _row(info, assigned.get(info.id, ()), author, noted.get(info.id, ())) for info in infos
+    )
 
 
 def ordered(rows: Sequence[Row], order: Order) -> tuple[Row, ...]:
@@ -156,7 +169,7 @@ def grouped(rows: Iterable[Row], search: str, shown: Shown, opened: str = "") ->
     rows : iterable of Row
         Those of one task one after the other.
     search : str
-        Words that a name, task or id must all contain, whatever their case.
+        Words that name, task, id and notes must all contain, whatever their case.
     shown : "all", "unlabelled", "begun", "assigned" or "done"
         Which of them.
     opened : str
@@ -194,13 +207,15 @@ def percent(share: float) -> int:
     return 100 if share >= 0.9999 else min(max(round(100 * share), 1), 99)
 
 
-def _row(info: DemonstrationInfo, assigned: Iterable[Assignment], author: str) -> Row:
+def _row(
+    info: DemonstrationInfo, assigned: Iterable[Assignment], author: str, notes: tuple[Note, ...]
+) -> Row:
     """A demonstration as `author` may see it."""
     # Whoever painted past the end of the recording has labelled all of it, and not more.
     shares = {name: min(s / info.duration, 1.0) for name, s in info.labelled.items()}
     own = next((one for one in assigned if one.author == author), None)
     edited = info.edited.get(author, 0)
-    row = Row(info, shares.pop(author, 0.0), assignment=own, edited=edited)
+    row = Row(info, shares.pop(author, 0.0), assignment=own, edited=edited, notes=notes)
     if row.blind:
         return row
     others = tuple((name, share) for name, share in shares.items() if share > 0)
@@ -212,5 +227,6 @@ def _found(row: Row, words: list[str]) -> bool:
     """Whether a demonstration has all these words."""
     if not words:
         return True
-    text = f"{row.info.name}\n{row.info.task}\n{row.info.id}".casefold()
+    told = (row.info.name, row.info.task, row.info.id, *(note.text for note in row.notes))
+    text = "\n".join(told).casefold()
     return all(word in text for word in words)

@@ -14,12 +14,12 @@ __all__ = ["settled_name"]
 translate = QCoreApplication.translate
 
 
-def settled_name(parent: QWidget, name: str, known: Iterable[str]) -> str:
+def settled_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
     """A name without needless spaces; where it is nearly one there is, the person chooses.
 
     Parameters
     ----------
-    parent : QWidget
+    parent : QWidget or None
         Over which the question appears.
     name : str
         As typed.

@@ -151,8 +151,14 @@ class Opening(QObject):
 
     def ask_new(self) -> None:
         """Let the user name a new project's folder."""
-        suggested = str(last_folder("project") / "study.forcelab")
-        chosen, _ = QFileDialog.getSaveFileName(self._window, self.tr("New project"), suggested)
+        # Named like a project that is there, the dialog would open in that one's folder.
+        folder, number = last_folder("project"), 1
+        suggested = folder / "study.forcelab"
+        while suggested.exists():
+            number += 1
+            suggested = folder / f"study-{number}.forcelab"
+        title = self.tr("New project")
+        chosen, _ = QFileDialog.getSaveFileName(self._window, title, str(suggested))
         if not chosen:
             return
         path = Path(chosen)

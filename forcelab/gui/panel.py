@@ -19,6 +19,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.kept import Kept
 from forcelab.gui.theme import colours, themes
@@ -91,6 +92,12 @@ class TimePanel(QWidget):
         """How much time one pixel is."""
         width = max(self.width() - self.GUTTER - self.RIGHT, 1)
         return (self.document.end - self.document.start) / width
+
+    @property
+    def axis(self) -> Axis:
+        """From seconds to pixels."""
+        plot = self.plot
+        return Axis(self.document.start, self.document.end, plot.left(), plot.right())
 
     def x_at(self, time: float) -> float:
         """The pixel of a time in seconds."""

@@ -19,7 +19,7 @@ from forcelab.labels import is_model
 from forcelab.project import RunUse
 from forcelab.wording import amount
 
-__all__ = ["RemoveDialog", "removal_of_run"]
+__all__ = ["Removal", "removal_of", "removal_of_run"]
 
 translate = QCoreApplication.translate
 #: How many things are named one by one.
@@ -61,7 +61,7 @@ class Removal(QDialog):
             column.addWidget(widget)
 
 
-class RemoveDialog(Removal):
+def removal_of(rows: Sequence[Row], author: str, parent: QWidget | None = None) -> Removal:
     """Asks whether demonstrations are to go, with whoever's labels are on them.
 
     Parameters
@@ -71,10 +71,8 @@ class RemoveDialog(Removal):
     author : str
         The coder.
     """
-
-    def __init__(self, rows: Sequence[Row], author: str, parent: QWidget | None = None) -> None:
-        title = translate("forcelab", "Remove from the project")
-        super().__init__(title, _told(rows, author), _others(rows), parent)
+    title = translate("forcelab", "Remove from the project")
+    return Removal(title, _told(rows, author), _others(rows), parent)
 
 
 def _told(rows: Sequence[Row], author: str) -> str:
@@ -108,8 +106,10 @@ def _goes(row: Row, author: str) -> list[str]:
         translate("forcelab", "the labels of {0} ({1} %)").format(name, percent(share))
         for name, share in row.others
     ]
-    if row.assignment is not None or row.assigned_to:
+    if row.assignments:
         goes.append(translate("forcelab", "assignments"))
+    if row.notes:
+        goes.append(translate("forcelab", "notes"))
     return goes
 
 
@@ -128,8 +128,10 @@ def _all_go(rows: Sequence[Row], author: str) -> list[str]:
         translate("forcelab", "the labels of {0} (on {1})").format(name, every.count(name))
         for name in dict.fromkeys(every)
     ]
-    if any(row.assignment is not None or row.assigned_to for row in rows):
+    if any(row.assignments for row in rows):
         goes.append(translate("forcelab", "assignments"))
+    if any(row.notes for row in rows):
+        goes.append(translate("forcelab", "notes"))
     return goes
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.gui.editing import Editing
 from forcelab.labels import Segment, Segments
+from forcelab.painting import SLIVER
 from forcelab.review.places import Place
 
 if TYPE_CHECKING:
@@ -60,8 +63,12 @@ class Reviewing(Editing):
         return () if reviewed is None else reviewed.predicted
 
     def accept_here(self) -> bool:
-        """Take the predicted segment at the cursor over."""
-        return self.accept(self.cursor, math.nextafter(self.cursor, math.inf))
+        """Take the predicted segment at the cursor over, and go to the next one to accept."""
+        here = self.cursor
+        done = self.accept(here, math.nextafter(here, math.inf))
+        if done and not self.playing:
+            self.seek(self._next_to_accept(here))
+        return done
 
     def accept_in_view(self) -> bool:
         """Take all predictions in view over, wherever the coder has labelled nothing."""
@@ -98,6 +105,32 @@ class Reviewing(Editing):
             self.say(self.tr("Nothing is predicted here that could be accepted."))
             return False
         return self.adopt(*spelt_as_coded(chosen, outcome, reviewed), replace=replace)
+
+    def _next_to_accept(self, time: float) -> float:
+        """Where the next prediction begins that the track is not like; else where this one ends."""
+        reviewed, outcome = self.reviewed, self.outcome
+        if reviewed is None or outcome is None:
+            return time
+        from forcelab.review.differences import spelt_as_coded
+
+        end = time
+        for segment in spelt_as_coded(reviewed.predicted, outcome, reviewed):
+            if segment.start > time and not self._is_labelled(segment):
+                return segment.start
+            if segment.start <= time < segment.end:
+                end = segment.end
+        return end
+
+    def _is_labelled(self, segment: Segment) -> bool:
+        """Whether the coder's track has this action all along."""
+        index = bisect_right(self.segments, segment.start + SLIVER, key=attrgetter("end"))
+        there = self.segments[index] if index < len(self.segments) else None
+        return (
+            there is not None
+            and there.action == segment.action
+            and there.start <= segment.start + SLIVER
+            and segment.end <= there.end + SLIVER
+        )
 
     def adopt(self, *segments: Segment, replace: bool = True) -> bool:
         """Paint what the recogniser proposes, in the coder's spelling.

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QProgressBar, QPushButton, QWidget
+from dataclasses import replace
 
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+
+from forcelab.gui.arranging import ProgressBar
 from forcelab.jobs import Progress
 
 __all__ = ["SampleProgress"]
@@ -17,8 +20,7 @@ class SampleProgress(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.bar = QProgressBar()
-        self.bar.setAccessibleName(self.tr("Progress of the sample project"))
+        self.bar = ProgressBar(self.tr("Progress of the sample project"))
         self.bar.setMinimumWidth(480)
         self.cancel = QPushButton(self.tr("Cancel"))
         self.cancel.setAccessibleName(self.tr("Cancel the sample project"))
@@ -27,13 +29,12 @@ class SampleProgress(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.bar, 1)
         row.addWidget(self.cancel)
+        self.bar.show()  # together with Cancel: only now it is no window of its own
         self.setVisible(False)
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show how far it is; None when it is over."""
         self.setVisible(progress is not None)
         if progress is not None:
-            self.bar.setRange(0, progress.total)
-            self.bar.setValue(progress.done)
             told = self.tr("Sample project: {0}").format(progress.text)
-            self.bar.setFormat(f"{told} · %p %")
+            self.bar.show_progress(replace(progress, text=f"{told} · %p %"))

@@ -24,8 +24,6 @@ from forcelab.vocabulary import KEYS, Vocabulary
 __all__ = ["COMMANDS", "GROUPS", "Keys", "bind", "collision", "key_name", "keys"]
 
 log = logging.getLogger(__name__)
-
-
 translate = QCoreApplication.translate
 _BY_ID = {command.id: command for command in COMMANDS}
 
@@ -130,7 +128,7 @@ class Keys(QObject):
         """
         # The one that changes comes last, so that the sentence names the one that has the key.
         others = {known: bound for known, bound in self._bound.items() if known != command}
-        if sentence := collision({**others, command: tuple(keys)}, vocabulary):
+        if sentence := collision(others | {command: tuple(keys)}, vocabulary):
             raise InputError(sentence)
         self._bound[command] = tuple(dict.fromkeys(_spelt(key) for key in keys))
         self._remember(command)
@@ -216,12 +214,18 @@ class _Following(QObject):
     def __init__(self, made: Mapping[str, QAction], bound: Keys, widget: QWidget) -> None:
         super().__init__(widget)
         self._made, self._bound = made, bound
-        bound.changed.connect(self.follow)
-        self.follow()
+        bound.changed.connect(self._follow)
+        self._follow()
 
-    def follow(self) -> None:
-        """Give the actions the keys that count now."""
-        _rebind(self._made, self._bound)
+    def _follow(self) -> None:
+        """Give the actions the keys that count now, and say them where one looks for them."""
+        for id_, action in self._made.items():
+            action.setShortcuts([_parsed(key) for key in self._bound[id_]])
+            tip = action.text().rstrip("…")
+            if shown := self._bound.shown(id_):
+                tip = translate("forcelab", "{command} ({keys})").format(command=tip, keys=shown)
+            action.setToolTip(tip)
+            action.setStatusTip(tip)
 
 
 def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
@@ -236,22 +240,6 @@ def _action(widget: QWidget, command: Command, handler: Callable[[], object]) ->
     action.triggered.connect(lambda _checked=False: handler())
     widget.addAction(action)
     return action
-
-
-def _rebind(made: Mapping[str, QAction], bound: Keys) -> None:
-    """Give actions the keys that count now, and say them where one looks for them."""
-    for id_, action in made.items():
-        command = _BY_ID[id_]
-        action.setShortcuts([_parsed(key) for key in bound[id_]])
-        name = command.shown.rstrip("…")
-        shown = bound.shown(id_)
-        tip = (
-            translate("forcelab", "{command} ({keys})").format(command=name, keys=shown)
-            if shown
-            else name
-        )
-        action.setToolTip(tip)
-        action.setStatusTip(tip)
 
 
 def _parsed(key: str) -> QKeySequence:

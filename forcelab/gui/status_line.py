@@ -24,16 +24,23 @@ class StatusLine(QStatusBar):
 
     def __init__(self, document: Document) -> None:
         super().__init__()
-        self._document, self._trouble = document, False
+        self._document, self._trouble, self._said = document, False, ""
+        self.messageChanged.connect(self._shown)
         document.said.connect(self.say)
         document.demonstration_changed.connect(self._forget_former)
         theme.themes().changed.connect(self._colour)
 
     def say(self, sentence: str, trouble: bool = False) -> None:
         """Say a sentence; one about trouble stays longer."""
-        self._trouble = trouble
+        self._trouble, self._said = trouble, sentence
         self._colour()
         self.showMessage(sentence, TROUBLE_SHOWN if trouble else SHOWN)
+
+    def _shown(self, sentence: str) -> None:
+        """What else is shown here, such as what an entry of a menu does, is no trouble."""
+        if sentence and sentence != self._said:
+            self._trouble = False
+            self._colour()
 
     def _colour(self) -> None:
         """Write in the theme's colour."""

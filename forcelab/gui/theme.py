@@ -159,8 +159,11 @@ def _sheet(colours: Colours) -> str:
     """
     c = colours
     return f"""
+    QLabel[tone="trouble"] {{ color: {c.trouble}; }}
+    QLabel[tone="warning"] {{ color: {c.warning}; }}
     QToolTip {{ color: {c.text}; background: {c.background}; border: 1px solid {c.frame};
         padding: 0.25em; }}
+    QMenu {{ menu-scrollable: 1; }} /* not further columns, off the screen */
     QMainWindow::separator {{ background: {c.panel_edge}; width: 5px; height: 5px; }}
     QMainWindow::separator:hover, QSplitter::handle:hover {{ background: {c.accent}; }}
     QSplitter::handle {{ background: {c.panel_edge}; }}

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QAbstractSlider,
     QAbstractSpinBox,
-    QApplication,
     QComboBox,
     QKeySequenceEdit,
     QLineEdit,
@@ -26,7 +25,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.key_follower import KeyFollower
+from forcelab.gui.key_follower import KeyFollower, application
 
 __all__ = ["KeyKeeper", "guard", "kept", "typing", "wants"]
 
@@ -136,9 +135,6 @@ class _Guard(KeyFollower):
 @cache
 def guard() -> QObject:
     """Start guarding; once per application, which must exist."""
-    app = QApplication.instance()
-    if not isinstance(app, QApplication):
-        raise RuntimeError("keys are bound after the application was made")
-    made = _Guard(app)
+    made = _Guard(application())
     made.follow_keys()
     return made

@@ -15,9 +15,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import copyable
 from forcelab.gui.icons import icon
 from forcelab.gui.sampling import SampleProgress
-from forcelab.gui.theme import colours, themes
 from forcelab.jobs import Progress
 
 __all__ = ["Welcome"]
@@ -45,13 +45,9 @@ class Welcome(QWidget):
             self.tr("A project is a folder of demonstrations with everybody's labels.")
         )
         self._say.setWordWrap(True)
-        self._trouble = QLabel()
-        self._trouble.setWordWrap(True)
-        self._trouble.setTextFormat(Qt.TextFormat.PlainText)
-        self._trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._trouble = copyable()
+        self._trouble.setProperty("tone", "trouble")
         self._trouble.setVisible(False)
-        themes().changed.connect(self._colour)
-        self._colour()
         self._buttons = [
             self._button(
                 self.tr("Try the sample project"),
@@ -103,10 +99,6 @@ class Welcome(QWidget):
         """Say why a project could not be opened, for as long as none is; ``""`` for nothing."""
         self._trouble.setText(sentence)
         self._trouble.setVisible(bool(sentence))
-
-    def _colour(self) -> None:
-        """The theme's colours."""
-        self._trouble.setStyleSheet(f"color: {colours().trouble}")
 
     def show_progress(self, progress: Progress | None) -> None:
         """Show how far the sample project is; None when it is over."""

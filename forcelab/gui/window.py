@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
@@ -16,12 +15,12 @@ from PySide6.QtWidgets import (
     QMainWindow,
     QStackedWidget,
     QTabWidget,
-    QWidget,
 )
 
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
+from forcelab.gui.choosing import local_paths
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
@@ -40,11 +39,12 @@ from forcelab.gui.status_line import StatusLine
 from forcelab.gui.tradeoff.jobs import MEASURING
 from forcelab.gui.tradeoff.tab import TradeoffTab
 from forcelab.gui.welcome import Welcome
-from forcelab.gui.workspaces import WORKSPACES
 from forcelab.jobs import Progress
 
 __all__ = ["Window"]
 
+#: The workspaces in the order of their tabs, as the command line names them.
+WORKSPACES = ("label", "review", "capture", "tradeoff")
 #: The layout's version: a layout of another one is not restored.
 LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
@@ -81,38 +81,34 @@ class Window(QMainWindow):
         self.capture = CaptureTab(self.document, self.jobs)
         self.tradeoff = TradeoffTab(self.document, self.jobs, self.review.learning)
         self.demonstrations = DemonstrationList(self.document)
-        self._welcome = Welcome()
+        self._welcome, self._coders = Welcome(), CoderChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
+        self._dock = QDockWidget(self.tr("Demonstrations"), self)
+        self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
         self._tabs.tabBar().setDrawBase(False)
         self._tabs.setAccessibleName(self.tr("Workspaces"))
         self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
-        built: dict[str, QWidget] = {
-            "label": self.label,
-            "review": self.review,
-            "capture": self.capture,
-            "tradeoff": self.tradeoff,
-        }
-        for workspace in WORKSPACES:
-            self._tabs.addTab(built[workspace.name], workspace.title())
+        switches = [self.commands[f"workspace_{name}"] for name in WORKSPACES]
+        pages = (self.label, self.review, self.capture, self.tradeoff)
+        for page, switch in zip(pages, switches, strict=True):
+            self._tabs.addTab(page, switch.text())
+        follow_tabs(self._tabs, switches)
         self._tabs.currentChanged.connect(self._workspace_changed)
-        self._tabs.setCornerWidget(CoderChoice(self.document), Qt.Corner.TopRightCorner)
+        self._tabs.setCornerWidget(self._coders, Qt.Corner.TopRightCorner)
         self._stack = QStackedWidget()
         self._stack.addWidget(self._welcome)
         self._stack.addWidget(self._tabs)
         self.setCentralWidget(self._stack)
-        self._dock = QDockWidget(self.tr("Demonstrations"), self)
         self._dock.setObjectName("demonstrations")
         self._dock.setWidget(self.demonstrations)
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
-        self.commands = bind(self, self._handlers())
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
         tracks, recent = ShownTracks(self.document, self), RecentProjects(self.opening.open, self)
         fill_menus(self, self.commands, panels, tracks, recent)
-        follow_tabs(self._tabs, [self.commands[f"workspace_{w.name}"] for w in WORKSPACES])
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -150,7 +146,7 @@ class Window(QMainWindow):
 
     def show_workspace(self, name: str) -> None:
         """Bring a workspace to the front: ``"label"``, ``"review"``, ``"capture"``, ..."""
-        self._tabs.setCurrentIndex(_place_of(name))
+        self._tabs.setCurrentIndex(WORKSPACES.index(name))
 
     def restore_layout(self) -> None:
         """Look as when the window was last closed."""
@@ -219,17 +215,19 @@ class Window(QMainWindow):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take files, and folders of projects."""
-        if any(url.isLocalFile() for url in event.mimeData().urls()):
+        if local_paths(event):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        paths = local_paths(event)
         folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
+        take: Callable[[], object] = partial(self.opening.ask_import, tuple(paths))
         if folders:
-            self.opening.open(folders[0])
-        elif paths:
-            self.opening.ask_import(tuple(paths))
+            take = partial(self.opening.open, folders[0])
+        # Once the drop is over: on a dialog that is opened within it another drop crashes Qt under
+        # X, and the file manager would wait for it.
+        QTimer.singleShot(0, self, take)
 
     # Inside
 
@@ -266,35 +264,37 @@ class Window(QMainWindow):
             "open_project": opening.ask_open,
             "import": opening.ask_import,
             "attach_video": self.demonstrations.ask_video,
+            "note": self.demonstrations.ask_note,
             "next_demonstration": self.demonstrations.open_next,
             "previous_demonstration": self.demonstrations.open_previous,
             "next_to_label": self.demonstrations.open_to_label,
             "search": partial(self._in_list, self.demonstrations.focus_search),
             "choose_all": partial(self._in_list, self.demonstrations.choose_all),
+            "coder": self._coders.choose,
             "quit": lambda: self.capture.may_close(self) and self.close(),
-            "full_screen": self._toggle_full_screen,
+            "full_screen": lambda: self.setWindowState(
+                self.windowState() ^ Qt.WindowState.WindowFullScreen
+            ),
             "reset_layout": self._reset_layout,
             "next_camera": self.label.cameras.show_next,
         }
-        for workspace in WORKSPACES:
-            handlers[f"workspace_{workspace.name}"] = partial(self.show_workspace, workspace.name)
+        for name in WORKSPACES:
+            handlers[f"workspace_{name}"] = partial(self.show_workspace, name)
         choices: tuple[theme.Choice, ...] = ("light", "dark", "system")
         for choice in choices:
             handlers[f"theme_{choice}"] = partial(self._set_theme, choice)
         label = verbs.handlers(document, self.label.tracks, self.label.player, self)
         shown = self.demonstrations.model.ids
         dialogs = asking.handlers(document, self.jobs, self, lambda: self.commands, shown)
-        label |= {"cancel": partial(self._cancel, label["cancel"])}
-        return handlers | label | dialogs | self.review.handlers() | self.capture.handlers()
-
-    def _cancel(self, in_label: Callable[[], object]) -> None:
-        """Take back what was begun last, where that can be seen."""
-        if not self.capture.cancel():
-            in_label()
+        # What was begun last is taken back where it can be seen.
+        cancel = {"cancel": lambda: self.capture.cancel() or label["cancel"]()}
+        return (
+            handlers | label | cancel | dialogs | self.review.handlers() | self.capture.handlers()
+        )
 
     def _workspace_changed(self, index: int) -> None:
         """Lend timeline and video to the workspace in front; build it, the first time."""
-        name = WORKSPACES[index].name
+        name = WORKSPACES[index]
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
         self.tradeoff.come_to_front(name == "tradeoff")
@@ -351,13 +351,12 @@ class Window(QMainWindow):
 
     def _recording_changed(self) -> None:
         """Say in the tab and in the title that something is recorded."""
-        place = _place_of("capture")
-        self._tabs.setTabText(place, self.capture.title(WORKSPACES[place].title()))
+        name = self.commands["workspace_capture"].text()
+        self._tabs.setTabText(WORKSPACES.index("capture"), self.capture.title(name))
         self._title()
 
     def _check_snapping(self) -> None:
         """Show in the menu whether snapping is on."""
-        self.commands["snapping"].setCheckable(True)
         self.commands["snapping"].setChecked(self.document.snapping)
 
     def _set_theme(self, choice: theme.Choice) -> None:
@@ -381,12 +380,3 @@ class Window(QMainWindow):
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
         self.resizeDocks([self._dock], [width], Qt.Orientation.Horizontal)
-
-    def _toggle_full_screen(self) -> None:
-        """Fill the screen, or no longer."""
-        self.setWindowState(self.windowState() ^ Qt.WindowState.WindowFullScreen)
-
-
-def _place_of(name: str) -> int:
-    """Which tab a workspace is."""
-    return [workspace.name for workspace in WORKSPACES].index(name)

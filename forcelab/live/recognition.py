@@ -96,7 +96,13 @@ class LiveRecognition:
             self.recogniser, self._name, self.latency, self._recorder, self._devices
         )
 
-    def begin(self, *, keeping: bool = True, after: LiveRecognition | None = None) -> None:
+    def begin(
+        self,
+        *,
+        keeping: bool = True,
+        after: LiveRecognition | None = None,
+        firsts: Sequence[int] | None = None,
+    ) -> None:
         """Recognise from now on.
 
         Parameters
@@ -105,14 +111,21 @@ class LiveRecognition:
             Whether all segments are kept until the end, not only those of the last seconds.
         after : LiveRecognition, optional
             Which ends with this; what it said last stays to be seen, and nothing else of it.
+        firsts : sequence of int, optional
+            Numbers of the samples to begin with instead, such as the recorder's
+            :attr:`~forcelab.capture.recorder.Recorder.firsts` of a recording that just began.
         """
         if after is not None:
             self._recent = after._recent
             self._recent.end(after._segments)
             self.glimpse = self._recent.glimpse(self._segments, 0.0)
         self._keeping = keeping
-        self._following.skip(self._recorder.latest(0.0))
-        self._begun = time.monotonic()
+        if firsts is None:
+            self._following.skip(self._recorder.latest(0.0))
+            self._begun = time.monotonic()
+        else:
+            self._following.start(firsts)
+            self._begun = self._recorder.begun
 
     @property
     def now(self) -> str:
@@ -127,7 +140,7 @@ class LiveRecognition:
 
     @property
     def begun(self) -> float:
-        """When it was begun, in seconds of the host's monotonic clock."""
+        """When it, or the recording it follows, began, in s of the host's monotonic clock."""
         return self._begun
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -16,7 +17,7 @@ from forcelab.measure.timing import machine
 from forcelab.measure.wavelet_ways import PEERS, Features, Peer, features_of
 from forcelab.signals.conditioning import bridge, condition
 from forcelab.signals.cwt import cwt
-from forcelab.signals.engine.transform import log_polar, transform
+from forcelab.signals.engine.plan import plan_for
 from forcelab.signals.streaming import StreamingCwt
 from forcelab.versions import versions
 
@@ -175,16 +176,20 @@ def _tried(peer: Peer) -> Transformer | str:
 
 def _engine(tolerance: float) -> Transformer:
     def way(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
-        return (
-            transform(x, scales, tolerance=tolerance),
-            log_polar(x, scales, tolerance=tolerance),
-        )
+        ready = condition(x)
+        plan = plan_for(ready.values.shape[1], scales, tolerance=tolerance)
+        found = plan.coefficients(ready.values).astype(np.complex128)
+        magnitudes, phases = plan.log_polar(ready.values)
+        exponent = ready.exponent[:, None, None]
+        for part in (found.real, found.imag):
+            np.ldexp(part, exponent, out=part)
+        return found, (magnitudes + exponent * math.log(2.0), phases)
 
     return way
 
 
 def _plain(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:
-    return cwt(x[0], scales)[np.newaxis], log_polar(x, scales, tolerance=1e-14)
+    return cwt(x[0], scales)[np.newaxis], _engine(1e-14)(x, scales)[1]
 
 
 def _streaming(x: NDArray[Any], scales: Real) -> tuple[Complex, Features]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import gc
 import time
-import tracemalloc
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.measure.endless import endless
+from forcelab.measure.recognition_spent import remembered
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import performed
 from forcelab.recognition.examples import Labelled
@@ -93,7 +93,10 @@ def measuring(
     yield Progress(0, 1, "offline")
     offline = recogniser.predict(demonstration).filtered
     settings = [(latency, block) for latency in latencies for block in blocks]
-    peaks = {setting: _peak(recogniser, demonstration, *setting) for setting in settings}
+    # The most memory that a stream of some seconds holds at once.
+    peaks = {
+        s: remembered(partial(_streamed, recogniser, demonstration, *s, 3.0))[1] for s in settings
+    }
     runs: dict[tuple[int, int], list[_Run]] = {setting: [] for setting in settings}
     total = repetitions * len(settings)
     for repetition in range(repetitions):
@@ -108,17 +111,6 @@ def measuring(
         for setting in settings
     ]
     return with_front(rows)
-
-
-def _peak(recogniser: Recogniser, demonstration: Demonstration, latency: int, block: int) -> int:
-    """The most memory that a stream of some seconds holds at once."""
-    gc.collect()
-    tracemalloc.start()
-    try:
-        _streamed(recogniser, demonstration, latency, block, 3.0)
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 def _streamed(

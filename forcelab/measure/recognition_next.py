@@ -16,7 +16,6 @@ alone can harm is shown, and that the typical ones among them are better than an
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -24,7 +23,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.measure.recognition_spent import remembered, timed
+from forcelab.measure.recognition_spent import remembered, timed, usual
 from forcelab.measure.rows import Row, with_front
 from forcelab.recognition.evaluation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
@@ -209,17 +208,15 @@ def _row(name: str, courses: dict[str, _Course], size: str, against: str) -> Row
     errors = np.array(course.errors)
     gains = np.array(courses[RANDOM].errors).mean(axis=1) - errors.mean(axis=1)
     deviation = float(gains.std(ddof=1) / np.sqrt(len(gains))) if len(gains) > 1 else 0.0
-    # Who draws at random spends nothing on it: the clock's tick, as a row has a time above zero.
-    tick = time.get_clock_info("process_time").resolution
-    low, middle, high = np.percentile(course.seconds or [0.0], [25, 50, 75]).tolist()
+    seconds, spread = usual(course.seconds or [0.0])  # to draw at random takes none
     return Row(
         "next",
         name,
         size,
         against,
         error=float(errors.mean()),
-        seconds=max(middle, tick),
-        spread=high - low,
+        seconds=seconds,
+        spread=spread,
         peak_bytes=course.peak_bytes,
         further={
             "points gained": 100 * float(gains.mean()),

@@ -28,6 +28,7 @@ __all__ = [
     "remembered",
     "row_of",
     "timed",
+    "usual",
 ]
 
 MadeT = TypeVar("MadeT")
@@ -119,6 +120,12 @@ def remembered(make: Callable[[], MadeT]) -> tuple[MadeT, int]:
         tracemalloc.stop()
 
 
+def usual(seconds: Sequence[float]) -> tuple[float, float]:
+    """Median and interquartile range; a row needs a time of at least the clock's tick."""
+    low, middle, high = np.percentile(seconds, [25, 50, 75]).tolist()
+    return max(middle, time.get_clock_info("process_time").resolution), high - low
+
+
 def row_of(name: str, setting: str, spent: Spent, size: str, against: str) -> Row:
     """The row of one way to recognise; `against` is its reference."""
     scores = pool(size, spent.counts) if spent.counts and not spent.refusal else None
@@ -127,17 +134,15 @@ def row_of(name: str, setting: str, spent: Spent, size: str, against: str) -> Ro
         refusal = "There is no segment to compare with."
     if scores is None or refusal:
         return Row(name, setting, size, against, refusal=refusal)
-    each = np.add(spent.features, spent.predict)
-    low, middle, high = np.percentile(each, [25, 50, 75]).tolist()
+    seconds, spread = usual(np.add(spent.features, spent.predict).tolist())
     return Row(
         name,
         setting,
         size,
         against,
         error=1.0 - (scores.f1["50"] or 0.0),
-        # A short demonstration may take less than the clock's tick.
-        seconds=max(middle, time.get_clock_info("process_time").resolution),
-        spread=high - low,
+        seconds=seconds,
+        spread=spread,
         peak_bytes=spent.peak_bytes,
         further=_further(scores, spent),
     )

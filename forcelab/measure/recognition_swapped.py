@@ -12,7 +12,6 @@ luck would be taken for what wrong labels cost.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
-from forcelab.measure.recognition_spent import enough, remembered, timed
+from forcelab.measure.recognition_spent import enough, remembered, timed, usual
 from forcelab.measure.rows import Row
 from forcelab.recognition.evaluation import tested_by
 from forcelab.recognition.examples import Examples, Labelled, actions_of
@@ -155,7 +154,7 @@ def measuring_swapped(
         _drawn(used, wrong, places, examples, own, found)
     accuracy = float(np.mean(found.accuracies))
     lost = 100 * np.subtract(right.accuracies, found.accuracies)
-    low, middle, high = np.percentile(found.seconds, [25, 50, 75]).tolist()
+    seconds, spread = usual(found.seconds)
     return Row(
         "swapped",
         settings.preset,
@@ -163,8 +162,8 @@ def measuring_swapped(
         f"the coder's labels of {len(used)} demonstrations; {100 * SHARE:.0f} % of the segments "
         f"swapped, {draws} draws",
         error=1 - accuracy,
-        seconds=max(middle, time.get_clock_info("process_time").resolution),
-        spread=high - low,
+        seconds=seconds,
+        spread=spread,
         peak_bytes=right.peak_bytes,
         further={
             "points lost": float(lost.mean()),

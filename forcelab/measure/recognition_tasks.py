@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
+from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
@@ -25,11 +26,12 @@ from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import PRESETS
 
-__all__ = ["measured_tasks", "next_tasks", "size_of", "swapped_tasks", "usual_coder"]
+__all__ = ["Question", "measured_tasks", "size_of", "usual_coder"]
 
 #: Partings and draws of who is in a hurry.
 FEW = 2
 
+Question = Literal["recognition", "next", "swapped"]
 Rows = Generator[Progress, None, tuple[Row, ...]]
 #: Takes what is labelled of a task, and what the rows call that.
 Measuring = Callable[[Sequence[Labelled], str], Rows]
@@ -61,11 +63,12 @@ def measured_tasks(
     project: Project,
     tasks: Sequence[str],
     author: str | None = None,
+    question: Question = "recognition",
     *,
     quick: bool = False,
     thorough: bool = False,
 ) -> Generator[Progress, None, Table]:
-    """Measure the usual variants, and peers.
+    """Measure recognition on tasks of a project.
 
     Parameters
     ----------
@@ -74,79 +77,44 @@ def measured_tasks(
         Each by itself; all of the project's where there are none.
     author : str, optional
         The coder; by default whoever labelled most of a task.
+    question : "recognition", "next" or "swapped"
+        How presets, their variants and peers do; which demonstration it pays to label next; or
+        what swapped labels do.
     quick : bool
-        Only a few variants.
+        Only a few variants, random partings, or presets and draws.
     thorough : bool
-        Leave out one demonstration at a time, however many there are.
+        Of recognition itself: leave out one demonstration at a time, however many there are.
 
     Raises
     ------
     InputError
         If no task can be measured, or there is none.
     """
-    folds = None if thorough else FOLDS
 
-    def measure(labelled: Sequence[Labelled], size: str) -> Rows:
+    def presets(labelled: Sequence[Labelled], size: str) -> Rows:
+        folds = None if thorough else FOLDS
         ours = yield from measuring(labelled, QUICK if quick else VARIANTS, size, folds)
         others = yield from measuring_peers(labelled, size, folds)
         return with_front([*ours, *others])
 
-    rows = yield from _each(project, tasks, author, "recognition", measure)
-    return Table("Recognition against run time", ERROR, SECONDS, rows, ".3f")
-
-
-def next_tasks(
-    project: Project, tasks: Sequence[str], author: str | None = None, *, quick: bool = False
-) -> Generator[Progress, None, Table]:
-    """Measure which demonstration it pays to label next.
-
-    Parameters
-    ----------
-    project, tasks, author
-        As of :func:`measured_tasks`.
-    quick : bool
-        Only two random partings.
-
-    Raises
-    ------
-    InputError
-        If no task can be measured, or there is none.
-    """
-
-    def measure(labelled: Sequence[Labelled], size: str) -> Rows:
+    def following(labelled: Sequence[Labelled], size: str) -> Rows:
         return measuring_next(labelled, size, turns=FEW if quick else TURNS)
 
-    rows = yield from _each(project, tasks, author, "next", measure)
-    return Table("What to label next", ERROR_NEXT, SECONDS_NEXT, rows, ".3f")
-
-
-def swapped_tasks(
-    project: Project, tasks: Sequence[str], author: str | None = None, *, quick: bool = False
-) -> Generator[Progress, None, Table]:
-    """Measure what swapped labels do.
-
-    Parameters
-    ----------
-    project, tasks, author
-        As of :func:`measured_tasks`.
-    quick : bool
-        Only preset ``fast``, and two draws.
-
-    Raises
-    ------
-    InputError
-        If no task can be measured, or there is none.
-    """
-
-    def measure(labelled: Sequence[Labelled], size: str) -> Rows:
+    def wrong(labelled: Sequence[Labelled], size: str) -> Rows:
         rows = []
         for name in MEASURED[:1] if quick else MEASURED:
             draws = FEW if quick else DRAWS
             rows.append((yield from measuring_swapped(labelled, size, PRESETS[name], draws)))
         return with_front(rows)
 
-    rows = yield from _each(project, tasks, author, "swapped", measure)
-    return Table("Swapped labels", ERROR_SWAPPED, SECONDS_SWAPPED, rows, ".3f")
+    measures: dict[Question, tuple[str, str, str, Measuring]] = {
+        "recognition": ("Recognition against run time", ERROR, SECONDS, presets),
+        "next": ("What to label next", ERROR_NEXT, SECONDS_NEXT, following),
+        "swapped": ("Swapped labels", ERROR_SWAPPED, SECONDS_SWAPPED, wrong),
+    }
+    title, error, seconds, measure = measures[question]
+    rows = yield from _each(project, tasks, author, question, measure)
+    return Table(title, error, seconds, rows, ".3f")
 
 
 def _each(

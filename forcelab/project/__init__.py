@@ -4,6 +4,7 @@ from forcelab.project.clearing import RunUse
 from forcelab.project.decisions import (
     Assignment,
     AssignmentEvent,
+    Note,
     StoredVerdict,
     Verdict,
     left_to_label,
@@ -28,6 +29,7 @@ __all__ = [
     "Edit",
     "Incoming",
     "LabelsUsed",
+    "Note",
     "Origin",
     "Project",
     "RunSummary",

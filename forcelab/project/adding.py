@@ -21,8 +21,10 @@ from forcelab.project import files
 from forcelab.project.database import Database, Value
 from forcelab.project.edits import Tracks
 from forcelab.project.loading import DEMONSTRATIONS, TRUTH, known_ids, read_signals
+from forcelab.project.notes import add_notes
+from forcelab.project.ownership import kind_of
 from forcelab.project.records import Added, Incoming
-from forcelab.project.runs import RECOGNISERS
+from forcelab.project.runs import RECOGNISERS, clear_recognisers
 from forcelab.project.vocabularies import extend_vocabulary
 
 __all__ = ["add_all", "clear_away"]
@@ -93,6 +95,7 @@ class _Adding:
         self._write_row()
         for track in self.given.tracks:
             self._write_track(track)
+        self.changed |= add_notes(self.database, self.id, self.given.notes)
         if self.changed:
             extend_vocabulary(self.database, self._task(), self.id, self.given.vocabulary)
 
@@ -145,11 +148,7 @@ class _Adding:
                 "duration": d.duration,
                 "source": self._source(),
             }
-            marks = ", ".join("?" * len(values))
-            self.database.execute(
-                f"INSERT INTO demonstration ({', '.join(values)}) VALUES ({marks})",
-                *values.values(),
-            )
+            self.database.insert("demonstration", **values)
         elif any(old[column] != value for column, value in values.items()):
             self.changed = True
             self.database.execute(
@@ -166,7 +165,7 @@ class _Adding:
     def _write_track(self, track: Track) -> None:
         """Import one author's labels, unless the project has something better."""
         id_, author = self.id, track.author
-        if self.tracks.kind(author) == "model" and not is_model(author):
+        if kind_of(self.database, author) == "model" and not is_model(author):
             self.remarks.append(
                 f"The labels of '{author}' were left out: in this project that is a model, and "
                 f"its predictions are never mixed with labels from a file."
@@ -294,6 +293,7 @@ def clear_away(database: Database) -> None:
             with database.writing():
                 for path in files.leftovers(parent, known_ids(database)):
                     files.remove(path)
+    clear_recognisers(database)
 
 
 def _intact(home: Path, row: sqlite3.Row) -> bool:

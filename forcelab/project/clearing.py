@@ -9,13 +9,12 @@ from __future__ import annotations
 import contextlib
 import re
 import sqlite3
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from forcelab.errors import InputError
 from forcelab.project.database import Database
-from forcelab.project.runs import RECOGNISERS
+from forcelab.project.runs import RECOGNISERS, row_of_run
 
 __all__ = [
     "RunUse",
@@ -35,7 +34,11 @@ _OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
 _END = 64
 #: Who proposed something, as of :attr:`forcelab.review.outcome.Outcome.proposer`.
-_PROPOSER = re.compile(r"model .* ([0-9]+)")
+_PROPOSER = """
+    'model ' || coalesce(
+        CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'
+    ) || ' ' || id
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +72,8 @@ def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
     new = sqlite3.sqlite_version_info >= (3, 43)
     length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
     rows = database.all(
-        f"SELECT id, {length} AS bytes, substr(result, {-_END}) AS last FROM run "
-        "WHERE ? IS NULL OR id = ? ORDER BY id",
+        f"SELECT id, {length} AS bytes, substr(result, {-_END}) AS last, {_PROPOSER} AS proposer "
+        "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
         number,
         number,
     )
@@ -78,20 +81,21 @@ def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
         row["run"]: row["number"]
         for row in database.all("SELECT run, count(*) AS number FROM verdict GROUP BY run")
     }
-    accepted: Counter[int] = Counter()
-    for row in database.all(
-        "SELECT proposed_by AS name, count(*) AS number FROM edit "
-        "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
-    ):
-        if named := _PROPOSER.fullmatch(row["name"]):
-            accepted[int(named[1])] += row["number"]
+    accepted = {
+        row["proposed_by"]: row["number"]
+        for row in database.all(
+            "SELECT proposed_by, count(*) AS number FROM edit "
+            "WHERE proposed_by IS NOT NULL GROUP BY proposed_by"
+        )
+    }
     sizes = recogniser_bytes(database)
     found = []
     for row in rows:
         own = _OWN.search(row["last"])
         id_ = own[1] if own is not None and own[1] in sizes else ""
         number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-        found.append(RunUse(number, size, id_, verdicts.get(number, 0), accepted[number]))
+        taken = accepted.get(row["proposer"], 0)
+        found.append(RunUse(number, size, id_, verdicts.get(number, 0), taken))
     return tuple(found)
 
 
@@ -109,11 +113,7 @@ def recogniser_bytes(database: Database) -> dict[str, int]:
 def remove_run(database: Database, number: int) -> None:
     """Delete a run with its recogniser; see :meth:`forcelab.project.Project.remove_run`."""
     with database.writing():
-        if not database.one("SELECT 1 FROM run WHERE id = ?", number):
-            raise InputError(
-                f"There is no run {number} in '{database.folder}'; 'forcelab runs' lists those "
-                "that there are."
-            )
+        row_of_run(database, number, "id")
         if database.one("SELECT 1 FROM verdict WHERE run = ?", number):
             with lifted(database, "verdict_is_not_changed"):
                 database.execute("UPDATE verdict SET run = NULL WHERE run = ?", number)

@@ -1,4 +1,4 @@
-"""Who is to label what, blind or not, and what is done: append-only, as the edits are.
+"""Who is to label what, blind or not, what is done, and notes: append-only, as the edits are.
 
 An assignment follows from its events, the latest of which counts. So it stays known when a coder
 who saw the others' labels, because the assignment was done or open, labels on.
@@ -12,9 +12,11 @@ from datetime import datetime
 
 from forcelab.errors import InputError
 from forcelab.labels import Track, is_model
-from forcelab.project.decisions import Assignment, AssignmentEvent, AssignmentKind
+from forcelab.project.decisions import Assignment, AssignmentEvent, AssignmentKind, Note
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_ids, row_of
+from forcelab.project.notes import notes_of, write_note
+from forcelab.project.ownership import kind_of
 from forcelab.project.records import utc_now
 
 __all__ = ["ProjectCoding"]
@@ -23,7 +25,7 @@ _Key = tuple[str, str]
 
 
 class ProjectCoding(ProjectFolder):
-    """The assignments of a :class:`~forcelab.project.Project`."""
+    """The assignments and the notes of a :class:`~forcelab.project.Project`."""
 
     def assign(self, demonstration: str, author: str, blind: bool = True) -> Assignment:
         """Assign a demonstration to a coder.
@@ -44,12 +46,9 @@ class ProjectCoding(ProjectFolder):
         InputError
             If there is no such demonstration, or the author has no name or is a model.
         """
-        Track(author)  # refuses an author without a name
         with self._db.writing():
             row_of(self._db, demonstration)
-            known = self._db.one("SELECT kind FROM author WHERE name = ?", author)
-            if is_model(author) or (known is not None and known["kind"] == "model"):
-                raise InputError(f"'{author}' is a model; only coders are assigned to label.")
+            self._check_coder(author, "are assigned to label")
             one = self._assignment(demonstration, author)
             if one is None or one.blind != blind:
                 self._note_assignment(demonstration, author, "blind" if blind else "open")
@@ -93,7 +92,11 @@ class ProjectCoding(ProjectFolder):
     def is_blind(self, demonstration: str, author: str) -> bool:
         """Whether the other tracks and all predictions are to be hidden from a coder now."""
         one = self._assignment(demonstration, author)
-        return one is not None and one.blind and one.done is None
+        return one is not None and one.hides
+
+    def blind_to(self, author: str) -> frozenset[str]:
+        """The ids of demonstrations of which everything by others is hidden from a coder now."""
+        return frozenset(one.demonstration for one in self.assignments(author) if one.hides)
 
     def assignment_events(self) -> tuple[AssignmentEvent, ...]:
         """Everything that ever happened to assignments, the first event first."""
@@ -122,6 +125,65 @@ class ProjectCoding(ProjectFolder):
             for event in events:
                 Track(event.author)
                 self._note_assignment(event.demonstration, event.author, event.kind, event.time)
+
+    def set_note(self, demonstration: str, author: str, text: str) -> None:
+        """Write a coder's note on a demonstration in place of the one there, which stays known.
+
+        Parameters
+        ----------
+        demonstration : str
+            Its id.
+        author : str
+            The coder, who need not have labelled anything yet.
+        text : str
+            As of :class:`~forcelab.project.decisions.Note`; ``""`` takes the note away.
+
+        Raises
+        ------
+        InputError
+            If there is no such demonstration, or the author has no name or is a model.
+        """
+        with self._db.writing():
+            row_of(self._db, demonstration)
+            self._check_coder(author, "write notes")
+            write_note(self._db, demonstration, author, text)
+
+    def notes(self, viewer: str | None = None) -> tuple[Note, ...]:
+        """The notes that count, of each demonstration and coder the latest; the oldest one first.
+
+        Parameters
+        ----------
+        viewer : str, optional
+            A coder who is to see no note of others on what is to be coded blind.
+        """
+        latest = {(one.demonstration, one.author): one for one in self.note_events()}
+        hidden = self.blind_to(viewer) if latest and viewer is not None else frozenset()
+        return tuple(
+            one
+            for one in sorted(latest.values(), key=lambda one: one.time)
+            if one.text and (one.author == viewer or one.demonstration not in hidden)
+        )
+
+    def note_events(self, demonstration: str | None = None) -> tuple[Note, ...]:
+        """Every note ever written, on one demonstration or on all, the oldest one first.
+
+        Parameters
+        ----------
+        demonstration : str, optional
+            Its id.
+
+        Returns
+        -------
+        tuple of Note
+            One without a text took the coder's note away.
+        """
+        return notes_of(self._db, demonstration)
+
+    def _check_coder(self, author: str, what: str) -> None:
+        """Refuse who has no name, and a model, for what only coders do."""
+        Track(author)
+        if is_model(author) or kind_of(self._db, author) == "model":
+            raise InputError(f"'{author}' is a model; only coders {what}.")
 
     def _standing_assignment(self, demonstration: str, author: str) -> Assignment:
         """An assignment that must be there."""
@@ -153,12 +215,9 @@ class ProjectCoding(ProjectFolder):
         self, demonstration: str, author: str, kind: AssignmentKind, time: datetime | None = None
     ) -> None:
         """Write an event down."""
-        self._db.execute(
-            "INSERT INTO assignment (demonstration, author, kind, time) VALUES (?, ?, ?, ?)",
-            demonstration,
-            author,
-            kind,
-            (time or utc_now()).isoformat(),
+        when = (time or utc_now()).isoformat()
+        self._db.insert(
+            "assignment", demonstration=demonstration, author=author, kind=kind, time=when
         )
 
 

@@ -7,23 +7,31 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from forcelab.project import clearing
+from forcelab.errors import InputError
+from forcelab.project import clearing, files
 from forcelab.project.clearing import RunUse
 from forcelab.project.coding import ProjectCoding
-from forcelab.project.database import Database
+from forcelab.project.history import edits_since
 from forcelab.project.loading import known_ids
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
-from forcelab.project.runs import Making, Runs
+from forcelab.project.runs import (
+    RECOGNISERS,
+    columns_of,
+    keep_recogniser,
+    keep_run,
+    keeping,
+    recogniser_id,
+    recogniser_of,
+    row_of_run,
+    run_of,
+    summaries,
+)
 
 __all__ = ["ProjectComputed"]
 
 
 class ProjectComputed(ProjectCoding):
     """The recognisers and runs of a :class:`~forcelab.project.Project`."""
-
-    def __init__(self, path: Path, database: Database) -> None:
-        super().__init__(path, database)
-        self._runs = Runs(database)
 
     def add_recogniser(
         self,
@@ -60,12 +68,17 @@ class ProjectComputed(ProjectCoding):
         InputError
             If it has no name, labels are not in the project or the file cannot be read.
         """
-        made = Making(settings, seed, labels, versions, time)
-        return self._runs.add_recogniser(name, data, made)
+        columns = columns_of(self._db, settings, seed, labels, versions, time)
+        with files.told(f"The recogniser '{name}' was not added to '{self.path}'"):
+            content = data if isinstance(data, bytes) else data.read_bytes()
+            id_ = recogniser_id(content)
+            with keeping(self._db, id_):
+                keep_recogniser(self._db, id_, name, content, columns)
+        return id_
 
     def recognisers(self) -> tuple[StoredRecogniser, ...]:
         """Every recogniser, the first one first."""
-        return self._runs.recognisers()
+        return tuple(map(recogniser_of, self._db.all("SELECT * FROM recogniser ORDER BY rowid")))
 
     def recogniser_path(self, id_: str) -> Path:
         """The file of a recogniser.
@@ -75,7 +88,14 @@ class ProjectComputed(ProjectCoding):
         InputError
             If there is no such recogniser or its file is missing.
         """
-        return self._runs.recogniser_path(id_)
+        if not self._db.one("SELECT 1 FROM recogniser WHERE id = ?", id_):
+            raise InputError(
+                f"There is no recogniser '{id_}' in '{self.path}' any more; train it again."
+            )
+        path = self.path / RECOGNISERS / f"{id_}.skops"
+        if not path.is_file():
+            raise InputError(f"The file '{path}' is missing; train the recogniser again.")
+        return path
 
     def add_run(
         self,
@@ -104,7 +124,9 @@ class ProjectComputed(ProjectCoding):
         InputError
             If it has no kind or labels are not in the project.
         """
-        return self._runs.add_run(kind, Making(settings, seed, labels, versions, time), result)
+        columns = columns_of(self._db, settings, seed, labels, versions, time)
+        with self._db.writing():
+            return keep_run(self._db, kind, result, columns)
 
     def add_training(
         self,
@@ -137,12 +159,20 @@ class ProjectComputed(ProjectCoding):
         InputError
             If labels are not in the project, or it cannot be written.
         """
-        made = Making(settings, seed, labels, versions)
-        return self._runs.add_training(kind, made, result, (name, content, trained_on))
+        columns = columns_of(self._db, settings, seed, labels, versions)
+        of_recogniser = columns_of(self._db, settings, seed, trained_on, versions)
+        id_ = recogniser_id(content)
+        with (
+            files.told(f"The recogniser '{name}' was not added to '{self.path}'"),
+            keeping(self._db, id_),
+        ):
+            number = keep_run(self._db, kind, dict(result) | {"recogniser": id_}, columns)
+            keep_recogniser(self._db, id_, name, content, of_recogniser)
+        return number
 
     def run_summaries(self, kind: str | None = None) -> tuple[RunSummary, ...]:
         """Every run, or every run of a kind, without its result; the first one first."""
-        return self._runs.summaries(kind)
+        return summaries(self._db, kind)
 
     def still_there(self, labels: Iterable[LabelsUsed]) -> list[LabelsUsed]:
         """Those of some labels whose demonstrations have not been removed meanwhile.
@@ -162,11 +192,11 @@ class ProjectComputed(ProjectCoding):
         tasks : sequence of str
             Their demonstrations that `labels` does not name are counted.
         """
-        return self._runs.edits_since(labels, tasks)
+        return edits_since(self._db, labels, tasks)
 
     def runs(self) -> tuple[StoredRun, ...]:
         """Every run, the first one first."""
-        return self._runs.runs()
+        return tuple(map(run_of, self._db.all("SELECT * FROM run ORDER BY id")))
 
     def forget_run(self, number: int, proposer: str) -> bool:
         """Delete a run that another one has taken the place of, with its recogniser.
@@ -234,4 +264,4 @@ class ProjectComputed(ProjectCoding):
         InputError
             If there is no such run, or it is damaged.
         """
-        return self._runs.run(number)
+        return run_of(row_of_run(self._db, number))

@@ -118,6 +118,14 @@ class Database:
         rows = self.all(sql, *values)
         return rows[0] if rows else None
 
+    def insert(self, table: str, **values: Value) -> int:
+        """Insert a row; gives its number."""
+        marks = ", ".join("?" * len(values))
+        sql = f"INSERT INTO {table} ({', '.join(values)}) VALUES ({marks})"
+        number = self.execute(sql, *values.values()).lastrowid
+        assert number is not None
+        return number
+
     def refuse_read_only(self) -> None:
         """Make sure that the project may be written here.
 

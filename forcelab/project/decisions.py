@@ -1,4 +1,4 @@
-"""What people decide: who labels which demonstration, and who is right where tracks differ."""
+"""What people decide: who labels what, what is handed on, who is right where tracks differ."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ __all__ = [
     "Assignment",
     "AssignmentEvent",
     "AssignmentKind",
+    "Note",
     "StoredVerdict",
     "Verdict",
     "VerdictKind",
@@ -49,6 +50,11 @@ class Assignment:
     blind: bool
     assigned: datetime
     done: datetime | None = None
+
+    @property
+    def hides(self) -> bool:
+        """Whether the other tracks and all predictions are hidden from the coder now."""
+        return self.blind and self.done is None
 
 
 def left_to_label(labelled: float, assignment: Assignment | None) -> bool:
@@ -89,6 +95,30 @@ class AssignmentEvent:
     author: str
     kind: AssignmentKind
     time: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What a coder hands on about a demonstration, kept for ever.
+
+    Parameters
+    ----------
+    demonstration, author : str
+        Its id, and the coder.
+    text : str
+        One line: blanks at its ends go, and line breaks become blanks. ``""`` says that what the
+        coder wrote before counts no more.
+    time : datetime
+        When, with its zone.
+    """
+
+    demonstration: str
+    author: str
+    text: str
+    time: datetime
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "text", " ".join(self.text.split()))
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from forcelab.project.loading import DEMONSTRATIONS, row_of
 __all__ = ["discard", "remove"]
 
 #: Tables whose rows a trigger keeps for ever.
-_KEPT = ("edit", "assignment", "verdict")
+_KEPT = ("edit", "assignment", "verdict", "note")
 _TRACKS = "SELECT id FROM track WHERE demonstration = ?"
 
 
@@ -70,6 +70,8 @@ def _worked_with(database: Database, id_: str, heads: Mapping[str, int]) -> str:
         return "was assigned to a coder"
     if database.one("SELECT 1 FROM verdict WHERE demonstration = ?", id_):
         return "was reviewed"
+    if database.one("SELECT 1 FROM note WHERE demonstration = ?", id_):
+        return "was given a note"
     for table, columns in (("recogniser", "labels"), ("run", "labels || result")):
         if database.one(f"SELECT 1 FROM {table} WHERE instr({columns}, ?)", id_):
             return "was used for training or evaluation"

@@ -8,43 +8,21 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
-from datetime import datetime
+from dataclasses import replace
+from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
-from forcelab.labels import Segment, Segments, Track, is_model, ordered
+from forcelab.labels import Segment, Segments, Track, check_action_name, is_model, ordered
 from forcelab.project.database import Database
 from forcelab.project.history import Line, edit_of, edits_of, line_of
 from forcelab.project.ownership import kind_of, track_for, track_of
-from forcelab.project.records import (
-    AuthorKind,
-    Edit,
-    EditKind,
-    segments_to_json,
-    utc_now,
-)
+from forcelab.project.records import AuthorKind, Edit, EditKind, segments_to_json, utc_now
 from forcelab.splicing import splice, spliced
 
 __all__ = ["Tracks"]
 
-
-Whose = tuple[str, str]
-"""A demonstration's id and an author, who together have a track."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Change:
-    """What an edit is about to do to a track."""
-
-    kind: EditKind
-    what: str
-    position: int
-    removed: Segments
-    inserted: Segments
-    reverts: int | None = None
-    parent: int | None = None
-    time: datetime | None = None
-    proposed_by: str | None = None
+#: The number of an edit that is not in the store yet.
+_NEW = 0
 
 
 class Tracks:
@@ -57,10 +35,6 @@ class Tracks:
         self._known: dict[int, tuple[int, Segments]] = {}
         # The number of an edit that was rolled back is given out again.
         database.on_rollback = self._known.clear
-
-    def kind(self, author: str) -> AuthorKind | None:
-        """What an author is, if known."""
-        return kind_of(self._db, author)
 
     def track(self, demonstration: str, author: str) -> Track:
         """The track as it is now, empty where the author made none."""
@@ -113,27 +87,34 @@ class Tracks:
                 f"edit was left out; look at them as they are now and repeat it."
             )
         position, removed, inserted = splice(before, after)
+        if kind == "paint":
+            for action in {s.action for s in inserted} - {s.action for s in removed}:
+                check_action_name(action)
         around = after[max(position - 1, 0) : position + len(inserted) + 1]
         if ordered(around) != around:
             raise InputError(f"The labels of '{author}' must be in order of time.")
-        change = _Change(
-            kind,
-            what,
-            position,
-            removed,
-            inserted,
-            parent=line.undo,
+        new = Edit(
+            id=_NEW,
+            demonstration=demonstration,
+            author=author,
+            kind=kind,
+            time=utc_now(),
+            what=what,
+            position=position,
+            removed=removed,
+            inserted=inserted,
             proposed_by=proposed_by,
         )
-        return self._carry_out(track, (demonstration, author), line, change)
+        return self._carry_out(track, line, new, line.undo)
 
-    def undo(self, demonstration: str, author: str) -> Edit | None:
-        """Take back the latest edit that was not taken back yet."""
-        return self._revert(demonstration, author, "undo")
-
-    def redo(self, demonstration: str, author: str) -> Edit | None:
-        """Take back the latest undo, unless another edit came after it."""
-        return self._revert(demonstration, author, "redo")
+    def revert(self, demonstration: str, author: str, kind: Literal["undo", "redo"]) -> Edit | None:
+        """Take back the latest edit, or the latest undo, if there is one to be taken back."""
+        track = track_of(self._db, demonstration, author)
+        if track is None:
+            return None
+        line = line_of(self._db, track)
+        found = self._reverting(kind, line)
+        return None if found is None else self._carry_out(track, line, *found)
 
     def as_imported(self, demonstration: str, author: str) -> bool:
         """Whether the track is what the latest import made it."""
@@ -153,67 +134,44 @@ class Tracks:
         for edit in edits:
             kind = _made_by(edit.kind, edit.author)
             if edit.reverts is not None:
-                kind = self.kind(edit.author) or kind
+                kind = kind_of(self._db, edit.author) or kind
             track = track_for(self._db, edit.demonstration, edit.author, kind)
             line = line_of(self._db, track)
-            change = _Change(
-                edit.kind,
-                edit.what,
-                edit.position,
-                edit.removed,
-                edit.inserted,
-                parent=line.undo,
-                time=edit.time,
-                proposed_by=edit.proposed_by,
-            )
+            change, parent = edit, line.undo
             if edit.kind in ("undo", "redo"):
-                change = self._fitting(edit, line, numbers.get(edit.reverts or 0))
-            whose = edit.demonstration, edit.author
-            numbers[edit.id] = self._carry_out(track, whose, line, change).id
+                change, parent = self._fitting(edit, line, numbers.get(edit.reverts or 0))
+            numbers[edit.id] = self._carry_out(track, line, change, parent).id
         return numbers
 
-    def _fitting(self, edit: Edit, line: Line, reverts: int | None) -> _Change:
-        """The undo or redo that stands to be made, if it is the one that is told."""
-        top = line.undo if edit.kind == "undo" else line.redo
-        if top is not None and top == reverts:
-            change = self._reverting(top, edit.kind, line, edit.what, edit.time)
-            if (change.position, change.removed, change.inserted) == (
-                edit.position,
-                edit.removed,
-                edit.inserted,
-            ):
-                return change
-        raise InputError(f"Edit {edit.id} of '{edit.author}' takes back what was not there.")
+    def _fitting(self, edit: Edit, line: Line, reverts: int | None) -> tuple[Edit, int | None]:
+        """An undo or redo with its parent, if it is the one that stands to be made."""
+        told = replace(edit, id=_NEW, reverts=reverts)
+        found = self._reverting(edit.kind, line)
+        if found is None or replace(found[0], what=edit.what, time=edit.time) != told:
+            raise InputError(f"Edit {edit.id} of '{edit.author}' takes back what was not there.")
+        return told, found[1]
 
-    def _revert(self, demonstration: str, author: str, kind: EditKind) -> Edit | None:
-        """Undo or redo, if there is something to."""
-        track = track_of(self._db, demonstration, author)
-        if track is None:
-            return None
-        line = line_of(self._db, track)
+    def _reverting(self, kind: EditKind, line: Line) -> tuple[Edit, int | None] | None:
+        """The undo or redo that stands to be made, with its parent; None where there is none."""
         top = line.undo if kind == "undo" else line.redo
         if top is None:
             return None
-        change = self._reverting(top, kind, line)
-        return self._carry_out(track, (demonstration, author), line, change)
-
-    def _reverting(
-        self,
-        top: int,
-        kind: EditKind,
-        line: Line,
-        what: str | None = None,
-        time: datetime | None = None,
-    ) -> _Change:
-        """The change that takes back the edit `top`."""
         old = edit_of(self._db, top)
-        if what is None:
-            what = f"{kind}: {old.what.removeprefix('undo: ')}"
-        parent = line.redo if kind == "undo" else None
-        return _Change(kind, what, old.position, old.inserted, old.removed, top, parent, time)
+        change = replace(
+            old,
+            id=_NEW,
+            kind=kind,
+            time=utc_now(),
+            what=f"{kind}: {old.what.removeprefix('undo: ')}",
+            removed=old.inserted,
+            inserted=old.removed,
+            reverts=top,
+            proposed_by=None,
+        )
+        return change, line.redo if kind == "undo" else None
 
-    def _carry_out(self, track: int, whose: Whose, line: Line, change: _Change) -> Edit:
-        """Change the segments, and write down how."""
+    def _carry_out(self, track: int, line: Line, change: Edit, parent: int | None) -> Edit:
+        """Change the segments, and write down how; gives the edit with its number."""
         before = self._segments(track, line.head)
         after = spliced(before, change.position, change.removed, change.inserted)
         for segment in change.removed:
@@ -228,36 +186,22 @@ class Tracks:
                 float(segment.end),
                 segment.action,
             )
-        time = change.time or utc_now()
-        removed, inserted = segments_to_json(change.removed), segments_to_json(change.inserted)
-        new = self._db.execute(
-            "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
-            "parent, proposed_by) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            track,
-            change.kind,
-            time.isoformat(),
-            change.what,
-            change.position,
-            json.dumps(removed, ensure_ascii=False),
-            json.dumps(inserted, ensure_ascii=False),
-            change.reverts,
-            change.parent,
-            change.proposed_by,
-        ).lastrowid
-        assert new is not None
-        self._known[track] = (new, after)
-        return Edit(
-            new,
-            *whose,
-            change.kind,
-            time,
-            change.what,
-            change.position,
-            _as_stored(change.removed),
-            _as_stored(change.inserted),
-            change.reverts,
-            change.proposed_by,
+        new = self._db.insert(
+            "edit",
+            track=track,
+            kind=change.kind,
+            time=change.time.isoformat(),
+            what=change.what,
+            position=change.position,
+            removed=json.dumps(segments_to_json(change.removed), ensure_ascii=False),
+            inserted=json.dumps(segments_to_json(change.inserted), ensure_ascii=False),
+            reverts=change.reverts,
+            parent=parent,
+            proposed_by=change.proposed_by,
         )
+        self._known[track] = (new, after)
+        removed, inserted = _as_stored(change.removed), _as_stored(change.inserted)
+        return replace(change, id=new, removed=removed, inserted=inserted)
 
     def _segments(self, track: int, head: int | None = None) -> Segments:
         """The segments of a track as they are now."""
@@ -274,7 +218,7 @@ class Tracks:
 
     def _check_proposer(self, proposer: str, kind: EditKind) -> None:
         """Only models propose, and only what coders paint."""
-        if kind != "paint" or not (is_model(proposer) or self.kind(proposer) == "model"):
+        if kind != "paint" or not (is_model(proposer) or kind_of(self._db, proposer) == "model"):
             raise InputError(
                 f"'{proposer}' is no model that proposes labels to a coder; copy a coder's labels."
             )

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 from forcelab.project.database import Database
+from forcelab.project.made import LabelsUsed
 from forcelab.project.records import Edit, segments_from_json
 
-__all__ = ["Line", "edit_of", "edits_of", "line_of", "net_edits"]
+__all__ = ["Line", "edit_of", "edits_of", "edits_since", "line_of", "net_edits"]
 
 _EDITS = """
     SELECT edit.*, track.demonstration, author.name AS author
@@ -70,6 +72,36 @@ def net_edits(database: Database, track: int, since: int) -> int:
         else:
             then = _below(database, then)
     return count
+
+
+def edits_since(database: Database, labels: Sequence[LabelsUsed], tasks: Sequence[str]) -> int:
+    """How many edits labels have had since, and demonstrations their tasks."""
+    used = json.dumps([[one.demonstration, one.author, one.edit] for one in labels])
+    edited = database.all(
+        """
+        SELECT track.id AS track, json_extract(value, '$[2]') AS edit
+        FROM json_each(?)
+        JOIN author ON author.name = json_extract(value, '$[1]')
+        JOIN track ON track.demonstration = json_extract(value, '$[0]')
+                  AND track.author = author.id
+        WHERE EXISTS (
+            SELECT 1 FROM edit
+            WHERE edit.track = track.id AND edit.id > json_extract(value, '$[2]')
+        )
+        """,
+        used,
+    )
+    (new,) = database.all(
+        """
+        SELECT count(*) AS number FROM demonstration
+        WHERE task IN (SELECT value FROM json_each(?))
+          AND id NOT IN (SELECT json_extract(value, '$[0]') FROM json_each(?))
+        """,
+        json.dumps(list(tasks)),
+        used,
+    )
+    changed = sum(net_edits(database, row["track"], row["edit"]) for row in edited)
+    return changed + int(new["number"])
 
 
 def _below(database: Database, number: int | None) -> int | None:

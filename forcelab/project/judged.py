@@ -118,20 +118,19 @@ class ProjectJudged(ProjectFolder):
 def _added(database: Database, verdict: Verdict) -> StoredVerdict:
     """Write one verdict down."""
     _check(database, verdict)
-    number = database.execute(
-        "INSERT INTO verdict (demonstration, author, coder, start, end, human, predicted, "
-        "verdict, run, time) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        verdict.demonstration,
-        verdict.author,
-        verdict.coder,
-        float(verdict.start),
-        float(verdict.end),
-        verdict.human,
-        verdict.predicted,
-        verdict.verdict,
-        verdict.run if verdict.run is None or _has_run(database, verdict.run) else None,
-        (verdict.time or utc_now()).isoformat(),
-    ).lastrowid
+    number = database.insert(
+        "verdict",
+        demonstration=verdict.demonstration,
+        author=verdict.author,
+        coder=verdict.coder,
+        start=float(verdict.start),
+        end=float(verdict.end),
+        human=verdict.human,
+        predicted=verdict.predicted,
+        verdict=verdict.verdict,
+        run=verdict.run if verdict.run is None or _has_run(database, verdict.run) else None,
+        time=(verdict.time or utc_now()).isoformat(),
+    )
     row = database.one("SELECT * FROM verdict WHERE id = ?", number)
     assert row is not None
     return _verdict(row)

@@ -24,6 +24,7 @@ from forcelab.project.records import DemonstrationInfo
 __all__ = [
     "DEMONSTRATIONS",
     "TRUTH",
+    "id_of",
     "info",
     "infos",
     "known_id",
@@ -94,10 +95,15 @@ def row_of(database: Database, id_: str) -> sqlite3.Row:
         if database.one("SELECT id FROM demonstration WHERE name = ?", id_) is not None:
             raise InputError(
                 f"'{id_}' is the name of a demonstration in '{database.folder}', not its id; "
-                f"load('{id_}').id gives that."
+                f"id_of('{id_}') gives that."
             )
         raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
     return row
+
+
+def id_of(database: Database, key: str) -> str:
+    """The id of the demonstration that is meant, whatever became of its files."""
+    return str(_find(database, key)["id"])
 
 
 def load(database: Database, key: str) -> Demonstration:
@@ -114,7 +120,7 @@ def load(database: Database, key: str) -> Demonstration:
         task=row["task"],
         times=times,
         signals=signals,
-        channels=_channels(row),
+        channels=_channels(row["channels"]),
         video=video,
         grid_rate=row["grid_rate"],
     )
@@ -125,7 +131,7 @@ def load(database: Database, key: str) -> Demonstration:
 
 def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
-    n, c = row["samples"], len(_channels(row))
+    n, c = row["samples"], len(_channels(row["channels"]))
     return read_array(home / "times.npy", (n,)), read_array(home / "signals.npy", (n, c))
 
 
@@ -141,7 +147,7 @@ def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:
         name=row["name"],
         task=row["task"],
         samples=row["samples"],
-        channels=_channels(row),
+        channels=_channels(row["channels"]),
         rate=row["grid_rate"] or 1.0 / row["period"],
         duration=row["duration"],
         labelled={track["author"]: track["seconds"] for track in tracks},
@@ -168,12 +174,7 @@ def _find(database: Database, key: str) -> sqlite3.Row:
     return rows[0]
 
 
-def _channels(row: sqlite3.Row) -> tuple[Channel, ...]:
-    """The channels of a demonstration."""
-    return _read_channels(row["channels"])
-
-
 @lru_cache(maxsize=256)
-def _read_channels(text: str) -> tuple[Channel, ...]:
+def _channels(text: str) -> tuple[Channel, ...]:
     """Channels as stored; a thousand demonstrations mostly have the same ones."""
     return tuple(Channel(name, unit) for name, unit in json.loads(text))

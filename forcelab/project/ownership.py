@@ -1,19 +1,13 @@
-"""Who has tracks: the authors of a project, and the number of each one's track."""
+"""Who has tracks: what an author is, and the number of each one's track."""
 
 from __future__ import annotations
 
 from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project.database import Database
-from forcelab.project.records import Author, AuthorKind
+from forcelab.project.records import AuthorKind
 
-__all__ = ["authors", "kind_of", "track_for", "track_of"]
-
-
-def authors(database: Database) -> tuple[Author, ...]:
-    """Everybody who made an edit, in order of first appearance."""
-    rows = database.all("SELECT name, kind FROM author ORDER BY id")
-    return tuple(Author(row["name"], row["kind"]) for row in rows)
+__all__ = ["kind_of", "track_for", "track_of"]
 
 
 def kind_of(database: Database, author: str) -> AuthorKind | None:

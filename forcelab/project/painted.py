@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Literal
 
 from forcelab.errors import InputError
-from forcelab.labels import Segments, Track
+from forcelab.labels import Segments, Track, check_action_name
 from forcelab.project.database import Database
 from forcelab.project.edits import Tracks
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_id, known_ids
-from forcelab.project.ownership import authors
 from forcelab.project.records import Author, Edit
-from forcelab.project.vocabularies import painted_actions, vocabularies, write_vocabulary
+from forcelab.project.vocabularies import vocabularies, write_vocabulary
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["ProjectPainted"]
@@ -37,7 +36,8 @@ class ProjectPainted(ProjectFolder):
 
     def authors(self) -> tuple[Author, ...]:
         """Everybody who made an edit, in order of first appearance."""
-        return authors(self._db)
+        rows = self._db.all("SELECT name, kind FROM author ORDER BY id")
+        return tuple(Author(row["name"], row["kind"]) for row in rows)
 
     def coders(self) -> tuple[str, ...]:
         """The people who made an edit, by name, in order of first appearance: no models."""
@@ -112,12 +112,12 @@ class ProjectPainted(ProjectFolder):
         Reaches back to the first edit, past restarts. It is an edit itself.
         """
         with self._db.writing():
-            return self._tracks.undo(self._id(demonstration), author)
+            return self._tracks.revert(self._id(demonstration), author, "undo")
 
     def redo(self, demonstration: str, author: str) -> Edit | None:
         """Take back a track's latest undo; None if there is none or something was edited since."""
         with self._db.writing():
-            return self._tracks.redo(self._id(demonstration), author)
+            return self._tracks.revert(self._id(demonstration), author, "redo")
 
     def head(self, demonstration: str, author: str) -> int:
         """The number of the latest edit of a track, undoing and redoing included; 0 if none.
@@ -183,7 +183,12 @@ class ProjectPainted(ProjectFolder):
 
     def painted_actions(self, task: str) -> frozenset[str]:
         """The actions that any coder's or model's segment of a task has."""
-        return painted_actions(self._db, task)
+        rows = self._db.all(
+            "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
+            "JOIN demonstration ON demonstration.id = track.demonstration WHERE task = ?",
+            task,
+        )
+        return frozenset(row["action"] for row in rows)
 
     def set_vocabulary(
         self, task: str, vocabulary: Vocabulary, *, before: Vocabulary | None = None
@@ -215,12 +220,14 @@ class ProjectPainted(ProjectFolder):
         Raises
         ------
         InputError
-            If a name is blank.
+            If a name is blank, or a new one says that there is no action.
         """
         with self._db.writing():
             old = self.vocabulary(task)
             new = old.with_actions(*names)
             if new != old:
+                for name in {*new.names} - {*old.names} - self.painted_actions(task):
+                    check_action_name(name)
                 write_vocabulary(self._db, task, new)
             return new
 

@@ -9,6 +9,7 @@ from typing import Any, Final, Literal, get_args
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment, Segments, Track
+from forcelab.project.decisions import Note
 from forcelab.vocabulary import Vocabulary
 
 __all__ = [
@@ -75,6 +76,8 @@ class Incoming:
         What no recording tells but whoever simulated it knows, such as the true times of the
         video's frames; anything that JSON can hold. It is kept aside, and nothing is trained or
         scored on it.
+    notes : tuple of Note
+        What coders wrote about it; those that the project has not got are added to its own.
     """
 
     demonstration: Demonstration
@@ -84,6 +87,7 @@ class Incoming:
     keep: Collection[Keepable] = ()
     vocabulary: Vocabulary = field(default_factory=Vocabulary)
     truth: Mapping[str, Any] | None = None
+    notes: tuple[Note, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,18 @@ APPLICATION_ID = 0x464C6162
 
 Step = tuple[str, ...]
 
+
+def _append_only(table: str) -> Step:
+    """Triggers that keep every row of a table for ever, whoever asks."""
+    refused = f"BEGIN SELECT RAISE(ABORT, '{table}s are kept for ever'); END"
+    return (
+        f"CREATE TRIGGER {table}_is_not_replaced BEFORE INSERT ON {table} "
+        f"WHEN EXISTS (SELECT 1 FROM {table} WHERE id = NEW.id) {refused}",
+        f"CREATE TRIGGER {table}_is_not_changed BEFORE UPDATE ON {table} {refused}",
+        f"CREATE TRIGGER {table}_is_not_deleted BEFORE DELETE ON {table} {refused}",
+    )
+
+
 _VERSION_1: Step = (
     """
     CREATE TABLE demonstration (
@@ -73,19 +85,7 @@ _VERSION_1: Step = (
     )
     """,
     "CREATE INDEX edit_of_track ON edit (track)",
-    """
-    CREATE TRIGGER edit_is_not_replaced BEFORE INSERT ON edit
-    WHEN EXISTS (SELECT 1 FROM edit WHERE id = NEW.id)
-    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER edit_is_not_changed BEFORE UPDATE ON edit
-    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER edit_is_not_deleted BEFORE DELETE ON edit
-    BEGIN SELECT RAISE(ABORT, 'edits are kept for ever'); END
-    """,
+    *_append_only("edit"),
     """
     CREATE TRIGGER author_is_not_changed BEFORE UPDATE ON author
     BEGIN SELECT RAISE(ABORT, 'authors are kept for ever'); END
@@ -134,19 +134,7 @@ _VERSION_2: Step = (
     )
     """,
     "CREATE INDEX assignment_of_author ON assignment (author, demonstration)",
-    """
-    CREATE TRIGGER assignment_is_not_replaced BEFORE INSERT ON assignment
-    WHEN EXISTS (SELECT 1 FROM assignment WHERE id = NEW.id)
-    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER assignment_is_not_changed BEFORE UPDATE ON assignment
-    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER assignment_is_not_deleted BEFORE DELETE ON assignment
-    BEGIN SELECT RAISE(ABORT, 'assignments are kept for ever'); END
-    """,
+    *_append_only("assignment"),
 )
 
 # What was said about places where human and model differ: the latest verdict on a place counts.
@@ -169,19 +157,7 @@ _VERSION_3: Step = (
     )
     """,
     "CREATE INDEX verdict_of_demonstration ON verdict (demonstration)",
-    """
-    CREATE TRIGGER verdict_is_not_replaced BEFORE INSERT ON verdict
-    WHEN EXISTS (SELECT 1 FROM verdict WHERE id = NEW.id)
-    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER verdict_is_not_changed BEFORE UPDATE ON verdict
-    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
-    """,
-    """
-    CREATE TRIGGER verdict_is_not_deleted BEFORE DELETE ON verdict
-    BEGIN SELECT RAISE(ABORT, 'verdicts are kept for ever'); END
-    """,
+    *_append_only("verdict"),
     """
     ALTER TABLE edit ADD COLUMN proposed_by TEXT
     CHECK (proposed_by IS NULL OR (kind = 'paint' AND trim(proposed_by) <> ''))
@@ -190,8 +166,23 @@ _VERSION_3: Step = (
     "CREATE INDEX edit_proposed ON edit (track) WHERE proposed_by IS NOT NULL",
 )
 
+# What coders hand on about demonstrations; of each one's and each author's the latest counts.
+_VERSION_4: Step = (
+    """
+    CREATE TABLE note (
+        id            INTEGER PRIMARY KEY AUTOINCREMENT,
+        demonstration TEXT NOT NULL REFERENCES demonstration,
+        author        TEXT NOT NULL CHECK (trim(author) <> ''),
+        text          TEXT NOT NULL CHECK (typeof(text) = 'text'),
+        time          TEXT NOT NULL
+    )
+    """,
+    "CREATE INDEX note_of_demonstration ON note (demonstration)",
+    *_append_only("note"),
+)
+
 #: Step ``i`` brings a project of version ``i`` to version ``i + 1``. Only ever append to this.
-MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3)
+MIGRATIONS: tuple[Step, ...] = (_VERSION_1, _VERSION_2, _VERSION_3, _VERSION_4)
 
 
 def check_version(application_id: int, version: int, newest: int, where: str) -> None:

@@ -19,16 +19,16 @@ from forcelab.project.cameras import Camera, cameras
 from forcelab.project.computed import ProjectComputed
 from forcelab.project.discarding import discard, remove
 from forcelab.project.judged import ProjectJudged
-from forcelab.project.loading import info, infos, load, natural_order, truth
-from forcelab.project.painted import ProjectPainted
+from forcelab.project.loading import id_of, info, infos, load, natural_order, truth
 from forcelab.project.records import Added, DemonstrationInfo, Incoming
+from forcelab.project.renaming import ProjectRenaming
 from forcelab.project.stamps import attach_beside, attach_stamps, files_beside, stamps
 from forcelab.wording import unknown_word
 
 __all__ = ["Project"]
 
 
-class Project(ProjectPainted, ProjectJudged, ProjectComputed):
+class Project(ProjectRenaming, ProjectJudged, ProjectComputed):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create` or :meth:`open`; a context manager. Everything is on the disk when a
@@ -113,6 +113,21 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
         known = self.tasks()
         if task not in known:
             raise InputError(unknown_word("task", task, known or ("none at all",)))
+
+    def id_of(self, key: str) -> str:
+        """The id of a demonstration, whose files are not looked at.
+
+        Parameters
+        ----------
+        key : str
+            Its id, its name, or the first six or more digits of its id.
+
+        Raises
+        ------
+        InputError
+            If there is none or more than one such demonstration.
+        """
+        return id_of(self._db, key)
 
     def load(self, key: str) -> Demonstration:
         """Load a demonstration; its arrays are mapped into memory, read-only.
@@ -232,7 +247,7 @@ class Project(ProjectPainted, ProjectJudged, ProjectComputed):
         discard(self._db, demonstration, heads)
 
     def remove_all(self, heads: Mapping[str, Mapping[str, int]]) -> None:
-        """Remove demonstrations for good: recordings, videos, everybody's labels and assignments.
+        """Remove demonstrations for good, with videos, everybody's labels, notes and assignments.
 
         All or none of them. Runs and recognisers stay; what they were made of cannot be looked up
         any more.

@@ -7,23 +7,13 @@ import json
 from forcelab.project.database import Database
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["extend_vocabulary", "painted_actions", "vocabularies", "write_vocabulary"]
+__all__ = ["extend_vocabulary", "vocabularies", "write_vocabulary"]
 
 
 def vocabularies(database: Database) -> dict[str, Vocabulary]:
     """By task, every vocabulary that was written."""
     rows = database.all("SELECT task, actions FROM vocabulary ORDER BY task")
     return {row["task"]: Vocabulary.from_json(json.loads(row["actions"])) for row in rows}
-
-
-def painted_actions(database: Database, task: str) -> frozenset[str]:
-    """The actions that a segment of the task has, whoever painted it."""
-    rows = database.all(
-        "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
-        "JOIN demonstration ON demonstration.id = track.demonstration WHERE task = ?",
-        task,
-    )
-    return frozenset(row["action"] for row in rows)
 
 
 def write_vocabulary(database: Database, task: str, vocabulary: Vocabulary) -> None:

@@ -60,7 +60,9 @@ class Averaged:
 
     def predict_proba(self, features: Real) -> Real:
         """Probabilities of the actions, shape (n, K)."""
-        ready = (features[:, self.columns] - self.mean) / self.scale
+        ready = features[:, self.columns]  # a copy, which is standardised in place
+        ready -= self.mean
+        ready /= self.scale
         found = np.mean([member.probabilities(ready) for member in self.members], axis=0)
         return np.asarray(found) if self.exponent == 1 else sharpened(found, self.exponent)
 

@@ -15,7 +15,7 @@ that a stream could know differently.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,12 +93,12 @@ class CausalWindows:
         return np.concatenate([stream.push(channels.T), stream.finish()])
 
 
-def usual_size(recordings: Sequence[Real], rate: float) -> Real:
+def usual_size(recordings: Iterable[Real], rate: float) -> Real:
     """Size of each channel's movements, shape (q,): the middle one of several recordings.
 
     Parameters
     ----------
-    recordings : sequence of ndarray, shape (q, n)
+    recordings : iterable of ndarray, shape (q, n)
     rate : float
 
     Notes

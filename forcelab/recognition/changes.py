@@ -31,9 +31,10 @@ from forcelab.recognition.examples import Examples
 from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 
-__all__ = ["Changes", "fitting_changes"]
+__all__ = ["Changes", "fitting_changes", "near_changes"]
 
 Real = NDArray[np.float64]
+Whole = NDArray[np.int64]
 
 #: Seconds to either side of a change that are near it: about what coders differ by.
 NEAR = 0.06
@@ -85,10 +86,8 @@ class Changes:
         return cls(Averaged.from_plain(plain["classifier"], width, 2), share)
 
 
-def fitting_changes(
-    examples: Sequence[Examples], settings: Settings
-) -> Generator[Progress, None, Changes | None]:
-    """Learn where actions change, if the settings say so.
+def near_changes(examples: Sequence[Examples], settings: Settings) -> tuple[Whole, list[Whole]]:
+    """Which time steps tell where actions change.
 
     Parameters
     ----------
@@ -96,30 +95,48 @@ def fitting_changes(
         Of the training demonstrations.
     settings : Settings
 
-    Yields
-    ------
-    Progress
+    Returns
+    -------
+    y : ndarray of int64, shape (m,)
+        1 near a change, 0 elsewhere; empty where nobody asks, or hardly any action gives way to
+        another.
+    steps : list of ndarray of int64
+        Their places in each demonstration.
+    """
+    asked = settings.changes and settings.decodes
+    if not asked or sum(len(_changes(example.segments)) for example in examples) < FEWEST:
+        none = np.empty(0, dtype=np.int64)
+        return none, [none] * len(examples)
+    y, _, steps = learnt_steps([_near(example) for example in examples], settings.stride)
+    return y, steps
+
+
+def fitting_changes(
+    X: Real, y: Whole, settings: Settings
+) -> Generator[Progress, None, Changes | None]:
+    """Learn where actions change; yields progress.
+
+    Parameters
+    ----------
+    X : ndarray, shape (m, f)
+        Features of the time steps that :func:`near_changes` names.
+    y : ndarray of int64, shape (m,)
+    settings : Settings
 
     Returns
     -------
     Changes or None
-        None as well where hardly any action gives way to another, or nothing else is seen.
+        None where there is no time step near a change, or no other.
     """
-    if not (settings.changes and settings.decodes):
-        return None
-    if sum(len(_changes(example.segments)) for example in examples) < FEWEST:
-        return None
-    y, _, steps = learnt_steps([_near(example) for example in examples], settings.stride)
     if len(np.unique(y)) < 2:
         return None
-    X = np.concatenate([e.features[own] for e, own in zip(examples, steps, strict=True)])
     yield Progress(0, 1, "changes")
     trees = TREES if settings.stride == 1 else TREES // 2
     made = finish(fitting_averaged("extra-trees", X, y, settings.seed, Care(trees=trees)))
     return Changes(made, float(y.mean()))
 
 
-def _near(example: Examples) -> NDArray[np.int64]:
+def _near(example: Examples) -> Whole:
     """1 for each time step near a change, 0 for others, -1 where no coder says; shape (n,).
 
     The middle of a short hole between two actions is where they change, and it counts as seen.

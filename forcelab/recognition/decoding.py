@@ -20,7 +20,7 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.joining import Best
-from forcelab.recognition.semimarkov import Scores, Use, Weights
+from forcelab.recognition.semimarkov import Scores, Use
 from forcelab.recognition.sweep import Sweep
 
 __all__ = ["best_code", "best_codes", "checked", "decode", "runs_of"]
@@ -35,7 +35,6 @@ def decode(
     step: float,
     choreography: Choreography,
     use: Use = "order",
-    weights: Weights | None = None,
     changes: NDArray[np.floating] | None = None,
 ) -> Codes:
     """The best course of actions.
@@ -54,7 +53,6 @@ def decode(
     use : "none", "durations" or "order"
         How much of the choreography may be used: nothing but a cost of changes, durations, or
         also which action follows which and how demonstrations start.
-    weights : Weights, optional
     changes : ndarray, shape (n,), optional
         How much likelier than usual a change of actions is near each step, in nats; finite. It
         counts for nothing with "none".
@@ -75,7 +73,7 @@ def decode(
     codes = np.full(len(valid), UNLABELLED, dtype=np.int64)
     if not valid.any():
         return codes
-    scores = Scores.of(choreography, step, use, weights)
+    scores = Scores.of(choreography, step, use)
     for first, last in runs_of(valid):
         own = scores if first == 0 else scores.anywhere()
         sweep = Sweep(own, Best(), last - first)

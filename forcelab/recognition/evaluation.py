@@ -26,6 +26,7 @@ from forcelab.recognition.recogniser import Prediction
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.silence import silence_remark
 from forcelab.recognition.training import preparing
 from forcelab.recognition.trimming import remark_on
 from forcelab.wording import there_are
@@ -114,6 +115,7 @@ def leave_one_out(
             *lonely_remark(examples, parts),
             *remark_on([one for result in results for one in result.left_out]),
             *fitting_remarks(used, examples, settings),
+            *silence_remark(tested, settings, examples[0].rate),
         ),
     )
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from statistics import median_low
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
+from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
 from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
@@ -24,8 +27,10 @@ from forcelab.signals.grid import on_grid
 __all__ = [
     "Examples",
     "Labelled",
+    "Unkept",
     "actions_of",
     "common_rate",
+    "gathering",
     "kept_apart",
     "prepare",
     "same_channels",
@@ -125,8 +130,34 @@ class Examples:
         codes[~self.valid] = UNLABELLED
         return codes
 
+    def all_features(self) -> NDArray[np.float64]:
+        """The features of every time step, shape (n, f)."""
+        return self.features
 
-def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -> Examples:
+
+@dataclass(frozen=True)
+class Unkept(Examples):
+    """Examples whose features are made whenever they are asked for, and not kept.
+
+    Of hundreds of demonstrations they are gigabytes, of which a training looks at some rows.
+
+    Parameters
+    ----------
+    making : callable
+        Makes examples that have them; here there is no attribute `features`.
+    """
+
+    features: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    making: Callable[[], Examples] = field(kw_only=True)
+
+    def all_features(self) -> NDArray[np.float64]:
+        """The features of every time step, shape (n, f), made anew."""
+        return self.making().features
+
+
+def prepare(
+    labelled: Labelled, settings: Settings, rate: float | None = None, *, kept: bool = True
+) -> Examples:
     """Compute the examples of one demonstration.
 
     Parameters
@@ -135,11 +166,14 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     settings : Settings
     rate : float, optional
         Samples a second of the grid; the settings' rate, or the demonstration's own, by default.
+    kept : bool
+        Whether features are made now, and kept.
 
     Returns
     -------
     examples : Examples
-        Every time step; the settings' stride is for training to take.
+        Every time step; the settings' stride is for training to take. :class:`Unkept` where
+        features are not kept.
 
     Raises
     ------
@@ -149,8 +183,8 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     Notes
     -----
     Glitches count as missing samples and are bridged; see
-    :func:`~forcelab.signals.conditioning.glitches`. A live stream, which cannot know what is usual,
-    hears them, and forgets each one with the last wavelet or window that holds it.
+    :func:`~forcelab.signals.conditioning.glitches`. In a live stream those do that stand out from
+    the samples before them.
     """
     demonstration = labelled.demonstration
     try:
@@ -161,16 +195,54 @@ def prepare(labelled: Labelled, settings: Settings, rate: float | None = None) -
     hop = settings.hop(grid.rate)
     # In the middle of the samples that it stands for; every sample where there is no step.
     steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
-    return Examples(
-        name=demonstration.name,
-        times=grid.times[steps],
-        features=_features(channels.apply(grid.signals), settings, grid.rate, steps),
-        valid=grid.valid[steps],
-        segments=labelled.merged(settings.merge).segments,
-        channels=channels.names,
-        rate=grid.rate,
-        units=units_of(demonstration.channels, channels.names),
-    )
+    known: dict[str, Any] = {
+        "name": demonstration.name,
+        # Not a view of every sample, which would stay as long.
+        "times": np.ascontiguousarray(grid.times[steps]),
+        "valid": np.ascontiguousarray(grid.valid[steps]),
+        "segments": labelled.merged(settings.merge).segments,
+        "channels": channels.names,
+        "rate": grid.rate,
+        "units": units_of(demonstration.channels, channels.names),
+    }
+    if not kept:
+        return Unkept(**known, making=partial(prepare, labelled, settings, rate))
+    made = _features(channels.apply(grid.signals), settings, grid.rate, steps)
+    return Examples(**known, features=made)
+
+
+def gathering(
+    examples: Sequence[Examples], *wanted: Sequence[NDArray[np.int64]]
+) -> Generator[Progress, None, list[NDArray[np.float64]]]:
+    """Gather features of some time steps; of one demonstration at a time, where none are kept.
+
+    Parameters
+    ----------
+    examples : sequence of Examples
+    *wanted : sequence of ndarray of int64
+        Time steps of each demonstration.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    list of ndarray of float64
+        For each of `wanted` the features of its time steps, one demonstration below the other.
+    """
+    found: list[NDArray[np.float64]] = []
+    done = [0] * len(wanted)
+    for i, example in enumerate(examples):
+        features = example.all_features()
+        if not found:
+            found = [np.empty((sum(map(len, steps)), features.shape[1])) for steps in wanted]
+        for number, (rows, steps) in enumerate(zip(found, wanted, strict=True)):
+            first, done[number] = done[number], done[number] + len(steps[i])
+            rows[first : done[number]] = features[steps[i]]
+        if isinstance(example, Unkept):  # those that are there take no time
+            yield Progress(i + 1, len(examples), "features")
+    return found
 
 
 def _features(

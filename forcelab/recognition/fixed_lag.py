@@ -10,7 +10,7 @@ from forcelab.labels import UNLABELLED
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import best_code, best_codes, checked, runs_of
 from forcelab.recognition.joining import Best
-from forcelab.recognition.semimarkov import Scores, Use, Weights
+from forcelab.recognition.semimarkov import Scores, Use
 from forcelab.recognition.sweep import Sweep
 
 __all__ = ["FixedLag"]
@@ -31,7 +31,7 @@ class FixedLag:
     lag : int
         Steps to wait, 0 or more.
     choreography : Choreography
-    use, weights
+    use
         As of :func:`~forcelab.recognition.decoding.decode`.
 
     Raises
@@ -46,13 +46,12 @@ class FixedLag:
         lag: int,
         choreography: Choreography,
         use: Use = "order",
-        weights: Weights | None = None,
     ) -> None:
         if lag < 0:
             raise InputError(f"The decoder can wait for 0 steps or more, not {lag}.")
         self.lag = lag
         self._choreography = choreography
-        self._scores = Scores.of(choreography, step, use, weights)
+        self._scores = Scores.of(choreography, step, use)
         self._sweep: Sweep | None = None
         self._begun = False
 

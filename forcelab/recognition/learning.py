@@ -1,15 +1,13 @@
 """Fitting the classifiers of :mod:`forcelab.recognition.averaged`, honest about demonstrations.
 
-Neighbouring samples are almost copies of each other. So whatever is chosen or calibrated here is
-judged on whole demonstrations that were left out of an inner fit, never on left-out samples:
-which of two sets of columns to look at (absolute forces, or forces in units of each
-demonstration's own amplitude) and how sure the probabilities may be.
+Neighbouring samples are almost copies of each other. So what is calibrated here is
+judged on whole demonstrations that were left out of an inner fit, never on left-out samples.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,9 +57,6 @@ class Care:
     ----------
     groups : ndarray of int64, shape (n,), optional
         The number of each sample's demonstration; all one by default.
-    columns : sequence of ndarray of int64
-        Sets of columns to choose from, by the logarithmic loss on left-out demonstrations; of
-        equally good ones the first. Empty: all columns.
     balanced : bool
         Whether every action counts the same, however rare.
     calibrated : bool
@@ -71,7 +66,6 @@ class Care:
     """
 
     groups: Whole | None = None
-    columns: Sequence[Whole] = field(default_factory=tuple)
     balanced: bool = False
     calibrated: bool = False
     trees: int | None = None
@@ -95,47 +89,28 @@ def fitting_averaged(
 
     Notes
     -----
-    Of more than :data:`MOST` samples every second, third or so is taken: neighbours are almost
-    copies. Without two demonstrations nothing can be left out: then the first columns are taken
-    and the probabilities stay as they are.
+    Without two demonstrations nothing can be left out: then the probabilities stay as they are.
     """
     groups = np.zeros(len(y), dtype=np.int64) if care.groups is None else care.groups
-    some = thinned(y)
-    if len(some) < len(y):
-        X, y, groups = X[some], y[some], groups[some]
-    choices = list(care.columns) or [np.arange(X.shape[1])]
     folds = _folds(groups)
-    asked = len(choices) > 1 or care.calibrated
-    if not asked or len(folds) < 2:
+    if not care.calibrated or len(folds) < 2:
         yield Progress(1, 1, "fit")
-        return _fitted(name, X, y, choices[0], seed, care)
-    total, done = len(folds) * len(choices) + 1, 0
-    losses, found = [], []
-    for columns in choices:
-        known, right = [], []
-        loss = np.empty(len(folds))
-        for i, held_out in enumerate(folds):
-            P, codes = _judged(name, X, y, columns, held_out, seed, care)
-            own = P[np.arange(len(codes)), codes]
-            loss[i] = float(-np.log(np.maximum(own, LEAST)).mean()) if len(codes) else 0.0
-            known.append(P)
-            right.append(codes)
-            done += 1
-            yield Progress(done, total, "fit")
-        losses.append(loss)
-        found.append((np.concatenate(known), np.concatenate(right)))
-    best = int(np.argmin([loss.mean() for loss in losses]))
-    made = _fitted(name, X, y, choices[best], seed, care)
-    exponent = _exponent(*found[best]) if care.calibrated else 1.0
+        return _fitted(name, X, y, slice(None), seed, care)
+    total = len(folds) + 1
+    known, right = [], []
+    for held_out in folds:
+        P, codes = _judged(name, X, y, held_out, seed, care)
+        known.append(P)
+        right.append(codes)
+        yield Progress(len(known), total, "fit")
+    made = _fitted(name, X, y, slice(None), seed, care)
+    exponent = _exponent(np.concatenate(known), np.concatenate(right))
     yield Progress(total, total, "fit")
-    return Averaged(made.classes_, made.columns, made.mean, made.scale, made.members, exponent)
+    return replace(made, exponent=exponent)
 
 
 def thinned(y: Whole) -> Whole:
-    """Which samples are learnt from: where there are too many, every few, and one of each code.
-
-    Whoever asks beforehand need not gather the others; of what is left none is left out again.
-    """
+    """Which samples are learnt from: where there are too many, every few, and one of each code."""
     first = np.unique(y, return_index=True)[1]
     if len(y) <= MOST + len(first):
         return np.arange(len(y))
@@ -154,7 +129,7 @@ def learnt_steps(
     stride : int
         Of how many time steps one is taken.
     every : bool
-        Whether all of these are, even if they are too many for :func:`fitting_averaged`.
+        Whether all of these are; otherwise of more than :data:`MOST` every second, third or so.
 
     Returns
     -------
@@ -181,7 +156,7 @@ def _folds(groups: Whole) -> list[NDArray[np.bool_]]:
 
 
 def _judged(
-    name: str, X: Real, y: Whole, columns: Whole, held_out: NDArray[np.bool_], seed: int, care: Care
+    name: str, X: Real, y: Whole, held_out: NDArray[np.bool_], seed: int, care: Care
 ) -> tuple[Real, Whole]:
     """Probabilities of what was left out, and places of the right ones among all codes.
 
@@ -191,7 +166,7 @@ def _judged(
     learnt = ~held_out
     if len(np.unique(y[learnt])) < 2:
         return np.empty((0, len(every))), np.empty(0, dtype=np.int64)
-    made = _fitted(name, X[learnt], y[learnt], columns, seed, care)
+    made = _fitted(name, X, y, learnt, seed, care)
     told = held_out & np.isin(y, made.classes_)
     P = np.zeros((int(told.sum()), len(every)))
     P[:, np.searchsorted(every, made.classes_)] = made.predict_proba(X[told])
@@ -210,19 +185,27 @@ def _exponent(P: Real, codes: Whole) -> float:
     return float(EXPONENTS[int(np.argmin(losses))])
 
 
-def _fitted(name: str, X: Real, y: Whole, columns: Whole, seed: int, care: Care) -> Averaged:
-    """Fit all members to standardised features."""
+def _fitted(
+    name: str, X: Real, y: Whole, rows: NDArray[np.bool_] | slice, seed: int, care: Care
+) -> Averaged:
+    """Fit all members to some rows, whose features are standardised."""
     from threadpoolctl import threadpool_limits
 
-    ready = X[:, columns]  # a copy, which is standardised in place: there may be much of it
-    mean, scale = ready.mean(axis=0), ready.std(axis=0)
-    # A feature that never changes but for rounding tells nothing, and must not be blown up.
-    scale = np.where(scale > 1e-9 * np.maximum(np.abs(mean), 1e-300), scale, 1.0)
-    ready -= mean
-    ready /= scale
+    y = y[rows]
+    # There may be much of it, and extra trees would make a copy in single precision.
+    single = AVERAGED[name] == ("extra-trees",)
+    width = X.shape[1]
+    ready = np.empty((len(y), width), np.float32 if single else np.float64, order="F")
+    mean, scale = np.empty(width), np.empty(width)
+    for i in range(width):
+        values = np.ascontiguousarray(X[rows, i])
+        mean[i], spread = values.mean(), values.std()
+        # A feature that never changes but for rounding tells nothing, and must not be blown up.
+        scale[i] = spread if spread > 1e-9 * max(abs(mean[i]), 1e-300) else 1.0
+        ready[:, i] = (values - mean[i]) / scale[i]
     with threadpool_limits(1):
         members = tuple(_member(kind, ready, y, seed, care) for kind in AVERAGED[name])
-    return Averaged(np.unique(y), columns, mean, scale, members)
+    return Averaged(np.unique(y), np.arange(width), mean, scale, members)
 
 
 def _member(kind: str, X: Real, y: Whole, seed: int, care: Care) -> Member:

@@ -7,15 +7,15 @@ from time import perf_counter
 
 import numpy as np
 
-from forcelab.errors import InputError
 from forcelab.recognition.decided import Decided
 from forcelab.recognition.evaluation import Job, ready_to_part, tested_by, together
 from forcelab.recognition.examples import Examples, Labelled, common_rate
-from forcelab.recognition.online import with_latency
+from forcelab.recognition.online import check_latency, with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.silence import silence_remark
 from forcelab.recognition.training import training
 from forcelab.recognition.trimming import Contradicted, remark_on
 
@@ -57,8 +57,7 @@ def leave_one_out_live(
         If fewer than two demonstrations are labelled, they do not fit together, or a recogniser
         with these settings cannot follow a stream.
     """
-    if not 0 <= latency < np.inf:
-        raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
+    check_latency(latency)
     used, parts, remarks = ready_to_part(labelled, folds)
     rate = common_rate([item.demonstration for item in used], settings)
     fixed = settings.replace(rate=rate)
@@ -94,6 +93,7 @@ def leave_one_out_live(
             f"Recognised as a stream, each label {1000 * latency:g} ms after its force.",
             *remarks,
             *remark_on(left_out),
+            *silence_remark(list(tested.values()), settings, recogniser.rate),
         ),
     )
 

@@ -30,7 +30,7 @@ from forcelab.recognition.examples import Labelled
 from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
-from forcelab.signals.grid import on_grid
+from forcelab.signals.grid import Grid, on_grid
 
 __all__ = ["LOOKS", "STEP", "LivePart", "fitting_live", "hop_of", "live_for", "needs_whole"]
 
@@ -144,16 +144,13 @@ def fitting_live(
     own : bool
         Whether forces count in units of each demonstration's own size.
     """
-    recordings, codes = [], []
+    codes = []
     for item in labelled:
-        demonstration = item.demonstration
-        channels = channel_map(demonstration.channels, settings.channels)
-        grid = on_grid(demonstration, rate, channels.recorded)
-        recordings.append(channels.apply(grid.signals))
+        grid, _ = _heard(item, settings, rate)
         hop = hop_of(settings, grid.rate)
         steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
         codes.append(_codes(item, settings.merge, grid.times[steps], grid.valid[steps], actions))
-    usual = usual_size(recordings, rate)
+    usual = usual_size((_heard(item, settings, rate)[1] for item in labelled), rate)
     y, groups, steps_of = learnt_steps(codes)
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
@@ -164,18 +161,24 @@ def fitting_live(
         calibrated = settings.calibrated and look == CALIBRATING
         care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
-        X = np.concatenate(
-            [
-                windows.of(channels, rate, hop)[own_steps]
-                for channels, own_steps in zip(recordings, steps_of, strict=True)
-            ]
-        )
+        X, done = np.empty((len(y), windows.width)), 0
+        for item, own_steps in zip(labelled, steps_of, strict=True):
+            _, channels = _heard(item, settings, rate)
+            X[done : done + len(own_steps)] = windows.of(channels, rate, hop)[own_steps]
+            done += len(own_steps)
         made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
         del X  # before the next one is gathered
         exponent = made.exponent if calibrated else exponent
         parts[look] = LivePart(windows, replace(made, exponent=exponent))
         yield Progress(i + 1, len(LOOKS), "fit")
     return tuple(parts[look] for look in LOOKS)
+
+
+def _heard(item: Labelled, settings: Settings, rate: float) -> tuple[Grid, Real]:
+    """A demonstration on its grid and its channels there, (q, n): made anew, and not kept."""
+    channels = channel_map(item.demonstration.channels, settings.channels)
+    grid = on_grid(item.demonstration, rate, channels.recorded)
+    return grid, channels.apply(grid.signals)
 
 
 def _codes(

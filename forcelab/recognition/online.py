@@ -39,13 +39,29 @@ from forcelab.signals.cwt import frequencies
 from forcelab.signals.streaming import StreamingCwt, early_error
 from forcelab.signals.streaming_kernels import reaches
 
-__all__ = ["Decided", "OnlineRecogniser", "with_latency"]
+__all__ = ["LONGEST", "Decided", "OnlineRecogniser", "check_latency", "with_latency"]
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
 
 #: Samples of a demonstration that are pushed at once.
 BLOCK = 4096
+#: Greatest latency in seconds: what has been heard by then is kept in memory.
+LONGEST = 600.0
+
+
+def check_latency(latency: float) -> None:
+    """Refuse a latency that nobody can have.
+
+    Raises
+    ------
+    InputError
+        If it is no number of seconds from 0 to :data:`LONGEST`.
+    """
+    if not 0 <= latency <= LONGEST:
+        raise InputError(
+            f"The latency is a number of seconds from 0 to {LONGEST:g}, not {latency:g}."
+        )
 
 
 class OnlineRecogniser:
@@ -55,8 +71,8 @@ class OnlineRecogniser:
     ----------
     recogniser : Recogniser
     latency : float
-        Seconds from a step to its label, at least 0. Samples that are waited for because some are
-        missing come on top.
+        Seconds from a step to its label, 0 to :data:`LONGEST`. Samples that are waited for because
+        some are missing come on top.
     channels : sequence of Channel
         The columns of the samples that will come.
     rate : float, optional
@@ -65,7 +81,7 @@ class OnlineRecogniser:
     Raises
     ------
     InputError
-        If the recogniser looks at a channel that is not there, or the latency is negative.
+        If the recogniser looks at a channel that is not there, or the latency is out of range.
 
     Notes
     -----
@@ -80,8 +96,7 @@ class OnlineRecogniser:
         channels: Sequence[Channel],
         rate: float | None = None,
     ) -> None:
-        if not 0 <= latency < np.inf:
-            raise InputError(f"The latency is a number of seconds from 0, not {latency}.")
+        check_latency(latency)
         _check_live(recogniser)
         self._whole = needs_whole(recogniser.settings)
         self.recogniser = recogniser

@@ -2,8 +2,8 @@
 
 The causal counterpart of :mod:`forcelab.signals.grid`. Samples are taken as evenly spaced: what is
 missing between two of them is counted from their stamps and put in, so that a jitter of stamps
-moves no sample. Lost samples, NaN and what cannot be a reading are bridged by straight lines once
-the next sample is there.
+moves no sample. Lost samples, NaN, glitches and what cannot be a reading are bridged by straight
+lines once the next sample is there.
 Steps of more than :data:`~forcelab.demonstration.GAP_PERIODS` missing samples are not valid.
 """
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.recognition.online_resampling import Resampling, Steps
 from forcelab.signals.grid import SAME_RATE, measured
+from forcelab.signals.streaming_glitches import CausalGlitches
 
 __all__ = ["PATIENCE", "CausalGrid"]
 
@@ -58,6 +59,8 @@ class CausalGrid:
         self._longest = max(longest, PATIENCE + 1)
         self.period = None if device_rate is None else 1.0 / device_rate
         self._waiting = Steps.none(columns)  # until the period is known
+        self._glitches = CausalGlitches(columns)
+        self._doubtful = Steps.none(columns)  # until it is known whether they are a glitch
         self._tail = Steps.none(columns)  # until what is missing is known
         self._before: Real | None = None  # the last settled values
         self._last_time = -math.inf
@@ -152,20 +155,31 @@ class CausalGrid:
             valid[place] = steps[i] <= GAP_PERIODS * period
         return Steps(times, signals, valid)
 
+    def _tamed(self, rows: Steps, ended: bool) -> Steps:
+        """Rows with NaN for what is no reading; those that may be a glitch wait."""
+        if not len(rows) and not len(self._doubtful):
+            return rows
+        rows = self._doubtful + rows if len(self._doubtful) else rows
+        known = measured(rows.signals)
+        signals = rows.signals if known.all() else np.where(known, rows.signals, np.nan)
+        tame, settled = self._glitches.push(signals, ended)
+        self._doubtful = Steps(rows.times, signals, rows.valid)[settled:]
+        return Steps(rows.times, tame, rows.valid)[:settled]
+
     def _settled(self, rows: Steps, ended: bool) -> Steps:
         """Rows with nothing missing any more; the others wait."""
+        rows = self._tamed(rows, ended)
         waited = len(self._tail)
         if not len(rows) and not (ended and waited):
             return rows
         rows = self._tail + rows if waited else rows
-        known = measured(rows.signals)
+        known = np.isfinite(rows.signals)
         if known.all():
             self._absent[:] = False
             self._tail = rows[:0]
             self._before = rows.signals[-1].copy()
             return rows
-        signals = np.where(known, rows.signals, np.nan)
-        valid, limit = rows.valid.copy(), len(rows)
+        signals, valid, limit = rows.signals.copy(), rows.valid.copy(), len(rows)
         for column in range(self._columns):
             limit = min(limit, self._filled(column, signals[:, column], valid, waited, ended))
         rows = Steps(rows.times, signals, valid)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import checked, runs_of
 from forcelab.recognition.joining import Total
-from forcelab.recognition.semimarkov import Scores, Use, Weights
+from forcelab.recognition.semimarkov import Scores, Use
 from forcelab.recognition.sweep import Sweep
 
 __all__ = ["marginals"]
@@ -22,7 +22,6 @@ def marginals(
     step: float,
     choreography: Choreography,
     use: Use = "order",
-    weights: Weights | None = None,
     changes: NDArray[np.floating] | None = None,
 ) -> Real:
     """How probable each action is at each step, given all steps and the choreography.
@@ -39,7 +38,7 @@ def marginals(
     result = np.zeros(np.shape(log_probabilities))
     if not valid.any():
         return result
-    scores = Scores.of(choreography, step, use, weights).per_place()
+    scores = Scores.of(choreography, step, use).per_place()
     for first, last in runs_of(valid):
         evidence = scores.evidence(log_probabilities[first:last])
         after = None if changes is None else scores.changing(changes[first:last])

@@ -61,7 +61,6 @@ PRESETS: Mapping[str, Settings] = {
         preset="best",
         features="windows",
         step=0.02,
-        # Both side by side do better than the one that inner folds choose, on pens as on foam.
         amplitude="both",
         # Over demonstrations of real and simulated tasks more accurate, and nearer at boundaries.
         peaks=True,

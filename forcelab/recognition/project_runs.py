@@ -126,6 +126,11 @@ def evaluate_tasks(
     chosen = tuple(dict.fromkeys(choice.tasks))
     every = [(task,) for task in project.tasks() if task != choice.test_task]
     groups = [chosen] if chosen else every
+    if not groups and project.tasks():
+        raise InputError(
+            f"'{project.path}' has no task but '{choice.test_task}', so there is none to train on; "
+            "name no task to test on, and its demonstrations are left out in turn."
+        )
     if not groups:
         raise InputError(f"'{project.path}' has nothing to evaluate; import recordings first.")
     evaluations: list[tuple[tuple[str, ...], Evaluation]] = []

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -208,19 +209,19 @@ class Recogniser:
         if self.choreography is not None and self.changes is not None:
             changes = self.changes.ratios(examples.features)
         classified = perf_counter()
+        use, knowing = self.settings.choreography, None
         if self.choreography is not None and probabilities is not None:
-            filtered = self._decode(probabilities, changes, examples, self.settings.choreography)
+            knowing = partial(self._by_choreography, probabilities, changes, examples)
+            filtered = knowing(decode, use)
             stages: dict[str, NDArray[np.int64]] = {}
         else:
             filtered, stages = self._filter(raw, probabilities, examples)
         seconds = {"predict": classified - started, "filter": perf_counter() - classified}
-        alone = None
-        if unaided and self.choreography is not None and probabilities is not None:
-            alone = self._decode(probabilities, changes, examples, "none")
+        alone = knowing(decode, "none") if unaided and knowing is not None else None
         sure = None
         if certainty and probabilities is not None and examples.valid.any():
             seen = examples.valid
-            known = self._posterior(probabilities, changes, examples)
+            known = probabilities if knowing is None else knowing(marginals, use)
             sure = Certainty.of(examples.times[seen], known[seen], self.actions)
         return Prediction(
             examples.times, self.actions, raw, filtered, probabilities, seconds, stages, sure, alone
@@ -254,45 +255,19 @@ class Recogniser:
         raw[~examples.valid] = UNLABELLED
         return raw, probabilities
 
-    def _decode(
+    def _by_choreography(
         self,
         probabilities: NDArray[np.float64],
         changes: NDArray[np.float64] | None,
         examples: Examples,
+        method: Callable[..., NDArray[Any]],
         use: str,
-    ) -> NDArray[np.int64]:
-        """The best course of actions by what is seen and so much of the choreography."""
-        assert self.choreography is not None
-        return decode(
-            _logs(probabilities),
-            examples.valid,
-            self._step(examples),
-            self.choreography,
-            use,  # type: ignore[arg-type]  # checked when it was set
-            changes=changes,
-        )
-
-    def _posterior(
-        self,
-        probabilities: NDArray[np.float64],
-        changes: NDArray[np.float64] | None,
-        examples: Examples,
-    ) -> NDArray[np.float64]:
-        """How probable each action is by all that is known of the whole demonstration."""
-        if self.choreography is None:
-            return probabilities
-        return marginals(
-            _logs(probabilities),
-            examples.valid,
-            self._step(examples),
-            self.choreography,
-            self.settings.choreography,  # type: ignore[arg-type]
-            changes=changes,
-        )
-
-    def _step(self, examples: Examples) -> float:
-        """Seconds between two time steps with features."""
-        return self.settings.hop(examples.rate) / examples.rate
+    ) -> NDArray[Any]:
+        """What :func:`decode` or :func:`marginals` says, given so much of the choreography."""
+        with np.errstate(divide="ignore"):  # of a probability of nothing, minus infinity
+            logs = np.log(probabilities)
+        step = self.settings.hop(examples.rate) / examples.rate
+        return method(logs, examples.valid, step, self.choreography, use, changes=changes)
 
     def _filter(
         self,
@@ -320,9 +295,3 @@ class Recogniser:
             }
             codes = filters.drop_short(codes, examples.times, shortest, settings.drop)
         return codes, stages
-
-
-def _logs(probabilities: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Their logarithms; of a probability of nothing, minus infinity."""
-    with np.errstate(divide="ignore"):
-        return np.log(probabilities)

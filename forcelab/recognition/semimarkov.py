@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.recognition.choreography import Choreography
 
-__all__ = ["FINE", "LENGTHS", "STEP", "Scores", "Use", "Weights"]
+__all__ = ["FINE", "LENGTHS", "STEP", "Scores", "Use"]
 
 Real = NDArray[np.float64]
 
@@ -47,47 +47,21 @@ ROUNDING = math.sqrt(2.0)
 #: Up to so many steps each length is told apart; from there on so many at once, 6 % or less. At
 #: the presets' 20 ms that begins at 2.6 s.
 FINE, LENGTHS = 128, 8
-
-
-@dataclass(frozen=True)
-class Weights:
-    """How much each kind of knowledge counts.
-
-    Parameters
-    ----------
-    evidence : float
-        Exponent of the probabilities of one 20 ms step. Neighbouring steps say nearly the same: 1
-        would count it many times over.
-    prior : float
-        Exponent of the share of time of each action, by which probabilities are divided.
-    duration : float
-        Exponent of the duration's probability.
-    switch : float
-        What a change of action costs, in nats, where neither durations nor order are used.
-    floor : float
-        Smallest probability, relative to the step's largest, that the classifier is believed.
-    change : float
-        Exponent of how much likelier than usual a change is to be near, where that is known. A
-        classifier of few demonstrations is less sure than it might be.
-    likelier : float
-        So much likelier than usual, in nats, it must be: of a few places near a change the best is
-        taken.
-    """
-
-    evidence: float = 0.25
-    prior: float = 0.5
-    duration: float = 0.7
-    switch: float = 1.0
-    floor: float = 1e-3
-    change: float = 1.5
-    likelier: float = 0.5
-
-    def __post_init__(self) -> None:
-        numbers = (self.evidence, self.prior, self.duration, self.switch, self.change)
-        if not all(math.isfinite(number) and number >= 0 for number in (*numbers, self.likelier)):
-            raise InputError("The decoder's weights must be finite and not negative.")
-        if not 0 < self.floor <= 1:
-            raise InputError(f"The least probability must lie in 0..1, not be {self.floor}.")
+#: Exponent of the probabilities of one 20 ms step. Neighbouring steps say nearly the same: 1 would
+#: count it many times over.
+EVIDENCE = 0.25
+#: Exponent of the share of time of each action, by which probabilities are divided.
+PRIOR = 0.5
+#: Exponent of a duration's probability.
+DURATION = 0.7
+#: What a change of action costs, in nats, where neither durations nor order are used.
+SWITCH = 1.0
+#: Smallest probability, relative to the step's largest, that the classifier is believed.
+FLOOR = 1e-3
+#: Exponent of how much likelier than usual a change is to be near, where that is known (a
+#: classifier of few demonstrations is less sure than it might be), and how much likelier it must
+#: be, in nats: of a few places near a change the best is taken.
+CHANGE, LIKELIER = 1.5, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +72,6 @@ class Scores:
     ----------
     step : float
         Seconds.
-    weights : Weights
     prior : ndarray, shape (K,)
         What is taken off the log probabilities.
     start : ndarray, shape (K,)
@@ -113,7 +86,6 @@ class Scores:
     """
 
     step: float
-    weights: Weights
     prior: Real
     start: Real
     follow: Real
@@ -124,9 +96,7 @@ class Scores:
     longest: NDArray[np.int64]
 
     @classmethod
-    def of(
-        cls, choreography: Choreography, step: float, use: Use, weights: Weights | None = None
-    ) -> Scores:
+    def of(cls, choreography: Choreography, step: float, use: Use) -> Scores:
         """The numbers of a choreography.
 
         Parameters
@@ -136,7 +106,6 @@ class Scores:
             Seconds between two steps.
         use : "none", "durations" or "order"
             "order" uses durations as well.
-        weights : Weights, optional
 
         Raises
         ------
@@ -147,7 +116,6 @@ class Scores:
             raise InputError(f"The decoder's step must be longer than 0 s, not {step} s.")
         if use not in ("none", "durations", "order"):
             raise InputError(f"The decoder uses none, durations or order, not '{use}'.")
-        weights = weights or Weights()
         K = len(choreography.actions)
         least = max(1, round(STEP / step))
         shortest = np.full(K, least)
@@ -163,20 +131,19 @@ class Scores:
             blocks = -(-np.maximum(longest - FINE, 0) // LENGTHS)
             longest = np.where(blocks > 0, FINE + LENGTHS * blocks, longest)
         start = np.full(K, -math.log(max(K, 1)))
-        follow = np.full((K, K), -weights.switch if use == "none" else -math.log(max(K - 1, 1)))
+        follow = np.full((K, K), -SWITCH if use == "none" else -math.log(max(K - 1, 1)))
         if use == "order":
             with np.errstate(divide="ignore"):
                 start, follow = np.log(choreography.start), np.log(choreography.follow)
         np.fill_diagonal(follow, -np.inf)
         return cls(
             step,
-            weights,
-            weights.prior * np.log(choreography.share),
+            PRIOR * np.log(choreography.share),
             start,
             follow,
             choreography.mean,
             choreography.sd,
-            0.0 if use == "none" else weights.duration,
+            0.0 if use == "none" else DURATION,
             shortest,
             longest,
         )
@@ -192,9 +159,9 @@ class Scores:
         every = bool(says.all())
         if not every:
             top, logs = np.where(says, top, 0.0), np.where(says, logs, 0.0)
-        below = np.maximum(logs - top, math.log(self.weights.floor))
+        below = np.maximum(logs - top, math.log(FLOOR))
         # Steps longer than it takes evidence to be new count once each.
-        exponent = min(1.0, self.weights.evidence * self.step / STEP)
+        exponent = min(1.0, EVIDENCE * self.step / STEP)
         below -= self.prior
         below *= exponent
         if not every:
@@ -211,8 +178,8 @@ class Scores:
         ratios : ndarray, shape (n,)
             How much likelier than usual a change is near each step, in nats.
         """
-        above = np.asarray(ratios, dtype=np.float64) - self.weights.likelier
-        scores = (self.weights.change if self.emphasis else 0.0) * above
+        above = np.asarray(ratios, dtype=np.float64) - LIKELIER
+        scores = (CHANGE if self.emphasis else 0.0) * above
         # After the last one none is left to change to.
         return np.append(0.5 * (scores[:-1] + scores[1:]), 0.0)
 

@@ -47,9 +47,8 @@ CLASSIFIERS = (
 PLAIN_CLASSIFIERS = CLASSIFIERS[5:]
 #: What a time step is known by.
 FEATURES = ("wavelets", "windows")
-#: The unit of forces in windows: newtons, a demonstration's own amplitude, both side by side, or
-#: the one of the two that does better.
-AMPLITUDES = ("absolute", "own", "both", "chosen")
+#: The unit of forces in windows: newtons, a demonstration's own amplitude, or both side by side.
+AMPLITUDES = ("absolute", "own", "both")
 #: What makes a timeline out of single decisions, and how much a decoder may know beforehand.
 DECODERS = ("filters", "semi-markov")
 CHOREOGRAPHIES = ("none", "durations", "order")
@@ -273,7 +272,7 @@ class Settings:
     def width(self, channels: int) -> int:
         """How many features a time step has, of so many channels."""
         if self.features == "windows":
-            kinds = 6 if self.amplitude in ("both", "chosen") else 3
+            kinds = 6 if self.amplitude == "both" else 3
             peaks = len(PEAKS) * len(SPANS) if self.peaks else 0
             return (kinds * len(self.windows) + peaks) * channels
         kinds = 1 + (2 if self.circular else 1) * self.phase
@@ -320,6 +319,8 @@ class Settings:
                 if not isinstance(windows, list):
                     raise TypeError("windows is no list of numbers")
                 changed["windows"] = tuple(windows)
+            if changed.get("amplitude") == "chosen":  # of older versions; features are the same
+                changed["amplitude"] = "both"
             changed["merge"] = MergeMap.from_json(changed.get("merge", {}))
             return cls(**changed)
         except TypeError as error:

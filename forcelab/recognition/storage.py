@@ -122,7 +122,13 @@ def load(path: Path) -> Recogniser:
         raise InputError(
             f"There is no recogniser at {path}; check the name, or make one with 'forcelab train'."
         )
-    if not zipfile.is_zipfile(path):
+    try:
+        with path.open("rb") as file:
+            zipped = zipfile.is_zipfile(file)
+    except OSError as error:
+        cure = "look who may read it"
+        raise InputError(f"{path} cannot be read: {error.strerror}; {cure}.") from error
+    if not zipped:
         raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
     try:
         with zipfile.ZipFile(path) as archive:

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 from statistics import median_low
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import from_codes
-from forcelab.recognition.averaged import Averaged
-from forcelab.recognition.changes import fitting_changes
+from forcelab.recognition.changes import fitting_changes, near_changes
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.classifiers import fitting
 from forcelab.recognition.examples import (
@@ -21,6 +20,7 @@ from forcelab.recognition.examples import (
     Labelled,
     actions_of,
     common_rate,
+    gathering,
     prepare,
     same_channels,
 )
@@ -31,6 +31,10 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.trimming import Contradicted, trimming
 
 __all__ = ["Epoch", "fit_examples", "fit_trimmed", "preparing", "train", "training"]
+
+#: Bytes of features that a training keeps: 18 minutes of the preset `best`. To make them anew
+#: whenever they are looked at takes a tenth of its time.
+ROOM = 64e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +51,17 @@ class Epoch(Progress):
 
 
 def preparing(
-    labelled: Sequence[Labelled], settings: Settings
+    labelled: Sequence[Labelled], settings: Settings, room: float = math.inf
 ) -> Generator[Progress, None, list[Examples]]:
     """Compute the examples of several demonstrations on one grid; returns them in order.
+
+    Parameters
+    ----------
+    labelled : sequence of Labelled
+    settings : Settings
+    room : float
+        Once features take so many bytes, those of the others are not kept
+        (:class:`~forcelab.recognition.examples.Unkept`).
 
     Raises
     ------
@@ -59,53 +71,15 @@ def preparing(
     if not labelled:
         raise InputError("There is no demonstration to recognise; import some first.")
     rate = common_rate([item.demonstration for item in labelled], settings)
-    examples = []
+    examples: list[Examples] = []
+    taken = 0
     for item in labelled:
-        examples.append(prepare(item, settings, rate))
+        kept = taken < room
+        examples.append(prepare(item, settings, rate, kept=kept))
+        taken += examples[-1].features.nbytes if kept else 0
         yield Progress(len(examples), len(labelled), "features")
     same_channels(examples)
     return examples
-
-
-def _training_set(
-    examples: Sequence[Examples], actions: tuple[str, ...], settings: Settings
-) -> tuple[tuple[str, ...], NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-    """Actions that there is something to learn of; rows to train on, their codes, and whose.
-
-    An action between two strides has nothing to learn. Rows that a classifier leaves out because
-    there are too many are not even gathered.
-    """
-    y, groups, steps = learnt_steps(
-        [example.codes(actions) for example in examples],
-        settings.stride,
-        every=settings.classifier not in AVERAGED,
-    )
-    used, codes = np.unique(y, return_inverse=True)
-    found = tuple(actions[code] for code in used)
-    X = np.concatenate([e.features[own] for e, own in zip(examples, steps, strict=True)])
-    return found, X, codes.astype(np.int64), groups
-
-
-def _care(examples: Sequence[Examples], groups: NDArray[np.int64], settings: Settings) -> Care:
-    """Which demonstration each training row is of, and which columns there are to choose from."""
-    columns = []
-    if settings.amplitude == "chosen" and settings.features == "windows":
-        # In the channels' units, then in each one's own; peaks stand beside either.
-        windows, peaks = _columns(settings, len(examples[0].channels))
-        columns = [np.concatenate([half, peaks]) for half in np.split(windows, 2)]
-    return Care(
-        groups=groups,
-        columns=columns,
-        balanced=settings.balanced,
-        calibrated=settings.calibrated,
-    )
-
-
-def _columns(settings: Settings, channels: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The columns of the windows, and those of peaks, of so many channels."""
-    every = np.arange(settings.width(channels))
-    first = settings.replace(peaks=False).width(channels)
-    return every[:first], every[first:]
 
 
 def _shortest(examples: Sequence[Examples], actions: tuple[str, ...]) -> dict[str, float]:
@@ -172,7 +146,15 @@ def fit_trimmed(
     InputError
         If fewer than two actions have a training sample.
     """
-    actions, X, y, groups = _training_set(examples, actions_of(examples), settings)
+    every = actions_of(examples)
+    codes, groups, steps = learnt_steps(
+        [example.codes(every) for example in examples],
+        settings.stride,
+        every=settings.classifier not in AVERAGED,
+    )
+    used, y = np.unique(codes, return_inverse=True)
+    # An action between two strides has nothing to learn.
+    actions = tuple(every[code] for code in used)
     if len(actions) < 2:
         found = f"only {actions[0]}" if actions else "none of any action"
         raise InputError(
@@ -180,12 +162,12 @@ def fit_trimmed(
             f"without missing samples and with a stride of {settings.stride}; label more or "
             "change these."
         )
-    changes = yield from fitting_changes(examples, settings)
-    # Of every time step they are far more than the rows that are learnt from.
-    none = np.empty((0, 0))
-    examples = [replace(example, features=none) for example in examples]
+    near, near_steps = near_changes(examples, settings)
+    X, of_changes = yield from gathering(examples, steps, near_steps)
+    changes = yield from fitting_changes(of_changes, near, settings)
+    del of_changes  # before the classifier takes as much
     probabilities = settings.needs_probabilities
-    care = _care(examples, groups, settings)
+    care = Care(groups, balanced=settings.balanced, calibrated=settings.calibrated)
     for step in fitting(settings.classifier, X, y, settings.seed, probabilities, care):
         yield Epoch(step.number, step.total, text, step.loss)
     return Recogniser(
@@ -227,7 +209,7 @@ def training(
     used = [item for item in labelled if item.segments]
     if not used:
         raise InputError("Nothing is labelled yet; label at least two actions first.")
-    examples = yield from preparing(used, settings)
+    examples = yield from preparing(used, settings, ROOM)
     ids = [item.demonstration.id for item in used]
     kept, left_out = yield from trimming(examples, settings)
     taught = [
@@ -235,30 +217,16 @@ def training(
         Labelled(item.demonstration, example.segments, apart=True)
         for item, example in zip(used, kept, strict=True)
     ]
-    fit = fit_trimmed(kept, left_out, settings, ids)
-    del examples, kept  # features of every time step, which the fit lets go of
-    recogniser = yield from fit
+    recogniser = yield from fit_trimmed(kept, left_out, settings, ids)
     if not (needs_whole(settings) and settings.decodes):
         return recogniser
-    own = _own_amplitude(recogniser)
+    # Where offline both units stand side by side, a stream has its own alone, by a running size: on
+    # the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264,
+    # with newtons 0.280 (50 ms ahead), and as many labels are right.
+    own = settings.amplitude != "absolute"
     rate = common_rate([item.demonstration for item in used], settings)
     parts = yield from fitting_live(taught, settings, rate, recogniser.actions, own)
     return replace(recogniser, live=parts)
-
-
-def _own_amplitude(recogniser: Recogniser) -> bool:
-    """Whether a stream's forces are to count in units of its own amplitude.
-
-    Where offline both units stand side by side, a stream has its own alone, by a running size: on
-    the stylus recordings its probabilities then have a Brier score of 0.253, with both 0.264, with
-    newtons 0.280 (50 ms ahead), and as many labels are right.
-    """
-    settings, classifier = recogniser.settings, recogniser.classifier
-    if settings.amplitude != "chosen" or not isinstance(classifier, Averaged):
-        return settings.amplitude != "absolute"
-    # What was chosen on left-out demonstrations is one half of the columns; own is the second.
-    windows, _ = _columns(settings, len(recogniser.channels))
-    return bool(classifier.columns.min() >= len(windows) // 2)
 
 
 def train(labelled: Sequence[Labelled], settings: Settings) -> Recogniser:

@@ -16,6 +16,7 @@ from forcelab.recognition.folds import recognised
 from forcelab.recognition.grouping import twins
 from forcelab.recognition.results import Evaluation
 from forcelab.recognition.settings import Settings
+from forcelab.recognition.silence import silence_remark
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.recognition.trimming import remark_on
 
@@ -117,7 +118,8 @@ def across(
         remarks=remarks
         + _seen_before(learnt, asked)
         + remark_on(recogniser.left_out)
-        + fitting_remarks([*learnt, *asked], examples, settings),
+        + fitting_remarks([*learnt, *asked], examples, settings)
+        + silence_remark(tested, settings, recogniser.rate),
     )
 
 

@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.labels import UNLABELLED, Segment
-from forcelab.recognition.examples import Examples, actions_of
+from forcelab.recognition.examples import Examples, actions_of, gathering
+from forcelab.recognition.learning import learnt_steps
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.witnesses import MARGIN, Line, suspicions
 
@@ -131,25 +132,25 @@ def _hearing(
 
     codes = [example.codes(actions) for example in examples]
     every = _every(codes, examples[0].rate, settings)
+    y, groups, steps = learnt_steps(codes, every, every=True)
+    (X,) = yield from gathering(examples, steps)
     said = [np.zeros((len(e.segments), len(actions))) for e in examples]
     count = min(FOLDS, len(examples))
+    done = 0
     for first in range(count):
-        held_out = range(first, len(examples), count)
-        X, y = [], []
-        for i, example in enumerate(examples):
-            if i not in held_out:
-                rows = np.arange(0, len(codes[i]), every)
-                rows = rows[codes[i][rows] != UNLABELLED]
-                X.append(example.features[rows])
-                y.append(codes[i][rows])
-        known = np.concatenate(y)
+        others = groups % count != first
+        known = y[others]
+        trees = None
         if len(np.unique(known)) > 1:
             with threadpool_limits(1):
                 trees = ExtraTreesClassifier(TREES, random_state=settings.seed)
-                trees.fit(np.concatenate(X), known)
-                for i in held_out:
+                trees.fit(X[others], known)
+        for i in range(first, len(examples), count):
+            if trees is not None:
+                with threadpool_limits(1):
                     said[i][:, trees.classes_] = _means(examples[i], trees)
-        yield Progress(first + 1, count, "contradictions")
+            done += 1
+            yield Progress(done, len(examples), "contradictions")
     return said
 
 
@@ -162,7 +163,7 @@ def _every(codes: Sequence[NDArray[np.int64]], rate: float, settings: Settings) 
 
 def _means(examples: Examples, trees: Any) -> Real:
     """Mean probabilities over the middle of each segment, shape (segments, actions learnt)."""
-    found = trees.predict_proba(examples.features)
+    found = trees.predict_proba(examples.all_features())
     found[~examples.valid] = 0.0
     sums = np.concatenate([np.zeros((1, found.shape[1])), np.cumsum(found, axis=0)])
     seen = np.concatenate([[0], np.cumsum(examples.valid)])

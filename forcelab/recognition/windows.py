@@ -73,12 +73,12 @@ def window_features(
         Standard deviations in seconds.
     places : ndarray of int64, shape (m,)
         Samples at which there is a time step.
-    amplitude : "absolute", "own", "both" or "chosen"
+    amplitude : "absolute", "own" or "both"
         In the channels' units, in units of each channel's own amplitude, or both side by side.
 
     Returns
     -------
-    ndarray of float64, shape (m, 3 q k), or (m, 6 q k) for "both" and "chosen"
+    ndarray of float64, shape (m, 3 q k), or (m, 6 q k) for "both"
         Always finite for channels below 1e150. Slopes are per second.
     """
     ready = np.stack([bridge(channel) for channel in channels])

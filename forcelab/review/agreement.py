@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -79,10 +79,7 @@ class Agreement:
 
 
 def agreement(
-    coded: Sequence[Coded],
-    authors: Collection[str] = (),
-    same: tuple[str, str] | None = None,
-    hidden: int = 0,
+    coded: Sequence[Coded], same: tuple[str, str] | None = None, hidden: int = 0
 ) -> Generator[Progress, None, Agreement]:
     """Compare all coders.
 
@@ -90,8 +87,6 @@ def agreement(
     ----------
     coded : sequence of Coded
         From :func:`~forcelab.review.coded.coded_demonstrations`.
-    authors : collection of str, optional
-        Whom to compare; by default all.
     same : tuple of str, optional
         Two names of one coder, who labelled demonstrations twice: compared with each other only,
         and the second with nobody else.
@@ -108,8 +103,7 @@ def agreement(
     Agreement
         Of every two who share a demonstration, and of all.
     """
-    there = dict.fromkeys(author for one in coded for author in one.tracks)
-    names = sorted(name for name in there if not authors or name in authors)
+    names = sorted({author for one in coded for author in one.tracks})
     compared = tuple(name for name in names if same is None or name != same[1])
     pairs = []
     for a, b in combinations(compared, 2):

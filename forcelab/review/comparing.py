@@ -13,7 +13,7 @@ from forcelab.recognition.metrics import Counts, pool
 from forcelab.recognition.timed import timed_counts
 from forcelab.review.outcome import Outcome, Reviewed
 
-__all__ = ["STAGES", "Comparison", "compare", "comparing", "settings_that_differ"]
+__all__ = ["STAGES", "Comparison", "as_text", "compare", "comparing", "settings_that_differ"]
 
 #: The stages of prediction that have scores.
 STAGES = ("raw", "filtered")
@@ -119,7 +119,7 @@ def settings_that_differ(one: Outcome, other: Outcome) -> tuple[tuple[str, str, 
     """Name and both values, as text, of everything that the runs were asked for differently."""
     mine, yours = _asked(one), _asked(other)
     return tuple(
-        (name, _told(mine.get(name)), _told(yours.get(name)))
+        (name, as_text(mine.get(name)), as_text(yours.get(name)))
         for name in dict.fromkeys((*mine, *yours))
         if mine.get(name) != yours.get(name)
     )
@@ -136,16 +136,16 @@ def _asked(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _told(value: object) -> str:
+def as_text(value: object) -> str:
     """A value as short text."""
     if value is None:
         return "–"
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} → {_told(given)}" for key, given in value.items()) or "–"
+        return ", ".join(f"{key} → {as_text(given)}" for key, given in value.items()) or "–"
     if isinstance(value, (list, tuple)):
-        return " + ".join(_told(one) for one in value) or "–"
+        return " + ".join(as_text(one) for one in value) or "–"
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 

@@ -98,15 +98,13 @@ def specific(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
     return shares
 
 
-def spread(matrices: NDArray[np.float64], seed: int = 0) -> tuple[float, float] | None:
+def spread(matrices: NDArray[np.float64]) -> tuple[float, float] | None:
     """95 % interval of Cohen's kappa by the percentile bootstrap over demonstrations.
 
     Parameters
     ----------
     matrices : ndarray, shape (D, K, K)
         One of :func:`cohen` for each demonstration.
-    seed : int
-        The same seed gives the same interval.
 
     Returns
     -------
@@ -116,7 +114,7 @@ def spread(matrices: NDArray[np.float64], seed: int = 0) -> tuple[float, float] 
     count = len(matrices)
     if count < FEWEST:
         return None
-    weights = draws(count, RESAMPLES, seed).astype(np.float64)
+    weights = draws(count, RESAMPLES, 0).astype(np.float64)
     kappas = [k for k in map(cohen, np.tensordot(weights, matrices, axes=1)) if k is not None]
     if not kappas:
         return None

@@ -8,7 +8,7 @@ signed normal force ``fz``. Channels of any other kind are taken as they are.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,10 @@ from forcelab.errors import InputError
 
 __all__ = ["ChannelMap", "channel_map"]
 
-_AXIS = re.compile(r"^(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<sensor>\w+))?$", re.I)
+_AXIS = re.compile(
+    r"(?:(?P<before>.*\w)[ _.\-])?(?:f|force)[ _.\-]?(?P<axis>[xyz])(?:[ _.\-]?(?P<behind>\w+))?",
+    re.I,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +55,14 @@ class ChannelMap:
         return out
 
 
-def _sensors(names: Sequence[str]) -> dict[str, dict[str, int]]:
+def _sensors(names: Sequence[str], wanted: Collection[str]) -> dict[str, dict[str, int]]:
     """Columns of each complete 3-axis force sensor, by sensor and axis, in order of appearance."""
     found: dict[str, dict[str, int]] = {}
     for column, name in enumerate(names):
-        match = _AXIS.match(name.strip())
-        if match:
-            sensor = found.setdefault((match["sensor"] or "").lower(), {})
+        match = _AXIS.fullmatch(name.strip())
+        # Recognisers were trained on columns such as left_fx before these were known for axes.
+        if match and not (match["before"] and name in wanted):
+            sensor = found.setdefault(" ".join(filter(None, match.group(1, 3))).lower(), {})
             sensor.setdefault(match["axis"].lower(), column)
     return {key: axes for key, axes in found.items() if set(axes) == {"x", "y", "z"}}
 
@@ -66,7 +70,8 @@ def _sensors(names: Sequence[str]) -> dict[str, dict[str, int]]:
 def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None) -> ChannelMap:
     """Find the recognition channels of a recording.
 
-    A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left`` or ``force z 2``.
+    A 3-axis force sensor is known by names such as ``fx1 fy1 fz1``, ``Fx_left``, ``left fx`` or
+    ``force z 2``.
 
     Parameters
     ----------
@@ -82,7 +87,7 @@ def channel_map(channels: Sequence[Channel], wanted: Sequence[str] | None = None
         If a wanted channel is not there, or is wanted twice.
     """
     names = [channel.name for channel in channels]
-    sensors = _sensors(names)
+    sensors = _sensors(names, wanted or ())
     found: dict[str, tuple[int, ...]] = {}
     for sensor, axes in sensors.items():
         found[f"tangential {sensor}".strip()] = (axes["x"], axes["y"])

@@ -7,7 +7,7 @@ come from the channel's own noise.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from operator import attrgetter
@@ -61,23 +61,14 @@ class ContactEvent:
         When it sets in, s on the force clock.
     kind : "touch", "leave" or "jerk"
         The force rose from rest, came back to it, or changed abruptly.
-    strength : float
-        Of a jerk the peak of |dF/dt|, in the channel's unit a second. Of a touch the largest
-        deviation from rest within 20 scales after it, of a leave the same before it, in the
-        channel's unit.
-    channel : int
-        The column in which it is clearest.
-    peak : float
-        When |dF/dt| is largest, s; `time` itself for a touch or leave.
     clearness : float
-        How far above the threshold; 1 is just there. Comparable between channels and kinds.
+        How far above the threshold; 1 is just there. Comparable between channels and kinds: of a
+        jerk by the peak of |dF/dt|, of a touch by the largest deviation from rest within 20 scales
+        after it, of a leave by that before it.
     """
 
     time: float
     kind: Kind
-    strength: float
-    channel: int
-    peak: float
     clearness: float
 
 
@@ -91,7 +82,7 @@ class _Levels:
 
 
 def finding_contacts(
-    times: ArrayLike, signals: ArrayLike, columns: Sequence[int] | None = None
+    times: ArrayLike, signals: ArrayLike
 ) -> Generator[Progress, None, tuple[ContactEvent, ...]]:
     """Find the contact events of a demonstration.
 
@@ -101,8 +92,6 @@ def finding_contacts(
         Stamps in s, strictly increasing; may be irregular and have gaps.
     signals : array_like, shape (n, c)
         NaN or infinity marks a missing sample.
-    columns : sequence of int, optional
-        Channels to look at; all by default.
 
     Yields
     ------
@@ -134,11 +123,10 @@ def finding_contacts(
             f"Contact events need one time for each row of signals; there are {stamps.size} times "
             f"and signals of shape {values.shape}."
         )
-    chosen = range(values.shape[1]) if columns is None else columns
     period = float(np.median(np.diff(stamps[:CHUNK]))) if stamps.size > 1 else 1.0
     found: list[ContactEvent] = []
-    for done, column in enumerate(chosen):
-        progress = Progress(done, len(chosen), "looking for contact events")
+    for column in range(values.shape[1]):
+        progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
         good = measured(values[:, column])
         whole = bool(good.all())
@@ -150,7 +138,7 @@ def finding_contacts(
         breaks = np.flatnonzero(np.diff(t) > GAP_PERIODS * period) + 1
         edges = [0, *breaks.tolist(), t.size]
         for first, last in pairwise(edges):
-            for events in _in_run(t[first:last], x[first:last], column, levels, period):
+            for events in _in_run(t[first:last], x[first:last], levels, period):
                 found += events
                 yield progress
     return _merged(found, max(MERGED * SCALE, 2.0 * period))
@@ -201,9 +189,7 @@ def _densest(values: Array) -> float:
     return float(np.mean(v))
 
 
-def _in_run(
-    t: Array, x: Array, column: int, levels: _Levels, period: float
-) -> Iterator[list[ContactEvent]]:
+def _in_run(t: Array, x: Array, levels: _Levels, period: float) -> Iterator[list[ContactEvent]]:
     """The events of one channel in a stretch without gaps, chunk by chunk."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -223,12 +209,12 @@ def _in_run(
             np.asarray(x[low:high], dtype=np.float64) - levels.rest, sigma, mode="nearest"
         )
         clock = t[low:high]
-        events, pressed = _crossings(clock, np.abs(xs), core, column, levels, margin, pressed)
-        yield events + _jerks(clock, ts, xs, core, column, levels, sigma)
+        events, pressed = _crossings(clock, np.abs(xs), core, levels, margin, pressed)
+        yield events + _jerks(clock, ts, xs, core, levels, sigma)
 
 
 def _crossings(
-    t: Array, y: Array, core: slice, column: int, levels: _Levels, seen: int, pressed: bool | None
+    t: Array, y: Array, core: slice, levels: _Levels, seen: int, pressed: bool | None
 ) -> tuple[list[ContactEvent], bool]:
     """Touches and leaves in the core of a chunk, and the state after it."""
     part = y[core]
@@ -243,10 +229,8 @@ def _crossings(
         moment = _crossing(t, y, place, HYSTERESIS * levels.force)
         touched = bool(filled[change])
         around = y[place : place + seen] if touched else y[max(place - seen, 0) : place]
-        strength = float(np.max(around, initial=0.0))
-        kind: Kind = "touch" if touched else "leave"
-        clear = strength / levels.force
-        events.append(ContactEvent(moment, kind, strength, column, moment, clear))
+        clear = float(np.max(around, initial=0.0)) / levels.force
+        events.append(ContactEvent(moment, "touch" if touched else "leave", clear))
     return events, bool(filled[-1])
 
 
@@ -265,7 +249,7 @@ def _crossing(t: Array, y: Array, place: int, level: float) -> float:
 
 
 def _jerks(
-    t: Array, ts: Array, xs: Array, core: slice, column: int, levels: _Levels, sigma: float
+    t: Array, ts: Array, xs: Array, core: slice, levels: _Levels, sigma: float
 ) -> list[ContactEvent]:
     """Peaks of |dF/dt| in the core of a chunk, each with its onset."""
     from scipy.ndimage import maximum_filter1d
@@ -281,11 +265,7 @@ def _jerks(
             continue  # a ripple on a slope
         below = np.flatnonzero(rate[first:peak] < ONSET * rate[peak])
         onset = first + int(below[-1]) + 1 if below.size else first
-        strength = float(rate[peak])
-        clear = strength / levels.rate
-        events.append(
-            ContactEvent(float(t[onset]), "jerk", strength, column, float(t[peak]), clear)
-        )
+        events.append(ContactEvent(float(t[onset]), "jerk", float(rate[peak]) / levels.rate))
     return events
 
 

@@ -97,10 +97,6 @@ class Morlet(Wavelet):
         return 2 * math.pi / _strongest(self.p, self.real)
 
     @property
-    def e_folding(self) -> float:
-        return math.sqrt(2)
-
-    @property
     def radius(self) -> float:
         return TAIL
 

@@ -11,7 +11,7 @@ from scipy import fft
 
 from forcelab.jobs import Progress
 from forcelab.signals.scalogram_bands import band
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_source import Level, Source
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["coarser", "step_for"]
@@ -34,7 +34,7 @@ def step_for(scale: float, wavelet: Morlet) -> int:
 
 
 def coarser(
-    source: Source, first: int, count: int, step: int, *, shift: float, exponent: int
+    source: Source, first: int, count: int, step: int, level: Level
 ) -> Generator[Progress, None, Real]:
     """Read a piece of the signal on a coarser grid, without what that grid cannot hold; a job.
 
@@ -47,8 +47,8 @@ def coarser(
         Points of the coarser grid.
     step : int
         Samples between them, a power of two; 1 reads the piece as it is.
-    shift, exponent
-        Samples are taken as ``(x - shift) / 2**exponent``.
+    level : Level
+        By which samples are shifted and sized.
 
     Returns
     -------
@@ -68,12 +68,10 @@ def coarser(
         at = first + start * step
         if response is None:
             values, _ = source.read(at, at + wanted)
-            out[start : start + wanted] = np.ldexp(values - shift, -exponent)
+            out[start : start + wanted] = level.sized(values)
         else:
             values, _ = source.read(at - half, at - half + length)
-            values -= shift
-            np.ldexp(values, -exponent, out=values)
-            spectrum = fft.rfft(values, overwrite_x=True)
+            spectrum = fft.rfft(level.sized(values), overwrite_x=True)
             spectrum *= response
             # Nothing is left above the coarser grid's frequencies: the rest is cut off.
             short = fft.irfft(spectrum[: length // step // 2 + 1] / step, length // step)

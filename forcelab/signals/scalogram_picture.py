@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +13,12 @@ from forcelab.signals.scalogram_bands import PHASE_RINGING, TOLERANCE, band_rows
 from forcelab.signals.scalogram_coarser import coarser, step_for
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import bank
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_source import Level, Source
 from forcelab.signals.scalogram_sums import sum_rows, sums_are_cheaper
 from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["Level", "Picture", "decimal", "magnitudes", "phases"]
+__all__ = ["Picture", "decimal", "magnitudes", "phases"]
 
 Real = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -32,34 +31,6 @@ NOISE_SHARE = 1e-3
 _SHORT = 1 << 17
 #: Samples looked at around a column's middle where its level is told from the middle alone.
 _SPOT = 4096
-
-
-@dataclass(frozen=True, slots=True)
-class Level:
-    """How samples are shifted and sized before single precision sees them.
-
-    Parameters
-    ----------
-    shift : float
-        What lies in the middle of them.
-    exponent : int
-        They are divided by two to this power.
-    """
-
-    shift: float
-    exponent: int
-
-    @classmethod
-    def of(cls, low: float, high: float) -> Level:
-        """That of samples from `low` to `high`."""
-        largest = max(abs(low), abs(high))
-        # Halved before they meet: the sum of two numbers near 1e308 overflows.
-        return cls(0.5 * low + 0.5 * high, int(np.frexp(largest)[1]) if largest > 0 else 0)
-
-    def sized(self, values: Real) -> Real:
-        """Samples shifted and divided, in place."""
-        values -= self.shift
-        return np.ldexp(values, -self.exponent, out=values)
 
 
 def magnitudes(
@@ -139,13 +110,11 @@ def phases(
         Radians; NaN where nothing is known, or at the floor.
     """
     grid = Columns(places[0], (places[1] - places[0]) / columns, columns)
-    shift, exponent, known = yield from _levels(source, grid, spots)
+    level, known = yield from _levels(source, grid, spots)
     out = np.zeros((len(scales), columns), dtype=np.complex128)
     alone = np.array([spots or sums_are_cheaper(a, grid) for a in scales.tolist()])
     if alone.any():
-        out[alone] = yield from sum_rows(
-            source, grid, scales[alone], wavelet, shift=shift, exponent=exponent
-        )
+        out[alone] = yield from sum_rows(source, grid, scales[alone], wavelet, level)
     for rows in _groups(np.flatnonzero(~alone), scales, places[1] - places[0]):
         halo = reach(scales[rows[-1]])
         if is_cut(float(scales[rows[0]]), wavelet):
@@ -155,14 +124,14 @@ def phases(
         halo += 2 * step
         origin = math.floor(grid.first) - halo
         count = math.ceil((grid.last + halo - origin) / step) + 1
-        values = yield from coarser(source, origin, count, step, shift=shift, exponent=exponent)
+        values = yield from coarser(source, origin, count, step, level)
         made = band_rows(values, origin, step, scales=scales[rows], wavelet=wavelet, columns=grid)
         for j, row in zip(rows, made, strict=True):
             out[j] = row
             yield Progress(int(j), len(scales), "rows")
     values = np.angle(out)
     with np.errstate(divide="ignore"):
-        values[np.log10(np.abs(out)) <= _floor(noise, scales, exponent)] = np.nan
+        values[np.log10(np.abs(out)) <= _floor(noise, scales, level.exponent)] = np.nan
     values[:, ~known] = np.nan
     return values.astype(np.float32)
 
@@ -180,8 +149,8 @@ def _groups(rows: NDArray[np.intp], scales: Real, span: float) -> list[NDArray[n
 
 def _levels(
     source: Source, grid: Columns, spots: bool
-) -> Generator[Progress, None, tuple[float, int, Flags]]:
-    """Middle and size of the samples, and in which columns something is known."""
+) -> Generator[Progress, None, tuple[Level, Flags]]:
+    """The level of the samples, and in which columns something is known."""
     edges = np.clip(grid.bounds(), 0, source.count)
     known = np.zeros(grid.count, dtype=bool)
     low, high = math.inf, -math.inf
@@ -200,8 +169,7 @@ def _levels(
             known[left:right] = np.add.reduceat(good, at) > 0
         low, high = min(low, float(values.min())), max(high, float(values.max()))
         yield Progress(right, grid.count, "levels")
-    level = Level.of(low, high)
-    return level.shift, level.exponent, known
+    return Level.of(low, high), known
 
 
 def _floor(noise: float, scales: Real, exponent: int, largest: float = 1.0) -> Real:

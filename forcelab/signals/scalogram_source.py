@@ -18,12 +18,40 @@ from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
 from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured
 
-__all__ = ["Source", "open_source"]
+__all__ = ["Level", "Source", "open_source"]
 
 Real = NDArray[np.float64]
 
 #: Stamps or samples looked at in one step.
 BLOCK = 1 << 19
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """How samples are shifted and sized before single precision sees them.
+
+    Parameters
+    ----------
+    shift : float
+        What lies in the middle of them.
+    exponent : int
+        They are divided by two to this power.
+    """
+
+    shift: float
+    exponent: int
+
+    @classmethod
+    def of(cls, low: float, high: float) -> Level:
+        """That of samples from `low` to `high`."""
+        largest = max(abs(low), abs(high))
+        # Halved before they meet: the sum of two numbers near 1e308 overflows.
+        return cls(0.5 * low + 0.5 * high, int(np.frexp(largest)[1]) if largest > 0 else 0)
+
+    def sized(self, values: Real) -> Real:
+        """Samples shifted and divided, in place."""
+        values -= self.shift
+        return np.ldexp(values, -self.exponent, out=values)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

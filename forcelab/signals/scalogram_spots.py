@@ -19,8 +19,8 @@ from forcelab.jobs import Progress
 from forcelab.signals.scalogram_bands import band, reach
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import Frames
-from forcelab.signals.scalogram_picture import Level, Picture, decimal, magnitudes
-from forcelab.signals.scalogram_source import BLOCK, Source
+from forcelab.signals.scalogram_picture import Picture, decimal, magnitudes
+from forcelab.signals.scalogram_source import BLOCK, Level, Source
 from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.wavelets import Morlet
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.signals.scalogram_bands import PHASE_RINGING, is_cut, reach
 from forcelab.signals.scalogram_columns import Columns
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_source import Level, Source
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["sum_rows", "sums_are_cheaper"]
@@ -44,9 +44,7 @@ def sum_rows(
     columns: Columns,
     scales: NDArray[np.float64],
     wavelet: Morlet,
-    *,
-    shift: float,
-    exponent: int,
+    level: Level,
 ) -> Generator[Progress, None, NDArray[np.complex128]]:
     """Coefficients at the columns' centre samples; a job.
 
@@ -59,8 +57,8 @@ def sum_rows(
     scales : ndarray, shape (k,)
         In samples; at least one.
     wavelet : Morlet
-    shift, exponent
-        Samples are taken as ``(x - shift) / 2**exponent``.
+    level : Level
+        By which samples are shifted and sized.
 
     Returns
     -------
@@ -76,8 +74,7 @@ def sum_rows(
         frames = np.empty((right - left, 2 * half + 1))
         for frame, centre in zip(frames, centres[left:right].tolist(), strict=True):
             frame[:] = source.read(centre - half, centre + half + 1)[0]
-        frames -= shift
-        np.ldexp(frames, -exponent, out=frames)
+        level.sized(frames)
         for row, kernel in zip(out, kernels, strict=True):
             side = len(kernel) // 2
             within = frames[:, half - side : half + side + 1]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
-from forcelab.signals.scalogram_picture import Level, magnitudes
-from forcelab.signals.scalogram_source import Source, open_source
+from forcelab.signals.scalogram_picture import magnitudes
+from forcelab.signals.scalogram_source import Level, Source, open_source
 from forcelab.signals.scalogram_spots import means_of
 from forcelab.signals.scalogram_tiles import Tiles
 from forcelab.signals.wavelets import Morlet

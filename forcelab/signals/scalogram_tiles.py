@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from forcelab.jobs import Progress
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import Frames, bank
-from forcelab.signals.scalogram_picture import Level, Picture, decimal
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_picture import Picture, decimal
+from forcelab.signals.scalogram_source import Level, Source
 from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.wavelets import Morlet
 

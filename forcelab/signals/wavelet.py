@@ -36,9 +36,6 @@ class Wavelet(ABC):
     fourier_factor : float
         Period, in units of the scale, of the sine whose response over all scales is largest at
         this scale.
-    e_folding : float
-        Distance, in units of the scale, at which the power of the wavelet's envelope has fallen by
-        exp(-2), as in [1]_; the cone of influence ends there.
     radius : float
         Half-width in units of the scale outside of which the wavelet is below 1e-13 of its peak
         (below 1e-11 for a Morlet with p < 3; Torrence and Compo's has no such width).
@@ -59,11 +56,6 @@ class Wavelet(ABC):
     @abstractmethod
     def fourier_factor(self) -> float:
         """Fourier period over scale."""
-
-    @property
-    @abstractmethod
-    def e_folding(self) -> float:
-        """E-folding time over scale."""
 
     @property
     @abstractmethod
@@ -91,7 +83,8 @@ def cone_of_influence(times: Real, bounds: tuple[float, float], e_folding: float
     bounds : tuple of float
         Where the recording begins and ends.
     e_folding : float
-        Of the wavelet, over its scale.
+        Of the wavelet, over its scale: the distance at which the power of its envelope has fallen
+        by exp(-2), such as the root of 2 for the Morlet.
 
     Returns
     -------

@@ -86,10 +86,6 @@ class DOG(Wavelet):
         return 2 * math.pi / math.sqrt(self.m + 0.5)
 
     @property
-    def e_folding(self) -> float:
-        return math.sqrt(2)
-
-    @property
     def radius(self) -> float:
         # exp(-t^2/2) t^m falls off from its turning point near sqrt(2 m) like a Gaussian.
         return TAIL + math.sqrt(2 * self.m)
@@ -123,10 +119,6 @@ class Haar(Wavelet):
     def fourier_factor(self) -> float:
         # sqrt(a) |psi_hat(a w)| peaks over a where tan(a w / 4) = a w.
         return 2 * math.pi / 5.5729963013023545
-
-    @property
-    def e_folding(self) -> float:
-        return 0.5
 
     @property
     def radius(self) -> float:

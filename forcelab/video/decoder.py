@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.video.index import SAME, Index, last_at, open_video
+from forcelab.video.index import Index, open_video
 from forcelab.video.opencv import opencv
 
 __all__ = ["LEAD", "Decoder", "Decoders"]
@@ -84,12 +84,10 @@ class Decoder:
             if not self._capture.grab():  # the end, or a frame that is damaged
                 failed += 1
                 continue
-            stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self._index.origin
-            at = last_at(self._index.times, stamp)
-            if at < 0 or stamp - float(self._index.times[at]) > SAME:
-                continue
-            self.at, self.lost = at, False
-            return True
+            at = self._index.number_at(self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+            if at >= 0:
+                self.at, self.lost = at, False
+                return True
         return False
 
     def picture(self) -> NDArray[np.uint8] | None:

@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.opencv import opencv
 
-__all__ = ["Index", "check_video", "indexing", "last_at", "open_video", "told_rate"]
+__all__ = ["Index", "indexing", "last_at", "open_video", "told_rate"]
 
 #: Packets, and frames, between two reports of progress, after which the job can be cancelled.
 STRETCH, DECODED = 500, 50
@@ -49,6 +49,12 @@ class Index:
     origin: float = 0.0
     remark: str = ""
 
+    def number_at(self, stamp: float) -> int:
+        """The frame that has a timestamp (s) in the file; -1 where none has it."""
+        time = stamp - self.origin
+        number = last_at(self.times, time)
+        return number if number >= 0 and time - float(self.times[number]) <= SAME else -1
+
 
 def last_at(times: NDArray[np.float64], time: float) -> int:
     """The last frame at or before a time; -1 before the first.
@@ -62,19 +68,6 @@ def last_at(times: NDArray[np.float64], time: float) -> int:
         microsecond from being carried to another clock and back.
     """
     return int(np.searchsorted(times, time + SAME, side="right")) - 1
-
-
-def check_video(path: Path) -> None:
-    """Refuse a file that is no video, before it is copied.
-
-    Raises
-    ------
-    InputError
-        If there is no such file, or it is no video.
-    """
-    if not path.is_file():
-        raise InputError(f"There is no file '{path}'; look at its name.")
-    open_video(path).release()
 
 
 def told_rate(path: Path) -> float:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.video.index import SAME, Index, last_at, open_video
+from forcelab.video.index import Index, open_video
 from forcelab.video.opencv import opencv
 from forcelab.video.reader import Frame, as_rgb
 
@@ -64,9 +64,8 @@ class Sketches:
         capture = open_video(self.path)
         try:
             while self._bytes < self._room and capture.grab():
-                stamp = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000 - self.index.origin
-                number = last_at(self.index.times, stamp)
-                if number >= 0 and stamp - self.index.times[number] <= SAME:
+                number = self.index.number_at(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000)
+                if number >= 0:
                     read, picture = capture.retrieve()
                     if read:
                         self._pack(number, picture)

@@ -1,14 +1,12 @@
 """Cameras: frames stamped, written as they come, whole whatever ends the program."""
 
-import errno
-import io
 import threading
 import time
 
 import cv2
 import numpy as np
 import pytest
-from fake_devices import FakeDevice, eventually
+from fake_devices import FakeDevice, FullDisk, eventually
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -56,12 +54,6 @@ class FakeCamera:
         # What it saw meanwhile is gone: no camera hands that over all at once.
         self.number = max(self.number, int((time.monotonic() - self.began) * self.rate))
         return self.there.is_set()
-
-
-@pytest.fixture
-def project(tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        return made.path
 
 
 @pytest.mark.parametrize("own", [True, False])
@@ -129,17 +121,6 @@ def test_a_recording_cut_off_has_its_video_when_it_is_recovered(project):
     assert found.kept is not None
     with Project.open(project) as opened, VideoReader(opened.load("LEGO 01").video.path) as video:
         assert len(video) >= 20
-
-
-class FullDisk(io.FileIO):
-    room = 10**9
-
-    def write(self, data):
-        fits = min(len(data), FullDisk.room)
-        if not fits:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        FullDisk.room -= fits
-        return super().write(data[:fits])
 
 
 def jpeg(number):
@@ -244,15 +225,17 @@ def test_a_camera_that_was_away_is_a_gap_in_its_one_video(project, monkeypatch):
         assert video.frame(len(video) - 1).shape[:2] == (48, 64)
 
 
-def test_of_two_cameras_both_are_kept_and_that_is_said(project):
-    cameras = [FakeCamera(), FakeCamera(rate=100)]
-    with Recorder(
-        project, [FakeDevice()], [(f"camera {i}", one) for i, one in enumerate(cameras)]
-    ) as recorder:
+def filmed_by_two(project):
+    """A recording with two cameras."""
+    cameras = [("camera 0", FakeCamera()), ("camera 1", FakeCamera(rate=100))]
+    with Recorder(project, [FakeDevice()], cameras) as recorder:
         recorder.start("LEGO")
         eventually(lambda: all(camera.frames > 12 for camera in recorder.state().cameras))
-        kept = recorder.stop()
-    (told,) = kept.remarks
+        return recorder.stop()
+
+
+def test_of_two_cameras_both_are_kept_and_that_is_said(project):
+    (told,) = filmed_by_two(project).remarks
     assert "video of camera 1 lies beside" in told
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
@@ -277,13 +260,7 @@ def test_of_two_cameras_both_are_kept_and_that_is_said(project):
 
 
 def test_of_an_old_recording_the_second_camera_is_found_by_when_its_frames_came(project):
-    cameras = [FakeCamera(), FakeCamera(rate=100)]
-    with Recorder(
-        project, [FakeDevice()], [(f"camera {i}", one) for i, one in enumerate(cameras)]
-    ) as recorder:
-        recorder.start("LEGO")
-        eventually(lambda: all(camera.frames > 12 for camera in recorder.state().cameras))
-        recorder.stop()
+    filmed_by_two(project)
     with Project.open(project) as opened:
         d = opened.load("LEGO 01")
         told = opened.cameras(d)

@@ -154,6 +154,30 @@ def test_a_rate_that_was_told_wrong_is_learnt():
     assert 1 / clock.rate == pytest.approx(80, rel=1e-3)
 
 
+@pytest.mark.parametrize("wrong", [-0.02, -0.01, -0.003, 0.003, 0.01, 0.02])
+def test_a_rate_that_is_told_a_little_wrong_is_learnt_and_then_forgotten(wrong):
+    true, ticks, arrived = made(10, 100, 0)
+    clock = ArrivalClock(100 * (1 + wrong))
+    off = run_live(clock, arrived, ticks, 10) - true
+    assert clock.learnt
+    assert clock.rate * 100 - 1 == pytest.approx(0, abs=1e-3)
+    assert np.abs(off[700:]).max() < 4 * MS
+    assert clock.residual < 2 * MS
+
+
+def test_after_five_seconds_that_arrive_at_once_it_finds_back():
+    true, ticks, arrived = made(30, 100, 0)
+    stalled = (true > true[0] + 10) & (true < true[0] + 15)
+    arrived[stalled] = true[0] + 15.3
+    arrived = np.maximum.accumulate(arrived)
+    clock, rates = ArrivalClock(100), []
+    for first in range(0, len(ticks), 10):
+        clock.update(arrived[first : first + 10], ticks[first : first + 10])
+        rates.append(clock.rate)
+    assert min(rates) > 1e-4  # all at once is no pace
+    assert np.abs(clock.to_host(ticks[-200:]) - true[-200:]).max() < 4 * MS
+
+
 def test_a_clock_that_has_seen_nothing_says_so():
     clock = ArrivalClock(1000)
     assert not clock.known

@@ -119,7 +119,6 @@ def test_every_sample_comes_once_with_its_tick_and_the_stamp_of_its_read():
     assert (joined(blocks, "arrived") >= truth.times[places]).all()
     for block in blocks[1:]:
         assert len(set(block.arrived)) == 1
-    assert device.statistics["skipped_bytes"] == device.statistics["missing_samples"] == 0
     assert device.remarks() == ()
 
 
@@ -181,7 +180,7 @@ def test_zeroing_takes_the_present_readings_and_survives_the_cable(tmp_path):
         device.close()
 
 
-def test_lost_packets_are_gaps_in_the_ticks_and_are_counted():
+def test_lost_packets_are_gaps_in_the_ticks():
     faults = Faults(lost=0.05, corrupted=0.001, doubled=0.001)
     with VirtualOptoForce(numbered, step=3) as virtual:
         device = OptoForce(virtual.port, ports=nothing)
@@ -192,8 +191,7 @@ def test_lost_packets_are_gaps_in_the_ticks_and_are_counted():
     values, ticks = joined(blocks, "values"), joined(blocks, "ticks")
     # Each tick is one sample of the device, whatever was lost.
     np.testing.assert_array_equal(ticks - ticks[0], values[:, 0] - values[0, 0])
-    assert device.statistics["missing_samples"] == ticks[-1] - ticks[0] + 1 - len(ticks) > 0
-    assert device.statistics["bad_checksums"] + device.statistics["skipped_bytes"] > 0
+    assert ticks[-1] - ticks[0] + 1 > len(ticks)
 
 
 def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
@@ -359,30 +357,58 @@ def test_text_with_a_clock_is_counted_by_it():
 
 
 def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
-    with VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1, seed=1) as virtual:
+    with VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1) as virtual:
         device = device_named(f"text:{virtual.port}?baud=9600&rate=200")
         device.open()
         blocks = collect(device, 40)
         device.zero()
         assert not collect(device, 5)[-1].values.any()
-        assert device.statistics["junk_lines"] > 0
+        assert device._parser.junk_lines > 0
         device.close()
     assert (device.rate, device.measured) == (200, False)
     assert all(block.ticks is None for block in blocks)
     assert (joined(blocks, "values") == 5.0).all()
 
 
-@pytest.mark.parametrize(("rate", "burst"), [(80, 0.016), (333.33, 0.004)])
-def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst):
-    with VirtualTextLine(lambda t: np.column_stack([t, -t]), rate, burst=burst) as virtual:
-        device = TextLine(virtual.port, ports=nothing)
-        device.open()
-        assert device.rate == pytest.approx(rate, rel=0.03)
-        assert device.measured
-        reader = DeviceReader(0, device, 5.0)
-        eventually(lambda: reader.state().samples > 2.5 * rate)
-        state = reader.state()
-        reader.close()
+class BusyPort:
+    """A board's lines in bursts; every other one is read late, as by a busy computer."""
+
+    def __init__(self, rate, burst):
+        sent = burst * np.arange(1, int(9 / burst))
+        lines = np.floor(rate * sent).astype(int)
+        late = np.random.default_rng(0).exponential(0.004, len(sent)) * (np.arange(len(sent)) % 2)
+        self.lines, self.read_at = lines.tolist(), np.maximum.accumulate(sent + late).tolist()
+        self.told = 0
+
+    def open(self):
+        """It is always there."""
+
+    def close(self):
+        """Nobody else wants it."""
+
+    def read(self, timeout):
+        if not self.lines:
+            time.sleep(timeout)
+            return b"", time.monotonic()
+        until, read = self.lines.pop(0), self.read_at.pop(0)
+        data = b"".join(b"%d,%d\n" % (k, -k) for k in range(self.told, until))
+        self.told = until
+        return data, read
+
+
+@pytest.mark.parametrize(("rate", "burst"), [(80, 0.016), (333.33, 0.004), (10, 0.016)])
+def test_the_rate_of_text_is_measured_though_lines_come_in_bursts(rate, burst, monkeypatch):
+    port = BusyPort(rate, burst)
+    monkeypatch.setattr("forcelab.capture.port_device.Port", lambda *_: port)
+    device = TextLine("bursts", ports=nothing)
+    device.open()
+    assert device.rate == pytest.approx(rate, rel=0.005)
+    assert device.measured
+    device.rate *= 1.01
+    reader = DeviceReader(0, device, 5.0)
+    eventually(lambda: not port.lines)
+    state = reader.state()
+    reader.close()
     # What was measured is no promise, so that no clock is said to break it.
     assert state.rate == pytest.approx(rate, rel=0.01)
     assert "drift" not in state.alarms
@@ -405,7 +431,7 @@ def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed
         missing = np.where(times < 1.0, np.nan, 7.0)
         return np.column_stack([np.full(len(times), 5.0), missing])
 
-    with VirtualTextLine(source, 200, seed=1) as virtual:
+    with VirtualTextLine(source, 200) as virtual:
         device = TextLine(virtual.port, rate=200, ports=nothing)
         device.open()
         first = collect(device, 5)

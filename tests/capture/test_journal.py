@@ -1,13 +1,13 @@
 """The journal: what was written comes back, however the file ends and whatever the disk does."""
 
 import errno
-import io
 import os
 import shutil
 import tracemalloc
 
 import numpy as np
 import pytest
+from fake_devices import FullDisk
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from read_back import block_of, parsed
@@ -157,19 +157,6 @@ def test_another_version_is_refused_with_the_cure():
 def test_a_block_of_a_wrong_length_is_refused(payload):
     with pytest.raises(InputError, match="block"):
         Samples(block().values.shape[1]).add(payload)
-
-
-class FullDisk(io.FileIO):
-    """A file on a disk with so many bytes left."""
-
-    room = 10**9
-
-    def write(self, data):
-        fits = min(len(data), FullDisk.room)
-        if not fits:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        FullDisk.room -= fits
-        return super().write(data[:fits])
 
 
 @pytest.fixture

@@ -55,7 +55,6 @@ def test_blocks_hold_every_sample_however_the_bytes_came(step, cuts):
     got, made = blocks(data[:800] + CONFIGURED + data[800:], cuts)
     assert np.concatenate([block.ticks for block in got]).tolist() == list(range(200))
     assert (np.concatenate([block.values for block in got]) == values).all()
-    assert (made.step, made.missing_samples) == (step, 0)
     assert [reply.code for reply in made.take_replies()] == [0]
 
 
@@ -75,15 +74,14 @@ def test_few_samples_come_at_the_end():
     assert made.flush() is None
 
 
-def test_lost_doubled_and_wrong_packets_are_counted_and_leave_a_gap():
+def test_lost_doubled_and_wrong_packets_leave_a_gap():
     packets = [packet(AXES3, count, [count, 0, 0], status=0x0080) for count in range(200)]
     packets[50] = b"\x00" + packets[50][1:]
     packets[100:103] = []
     packets[150] += packets[150]
-    (block,), made = blocks(b"".join(packets))
+    ((block,), _) = blocks(b"".join(packets))
     assert block.ticks.tolist() == block.values[:, 0].astype(int).tolist()
     assert set(range(200)) - set(block.ticks.tolist()) == {50, 100, 101, 102}
-    assert (made.missing_samples, made.doubled_samples, made.counter_jumps) == (4, 1, 0)
     assert set(block.status) == {0x0080}
 
 
@@ -94,13 +92,10 @@ def test_a_daq_that_was_plugged_in_again_goes_on_by_the_hosts_clock():
     made.restart(1000.0)
     block = made.feed(stream(AXES3, range(40_000, 40_100))[0], 2.1)
     assert block.ticks.tolist() == list(range(2_099, 2_199))
-    assert made.missing_samples == 1_999
-    assert made.counter_jumps == 0
 
 
 def test_values_are_newtons_with_a_calibration():
     calibrations = read_calibrations(asset("calibrations/3-axis-40N.toml"))
     data = b"".join(packet(AXES3, count, [16_037, -16_037, 0]) for count in range(20))
-    (block,), made = blocks(data, calibration=calibrations.find("ISE012", AXES3))
+    ((block,), _) = blocks(data, calibration=calibrations.find("ISE012", AXES3))
     assert block.values[3] == pytest.approx([40, -40, 0])
-    assert made.kind == AXES3

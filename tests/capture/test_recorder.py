@@ -10,17 +10,11 @@ from fake_devices import FakeDevice, FakeEncoder, eventually
 from hypothesis import given
 from hypothesis import strategies as st
 
-from forcelab.capture.keeping import CAPTURES, recover, unfinished
+from forcelab.capture.keeping import CAPTURES, discard, recover, unfinished
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.ring import Ring
 from forcelab.errors import InputError
 from forcelab.project import Project
-
-
-@pytest.fixture
-def project(tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        return made.path
 
 
 @pytest.fixture(autouse=True)
@@ -361,6 +355,69 @@ def test_what_could_not_be_kept_whole_is_not_kept_in_part(project, monkeypatch):
         with Project.open(project) as there:
             assert there.demonstrations() == ()
         assert recorder.stop().added.status == "new"
+
+
+def test_a_recordings_first_sample_can_be_had_after_it_began(project):
+    encoder = FakeEncoder()
+    with Recorder(project, [FakeDevice(), encoder]) as recorder:
+        encoder.changes += [7.0, 8.0]
+        eventually(lambda: len(recorder.since(0, 0)[1]) > 50 and len(recorder.since(1, 0)[1]) > 1)
+        recorder.start("LEGO")
+        came(recorder, 200)
+        _, _, values = recorder.since(0, recorder.firsts[0])
+        _, _, held = recorder.since(1, recorder.firsts[1])
+        recorder.stop()
+    _, _, signals, _, _ = loaded(project, "LEGO 01")
+    assert signals[0, 0] == values[0, 0] > 0
+    assert held.tolist() == [[8.0]]  # since before the recording, and not what was before that
+
+
+@pytest.fixture
+def in_part(project, monkeypatch):
+    """A recorder of whose recording a part is in the project, as that could not be taken back."""
+
+    def refuse(*_):
+        raise InputError("The disk is full.")
+
+    with Recorder(project, [FakeDevice()]) as recorder:
+        recorder.start("LEGO")
+        came(recorder, 200)
+        with monkeypatch.context() as patch:
+            patch.setattr(Project, "attach_stamps", refuse)
+            patch.setattr(Project, "discard", refuse)
+            with pytest.raises(InputError, match="'LEGO 01' is in the project"):
+                recorder.stop()
+            with pytest.raises(InputError, match="disk is full"):
+                recorder.discard()
+        assert recorder.holding
+        assert [one.name for one in there(project)] == ["LEGO 01"]
+        yield recorder
+        assert not recorder.holding
+    assert there(project) == ()
+    assert not list((project / CAPTURES).iterdir())
+
+
+def there(project):
+    with Project.open(project) as opened:
+        return opened.demonstrations()
+
+
+def test_what_is_in_the_project_in_part_is_removed_when_it_is_discarded(in_part):
+    in_part.discard()
+
+
+def test_it_may_be_discarded_after_somebody_removed_that_part(in_part, project):
+    with Project.open(project) as opened:
+        opened.remove_all({one.id: {} for one in opened.demonstrations()})
+    in_part.discard()
+
+
+def test_stopped_again_it_is_new_and_may_be_discarded(in_part, project):
+    kept = in_part.stop()
+    assert kept.added.status == "new"
+    with Project.open(project) as opened:
+        assert opened.stamps(kept.added.id) is not None
+    discard(project, kept)
 
 
 def test_a_recorder_that_is_closed_without_stopping_leaves_what_can_be_recovered(project):

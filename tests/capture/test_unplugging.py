@@ -5,7 +5,6 @@ import time
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from fake_devices import eventually
 
 from forcelab.capture.devices import device_named
@@ -26,12 +25,6 @@ def counting(times):
     """A reading that counts milliseconds of the device's clock, in two parts, beside a constant."""
     counts = np.round(times * 1000).astype(np.int64)
     return np.stack([counts % 8000, counts // 8000, np.full_like(counts, 5)], axis=1)
-
-
-@pytest.fixture
-def project(tmp_path):
-    with Project.create(tmp_path / "lab.forcelab") as made:
-        return made.path
 
 
 def pulled(recorder, daq, seconds):

@@ -39,7 +39,7 @@ class Said:
     def _only_sentence(self, status):
         assert self.status == status, (self.status, self.out, self.err)
         assert self.out == ""
-        assert self.err.startswith("forcelab: ")
+        assert self.err.startswith(("forcelab: ", "forcelab "))  # argparse names the command
         assert self.err.endswith(".\n")
         assert self.err.count("\n") == 1
         assert "Traceback" not in self.err

@@ -1,14 +1,12 @@
 """``forcelab actions``: the glossary on the command line."""
 
-import json
-
 import cv2
 
 from forcelab.glossary import glossary
 
 
 def test_every_action_is_told_with_a_picture_that_is_there(forcelab):
-    told = json.loads(forcelab("actions", "--json").out)
+    told = forcelab("actions", "--json").json
     assert [one["action"] for one in told] == [entry.action for entry in glossary()]
     for one in told:
         assert cv2.imread(one["picture"]).shape == (180, 648, 3)
@@ -23,7 +21,6 @@ def test_one_action_is_told_alone_with_how_to_decide(forcelab):
 
 
 def test_an_action_that_is_none_is_refused_with_those_there_are(forcelab):
-    result = forcelab("actions", "dance")
-    assert result.status == 2
-    assert result.err.startswith("forcelab: There is no 'dance' in the glossary; it has ")
-    assert "slip transition" in result.err
+    sentence = forcelab("actions", "dance").wrong_word
+    assert sentence.startswith("forcelab: There is no 'dance' in the glossary; it has ")
+    assert "slip transition" in sentence

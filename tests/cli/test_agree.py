@@ -37,6 +37,18 @@ def test_the_figures_and_the_worst_place(forcelab, coded):
     assert found["counts"] == {"Ann": {"foam": 4}, "coder": {"foam": 4, "sponge": 2}}
 
 
+def test_names_cannot_steer_the_terminal(forcelab, coded):
+    with Project.open(coded) as opened:
+        info = opened.info(opened.id_of("foam-01"))
+        opened.rename(info.id, "foam\x1b[31m")
+        opened.edit(info.id, "Bob\n\x1b[1m", (), (Segment(0.0, 1.0, "a\nb"),), "made")
+    said = forcelab("agree", coded).out
+    assert "\x1b" not in said
+    assert r"foam\x1b[31m" in said
+    assert r"Ann / Bob\n\x1b[1m" in said.splitlines()
+    assert r"agreement by action, %: a\nb " in said
+
+
 def test_one_coder_who_labelled_twice(forcelab, coded):
     found = forcelab("agree", coded, "--same", "coder", "Ann", "--json").json
     assert found["pairs"] == []

@@ -25,6 +25,18 @@ def test_a_video_comes_to_a_demonstration_with_its_offset(forcelab, project, fil
     told = forcelab("attach", project, "foam-01", film)
     assert told.status == 0
     assert told.out.startswith("Replaced the video of 'foam-01'")
+    assert said["remarks"] == []
+    assert told.err == ""
+
+
+def test_a_damaged_video_is_attached_and_told_of(forcelab, project, tmp_path, film):
+    content = film.read_bytes()
+    half = tmp_path / "half.avi"
+    half.write_bytes(content[: len(content) // 4])
+    told = forcelab("attach", project, "foam-01", half)
+    assert told.status == 0
+    assert told.err.startswith("forcelab: 'half.avi' is cut short")
+    assert forcelab("attach", project, "foam-01", half, "--json").json["remarks"]
 
 
 def test_what_is_no_video_is_not_attached(forcelab, project, tmp_path, film):

@@ -1,5 +1,6 @@
 """The other commands, and what all commands share."""
 
+import json
 import os
 import pty
 import re
@@ -10,6 +11,7 @@ import sys
 import time
 from functools import partial
 from importlib import import_module
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
@@ -28,8 +30,8 @@ from forcelab.recognition.settings import CLASSIFIERS
 from forcelab.signals.wavelets import WAVELETS
 
 COMMANDS = [
-    "gui", "demo", "simulate", "import", "list", "runs", "assign", "agree", "attach", "sync",
-    "remove", "capture", "replay", "evaluate",
+    "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
+    "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
     "realism", "doctor",
 ]  # fmt: skip
@@ -63,16 +65,10 @@ def test_every_example_of_a_manual_can_be_said(capsys):
             program, *words = shlex.split(example.replace("\\\n", " "))
             assert program == "forcelab"
             assert words[0] == command
-            build_parser().parse_args(words)
+            module = build_parser().parse_args(words).module
+            assert callable(import_module(f"forcelab.cli.{module}").run)
             assert main([command, "--help"]) == 0
             assert example in capsys.readouterr().out
-
-
-def test_a_wrong_command_line_is_status_2(capsys):
-    assert main(["evaluate"]) == 2
-    assert main(["fly"]) == 2
-    assert main(["train", "p", "--out"]) == 2
-    assert "Traceback" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -84,24 +80,36 @@ def test_a_wrong_command_line_is_status_2(capsys):
         (["gui", "p", "--theme", "pink"], "there is no 'pink'; choose from light, dark, system"),
         (["train", "p"], "--out must be given"),
         (["list", "p", "--tusk"], "'--tusk' means nothing here"),
+        (["train", "p", "--out"], "--out: expected one argument"),
     ],
 )
-def test_a_wrong_command_line_is_told_in_one_sentence(capsys, words, said):
-    assert main(words) == 2
-    told = capsys.readouterr().err
+def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, said):
+    told = forcelab(*words).wrong_word
     assert said in told
     assert told.endswith("--help'.\n")
-    assert told.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "wanted"),
+    [
+        ("remove P --yes pull-03 pull-04", "demonstrations", ["pull-03", "pull-04"]),
+        ("remove P pull-03 --yes pull-04", "demonstrations", ["pull-03", "pull-04"]),
+        ("assign P --author Ines pull-03", "demonstrations", ["pull-03"]),
+        ("actions slip --json grab", "actions", ["slip", "grab"]),
+        ("measure recognition --quick P", "project", Path("P")),
+    ],
+)
+def test_words_may_stand_behind_options(words, name, wanted):
+    assert getattr(build_parser().parse_args(words.split()), name) == wanted
 
 
 def test_a_calibration_that_is_not_there_is_told_where_nothing_needs_it(
-    capsys, tmp_path, recordings
+    forcelab, tmp_path, recordings
 ):
-    table = str(next(recordings.glob("*.csv")))
-    missing = str(tmp_path / "no.toml")
+    table, missing = next(recordings.glob("*.csv")), tmp_path / "no.toml"
     project = tmp_path / "new.forcelab"
-    assert main(["import", str(project), table, "--calibration", missing]) == 1
-    assert f"The calibration file '{missing}' cannot be read" in capsys.readouterr().err
+    said = forcelab("import", project, table, "--calibration", missing)
+    assert f"The calibration file '{missing}' cannot be read" in said.sentence
     assert not project.exists()
 
 
@@ -139,6 +147,18 @@ def test_remarks_are_told_for_each_file(forcelab, tmp_path):
     strict = tmp_path / "strict.forcelab"
     assert "late.csv" in forcelab("import", strict, file, "--strict").sentence
     assert not strict.exists()
+
+
+def test_glitches_are_told_and_stay_as_they_are(forcelab, tmp_path):
+    file = tmp_path / "torn.csv"
+    wild = {20: "3e12", 21: "-4e15", 50: "9e37"}  # the last is no reading at all, but missing
+    rows = [f"{i / 100},{wild.get(i, i % 7)},{'5e14' if i == 90 else 1}" for i in range(200)]
+    file.write_text("\n".join(["time,fx,fz", *rows, ""]))
+    said = forcelab("import", tmp_path / "p.forcelab", file)
+    told = "torn.csv: 3 samples are glitches, no force, and count as missing (fx 2, fz 1)."
+    assert told in said.out.splitlines()
+    with Project.open(tmp_path / "p.forcelab") as opened:
+        assert opened.load("torn").signals[20:22, 0].tolist() == [3e12, -4e15]
 
 
 def test_one_bad_file_imports_nothing(forcelab, recordings, tmp_path):
@@ -189,6 +209,7 @@ def test_an_exported_archive_is_the_whole_project(forcelab, project, tmp_path):
     )
     assert len(again["runs"]) == 1
     assert first["demonstrations"] == again["demonstrations"]
+    assert len(first["demonstrations"]) == 6
 
 
 def test_a_list_reads_no_results_of_runs(forcelab, project, monkeypatch):
@@ -214,15 +235,6 @@ def test_the_list_tells_what_is_left_to_label(forcelab, project):
     said = forcelab("list", project, "--to-label", "coder").out
     assert said == "Nothing of this is left to label for coder.\n"
     assert "there is 'coder'" in forcelab("list", project, "--to-label", "Coder").sentence
-
-
-def test_an_archive_imports_like_any_recording(forcelab, project, tmp_path):
-    forcelab("export", project, "--out", tmp_path, "--format", "archive")
-    merged = tmp_path / "merged.forcelab"
-    assert forcelab("import", merged, tmp_path / "lab.zip").status == 0
-    with Project.open(merged) as opened:
-        assert opened.tasks() == ("foam", "sponge")
-        assert len(opened.demonstrations()) == 6
 
 
 def test_doctor_tries_everything_and_finds_this_machine_well(forcelab):
@@ -266,19 +278,65 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(forcelab, project, tmp_pat
     assert str(below) in forcelab(*words).sentence
 
 
-def test_a_full_disk_behind_standard_output_is_one_sentence(forcelab, project, monkeypatch):
-    with Path("/dev/full").open("w") as full, monkeypatch.context() as patch:
+@pytest.mark.parametrize("buffered", [True, False])  # not, as PYTHONUNBUFFERED asks
+@pytest.mark.parametrize("words", [["list"], ["list", "--help"], ["--version"]])
+def test_a_full_disk_behind_standard_output_is_one_sentence(
+    forcelab, project, monkeypatch, words, buffered
+):
+    with (
+        Path("/dev/full").open("wb", -1 if buffered else 0) as raw,
+        TextIOWrapper(raw, write_through=not buffered) as full,
+        monkeypatch.context() as patch,
+    ):
         patch.setattr(sys, "stdout", full)
-        said = forcelab("list", project)
+        said = forcelab(*words, *([project] if words == ["list"] else []))
     # To close what could not be written raises no error either.
     assert said.sentence == "forcelab: the output: No space left on device.\n"
 
 
-def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path):
-    forcelab("import", project, recordings / "foam-01.csv", "--task", "a\x1b[31m\nb")
+def test_names_cannot_steer_the_terminal(forcelab_on_terminal, project, recordings, tmp_path):
+    forcelab = forcelab_on_terminal
+    (file := tmp_path / "new\x1b[31m.csv").write_bytes((recordings / "foam-01.csv").read_bytes())
+    said = forcelab("import", project, file, "--task", "a\x1b[31m\nb")
+    assert r"reading new\x1b[31m.csv" in said.err
+    with Project.open(project) as opened:
+        opened.attach_beside(opened.id_of("new\x1b[31m"), file)
     said = forcelab("list", project)
     assert "\x1b" not in said.out
     assert r"a\x1b[31m\nb" in said.out
+    assert r"Beside the video of 'new\x1b[31m'" in said.out
+
+
+def test_what_an_encoding_lacks_is_printed_as_json_escapes_it(forcelab, project, monkeypatch):
+    with Project.open(project) as opened:
+        opened.rename(opened.id_of("foam-01"), "Prüfung 🙂")
+    for words in (["list", project], ["list", project, "--json"]):
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stdout", TextIOWrapper(BytesIO(), "latin-1"))
+            assert forcelab(*words).status == 0
+            sys.stdout.seek(0)
+            told = sys.stdout.read()
+        assert r"Prüfung \ud83d\ude42" in told
+    assert "Prüfung 🙂" in [one["name"] for one in json.loads(told)["demonstrations"]]
+
+
+@pytest.mark.parametrize("words", ["import NEW LINK", "predict LINK LINK", "export OLD --out LINK"])
+def test_a_link_to_itself_is_one_sentence(forcelab, project, tmp_path, words):
+    link = tmp_path / "link.csv"
+    link.symlink_to(link)
+    named = {"NEW": tmp_path / "new.forcelab", "OLD": project, "LINK": link}
+    assert str(link) in forcelab(*(named.get(word, word) for word in words.split())).sentence
+
+
+def test_a_folder_that_was_removed_meanwhile_is_told(forcelab, tmp_path, monkeypatch):
+    folder = tmp_path / "gone"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    folder.rmdir()
+    with Path(os.devnull).open("w") as nowhere, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", nowhere)
+        said = forcelab("list", "lab.forcelab").sentence
+    assert said == "forcelab: this folder: No such file or directory.\n"
 
 
 def test_an_error_is_one_line_whatever_names_hold(forcelab, tmp_path):
@@ -323,17 +381,20 @@ def test_an_export_that_fails_leaves_no_folder_behind(forcelab, project, tmp_pat
     assert kept.is_dir()
 
 
+def in_shell(words):
+    command = ["bash", "-c", f"{sys.executable} -m forcelab {words}"]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
 def test_what_goes_to_a_closed_standard_error_does_not_go_to_standard_output(project):
     cases = ((f"list {project} --task chess --json", 1), (f"list {project} --sort", 2))
     for words, status in cases:
-        command = f"{sys.executable} -m forcelab {words} 2>&-"
-        done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+        done = in_shell(f"{words} 2>&-")
         assert (done.returncode, done.stdout) == (status, "")
 
 
 def test_progress_can_be_told_to_nobody(project, recordings):
-    command = f"{sys.executable} -m forcelab import {project} {recordings / 'foam-01.csv'} 2>&-"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    done = in_shell(f"import {project} {recordings / 'foam-01.csv'} 2>&-")
     assert done.returncode == 0
     assert "1 recording" in done.stdout
 
@@ -349,9 +410,7 @@ def test_a_table_that_tells_no_rate_is_refused_with_the_option_that_cures_it(
 
 
 def test_closed_standard_output_is_no_traceback(project):
-    command = f"{sys.executable} -m forcelab list {project} >&-"
-    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
-    assert "Traceback" not in done.stderr
+    assert "Traceback" not in in_shell(f"list {project} >&-").stderr
 
 
 def test_two_first_imports_at_once_both_arrive(recordings, tmp_path):
@@ -464,24 +523,6 @@ def test_ctrl_c_stops_what_is_done_in_one_process(forcelab, project, monkeypatch
     assert is_whole(project)
 
 
-def test_every_command_of_the_parser_can_be_run():
-    given = {
-        "gui": [],
-        "demo": [], "simulate": ["--task", "t", "--count", "1", "--seed", "1", "--out", "p"],
-        "import": ["p", "f"], "list": ["p"], "runs": ["p"], "assign": ["p"],
-        "agree": ["p"], "attach": ["p", "d", "v"], "sync": ["p", "d"], "remove": ["p", "d"],
-        "capture": ["p"], "replay": ["p", "d"], "evaluate": ["p"], "train": ["p", "--out", "o"],
-        "predict": ["r", "f"], "review": ["p"], "why": ["p", "d", "--at", "1"],
-        "export": ["p", "--out", "o"],
-        "plan": ["p", "d"], "actions": [], "figures": ["d"], "measure": ["contact"],
-        "realism": ["p"], "doctor": [],
-    }  # fmt: skip
-    assert list(given) == COMMANDS
-    for command, words in given.items():
-        module = build_parser().parse_args([command, *words]).module
-        assert callable(import_module(f"forcelab.cli.{module}").run)
-
-
 def test_a_name_is_stripped_and_one_that_is_nearly_there_is_told(forcelab, recordings, tmp_path):
     project = tmp_path / "lab.forcelab"
     first, second, third = (recordings / f"foam-0{number}.csv" for number in (1, 2, 3))
@@ -503,6 +544,4 @@ def test_a_name_is_stripped_and_one_that_is_nearly_there_is_told(forcelab, recor
 
 def test_a_name_of_nothing_is_a_wrong_command_line(forcelab, recordings, tmp_path):
     words = ["import", tmp_path / "lab.forcelab", recordings / "foam-01.csv"]
-    said = forcelab(*words, "--author", "  ")
-    assert (said.status, said.out) == (2, "")
-    assert "--author: a name cannot be empty" in said.err
+    assert "--author: a name cannot be empty" in forcelab(*words, "--author", "  ").wrong_word

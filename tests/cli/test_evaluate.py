@@ -1,6 +1,7 @@
 """``forcelab evaluate``."""
 
 import csv
+import errno
 import json
 
 import pytest
@@ -109,9 +110,15 @@ def test_training_on_one_task_and_testing_on_another(forcelab, project):
     assert not set(content["trained_on"]) & set(content["tested"])
 
 
-def test_every_other_task_is_trained_on_when_only_the_tested_one_is_named(forcelab, project):
+def test_every_other_task_is_trained_on_when_only_the_tested_one_is_named(
+    forcelab, project, recordings
+):
     content = forcelab("evaluate", project, "--test-task", "sponge", *FAST, "--json", "-").json
     assert content["title"] == "foam → sponge"
+    names = [path.stem for path in recordings.glob("foam-*.csv")]
+    forcelab("remove", project, *names, "--yes")
+    said = forcelab("evaluate", project, "--test-task", "sponge", *FAST).sentence
+    assert "has no task but 'sponge', so there is none to train on" in said
 
 
 def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, project, recordings):
@@ -130,7 +137,7 @@ def test_a_task_that_cannot_be_evaluated_does_not_keep_the_others(forcelab, proj
 
 
 def test_figures_have_the_colours_of_the_window(forcelab, project, tmp_path, monkeypatch):
-    from forcelab.gui.figures import TimelinePairs
+    from forcelab.gui.figures.timelines import TimelinePairs
     from forcelab.review.looks import vocabulary_of
     from forcelab.review.outcome import latest
 
@@ -200,9 +207,11 @@ def test_outputs_are_checked_before_the_work(forcelab, project, tmp_path):
 def test_remarks_tell_what_does_not_fit(forcelab, project, tmp_path):
     spelling = tmp_path / "map.json"
     spelling.write_text('{"nonsense": "grab"}')
+    with Project.open(project) as opened:
+        opened.rename(opened.id_of("foam-01"), "foam\x1b[1m")
     words = ["--task", "foam", *FAST, "--max-scale", "1024", "--merge", spelling]
     said = forcelab("evaluate", project, *words)
-    assert "The largest scale, 1024 samples, is longer than foam-01 and 3 more" in said.out
+    assert r"The largest scale, 1024 samples, is longer than foam\x1b[1m and 3 more" in said.out
     assert said.err == "forcelab: The merge map names what nobody labelled: nonsense.\n"
 
 
@@ -292,6 +301,19 @@ def test_figures_are_drawn_in_the_format_of_their_suffix(forcelab, project, tmp_
     assert confusion.read_bytes().startswith(start)
 
 
+@pytest.mark.parametrize("option", ["--figure", "--table", "--json"])
+def test_scores_are_told_though_the_disk_is_full(forcelab, project, tmp_path, monkeypatch, option):
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("forcelab.atomic.os.replace", full)
+    name = tmp_path / {"--figure": "f.svg", "--table": "t.csv", "--json": "j.json"}[option]
+    said = forcelab("evaluate", project, "--task", "foam", *FAST, option, name)
+    assert said.status == 1
+    assert f"'{name}' cannot be written (No space left on device)" in said.err
+    assert "pooled" in said.out
+
+
 def test_several_tasks_get_a_figure_each(forcelab, project, tmp_path):
     assert forcelab("evaluate", project, *FAST, "--figure", tmp_path / "p.png").status == 0
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["p-foam.png", "p-sponge.png"]
@@ -350,12 +372,6 @@ def test_what_does_not_fit_the_project_is_one_sentence_with_the_cure(
 def test_a_setting_that_cannot_be_is_a_wrong_command_line(forcelab, project, words, says):
     given = [*FAST, *words]
     assert says in forcelab("evaluate", project, "--task", "foam", *given).wrong_word
-
-
-def test_a_single_labelled_demonstration_is_too_few(forcelab, recordings, tmp_path):
-    project = tmp_path / "one.forcelab"
-    forcelab("import", project, recordings / "foam-01.csv")
-    assert "two labelled" in forcelab("evaluate", project, *FAST).sentence
 
 
 def test_two_coders_must_be_told_apart(forcelab, project, recordings):
@@ -421,6 +437,7 @@ def test_a_stream_is_left_out_in_groups_too(forcelab, project):
     assert "Left out in 2 groups of up to 2." in halves["remarks"]
     assert halves["tested"] == alone["tested"]
     assert halves["filtered"]["pooled"]["accuracy"] > 0.5
+    assert "from 0 to 600, not 1e+09" in forcelab(*words, "--latency", "1e9").sentence
 
 
 def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, project):

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.capture.journal import header_bytes
 from forcelab.capture.keeping import CAPTURES
-from forcelab.cli import _for_the_window, main
+from forcelab.cli import _for_the_window
 from forcelab.project import Project
 
 
@@ -88,14 +88,10 @@ def test_from_a_shell_without_a_display_a_picture_at_200_percent_has_twice_the_p
     ],
 )
 def test_a_picture_that_cannot_be_drawn_is_one_sentence(
-    project, tmp_path, monkeypatch, capsys, words, sentence
+    forcelab, project, tmp_path, monkeypatch, words, sentence
 ):
     monkeypatch.chdir(tmp_path)
-    assert main(["gui", str(project), *words]) == 1
-    said = capsys.readouterr().err
-    assert sentence in said
-    assert said.startswith("forcelab: ")
-    assert said.count("\n") == 1
+    assert sentence in forcelab("gui", project, *words).sentence
     assert not list(tmp_path.glob("**/*.png"))
 
 
@@ -119,6 +115,16 @@ def test_no_project_and_no_display_are_one_sentence_each(forcelab, tmp_path, mon
     assert "no display" in forcelab(nothing).sentence
 
 
-def test_a_size_that_is_none_is_a_wrong_command_line(capsys):
-    assert main(["gui", "--size", "large"]) == 2
-    assert "1280x800" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--at", "nan"), "'nan' is no time in seconds"),
+        (("--at", "soon"), "'soon' is no time in seconds"),
+        (("--span", "inf"), "'inf' is no time in seconds"),
+        (("--span", "0"), "'0' is no length of time above 0 s"),
+        (("--size", "large"), "'large' is no size such as 1280x800"),
+        (("--size", "99999x800"), "'99999x800' is too large; 8192 pixels are the most"),
+    ],
+)
+def test_what_no_window_can_show_is_a_wrong_command_line(forcelab, words, told):
+    assert told in forcelab("gui", *words).wrong_word

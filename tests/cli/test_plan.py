@@ -115,14 +115,14 @@ def test_what_the_settings_switch_off_is_left_out(forcelab, project):
     assert "computed  log magnitudes" in said
 
 
-def test_without_labels_no_timelines_and_with_a_video_a_decoder(forcelab, project, tmp_path):
-    film = tmp_path / "film.mp4"
-    film.write_bytes(b"no video, but nothing looks into it")
-    with Project.open(project) as opened:
-        opened.add(replace(FOAM, name="filmed", video=VideoReference(film)))
-    parts = parts_of(forcelab("plan", project, "filmed", "--json").json)
-    assert parts["video decoder"]["computed"]
-    assert not parts["timelines"]["computed"]
+def test_an_option_that_changes_nothing_is_told(forcelab, project):
+    words = ["plan", project, "foam-01", "--json", "--changes", "--max-scale", "256"]
+    said = forcelab(*words, "--no-calibrated", "--threshold", "off")
+    assert said.err == (
+        "forcelab: --changes has no effect with decoder filters; it needs decoder semi-markov.\n"
+    )
+    assert "recognition" in said.json
+    assert forcelab("plan", project, "foam-01", "--preset", "best").err == ""
 
 
 def test_scales_that_fit_the_recording_but_not_the_settings_are_named(forcelab, project):
@@ -193,6 +193,7 @@ def test_what_the_window_needs_and_does_without_is_told(forcelab, project, tmp_p
         "timelines",
     }
     assert all(filmed[name]["computed"] for name in of_video)
+    assert not filmed["timelines"]["computed"]  # nobody labelled it
     assert bare["scalogram of 1 channel"]["computed"]
     assert not bare[f"scalograms of {len(CHANNELS) - 1} more"]["computed"]
     never = ("scikit-learn", "pyserial", "Review workspace", "Capture workspace")

@@ -10,7 +10,7 @@ from forcelab.labels import Segment
 from forcelab.project import LabelsUsed, Project, Verdict
 from forcelab.project.labelling import Labelling
 
-MADE = {"settings": {}, "seed": None, "versions": {}}
+MADE = {"settings": {"preset": "fast"}, "seed": None, "versions": {}}
 
 
 @pytest.fixture
@@ -54,6 +54,19 @@ def test_it_is_removed_only_when_that_is_confirmed(forcelab, project):
     with Project.open(project) as opened:
         assert names_of(opened) == [name for name in names if name != "foam-01"]
     assert "no demonstration 'foam-01'" in forcelab("remove", project, "foam-01", "--yes").sentence
+
+
+def test_what_is_damaged_can_be_removed_assigned_and_exported(forcelab, project, tmp_path):
+    with Project.open(project) as opened:
+        id_ = opened.id_of("foam-01")
+        times = opened.path / "demonstrations" / id_ / "times.npy"
+    times.write_bytes(b"\x93NUMPY")
+    assert forcelab("assign", project, "foam-01", "--author", "Anna").status == 0
+    assert forcelab("export", project, "--demo", "foam-01", "--out", tmp_path / "out").status == 0
+    assert forcelab("remove", project, "foam-01", "--yes").status == 0
+    with Project.open(project) as opened:
+        assert "foam-01" not in names_of(opened)
+    assert not times.parent.exists()
 
 
 def test_several_go_together_or_not_at_all(forcelab, project):

@@ -12,7 +12,6 @@ import pytest
 
 from forcelab.capture.blocks import UnpluggedError
 from forcelab.capture.devices import device_named, number_sensors
-from forcelab.cli import main
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
 
@@ -151,22 +150,21 @@ def test_a_closed_terminal_ends_it_with_a_sentence_and_takes_the_ports_away(stor
     assert not any(os.path.lexists(port["port"]) for port in told["ports"])
 
 
-def test_a_recording_without_a_3_axis_sensor_is_refused_in_a_sentence(stored, capsys):
+def test_a_recording_without_a_3_axis_sensor_is_refused_in_a_sentence(stored, forcelab):
     names = [Channel(name) for name in "abcdef"]
     path = stored(recording(channels=tuple(names)))
-    assert main(["replay", str(path), "tongs 01"]) == 1
-    said = capsys.readouterr().err
+    said = forcelab("replay", path, "tongs 01").sentence
     assert "no 3-axis force sensor" in said
     assert "a, b, c, d, e, f" in said
 
 
-def test_a_calibration_is_refused_where_it_would_change_nothing(stored, capsys):
+def test_a_calibration_is_refused_where_it_would_change_nothing(stored, forcelab):
     words = ["--as", "text", "--calibration", "mine.toml"]
-    assert main(["replay", str(stored(recording())), "tongs 01", *words]) == 2
-    assert "leave --calibration away" in capsys.readouterr().err
+    said = forcelab("replay", stored(recording()), "tongs 01", *words)
+    assert "leave --calibration away" in said.wrong_word
 
 
 @pytest.mark.parametrize("words", [["--speed", "0"], ["--lead", "-1"]])
-def test_what_cannot_be_played_is_refused(stored, capsys, words):
-    assert main(["replay", str(stored(recording())), "tongs 01", *words]) == 1
-    assert "Replaying needs a speed above 0" in capsys.readouterr().err
+def test_what_cannot_be_played_is_refused(stored, forcelab, words):
+    said = forcelab("replay", stored(recording()), "tongs 01", *words)
+    assert "Replaying needs a speed above 0" in said.sentence

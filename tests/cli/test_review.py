@@ -1,11 +1,8 @@
 """``forcelab review``."""
 
-import json
-
 import pytest
 from trained_project import CHOICE, FAST, make
 
-from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import evaluate_tasks
@@ -22,35 +19,30 @@ def path(tmp_path_factory):
     return path
 
 
-def test_the_queue_is_printed_and_says_the_same_as_json(path, capsys):
+def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     with Project.open(path) as project:
         found = queue(project, load(project, 1), invented=True)
-    assert main(["review", str(path), "--kind", "boundaries", "--kind", "missed", "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
+    plain = forcelab("review", path, "--kind", "boundaries", "--kind", "missed", "--json").json
     listed = [(d["start"], d["end"]) for d in plain["queue"]["boundaries"]]
     assert listed == [(d.start, d.end) for d in found.boundaries]
     assert set(plain["queue"]) == {"boundaries", "missed"}
     assert plain["counts"]["boundaries"] == len(found.boundaries) > 0
-    assert main(["review", str(path), "--kind", "boundaries", "--limit", "1"]) == 0
-    told = capsys.readouterr().out
+    told = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
     assert told.count("boundary ") == 1
     assert f"{found.boundaries[0].start:.3f}" in told
 
 
-def test_verdicts_are_reported_by_pair(path, capsys):
+def test_verdicts_are_reported_by_pair(path, forcelab):
     with Project.open(path) as project:
         outcome = load(project, 1)
         first = queue(project, outcome).boundaries[0]
         judge(project, outcome, first, "human", outcome.author)
-    assert main(["review", str(path)]) == 0
-    assert "human right" in capsys.readouterr().out
-    assert main(["review", str(path), "--json"]) == 0
-    (pair,) = json.loads(capsys.readouterr().out)["verdicts"]
+    assert "human right" in forcelab("review", path).out
+    (pair,) = forcelab("review", path, "--json").json["verdicts"]
     assert (pair["human"], pair["human_right"]) == (first.human, 1)
 
 
-def test_without_an_evaluation_it_says_how_to_make_one(tmp_path, capsys):
+def test_without_an_evaluation_it_says_how_to_make_one(tmp_path, forcelab):
     path = tmp_path / "empty.forcelab"
     Project.create(path).close()
-    assert main(["review", str(path)]) == 1
-    assert "forcelab evaluate" in capsys.readouterr().err
+    assert "forcelab evaluate" in forcelab("review", path).sentence

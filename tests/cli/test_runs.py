@@ -1,11 +1,8 @@
 """``forcelab runs``."""
 
-import json
-
 import pytest
 from trained_project import CHOICE, FAST, make
 
-from forcelab.cli import main
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import evaluate_tasks
@@ -20,40 +17,38 @@ def path(tmp_path_factory):
     return path
 
 
-def test_the_list_names_every_run_with_its_scores(path, capsys):
-    assert main(["runs", str(path)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_the_list_names_every_run_with_its_scores(path, forcelab):
+    lines = forcelab("runs", path).out.splitlines()
     with Project.open(path) as project:
         accuracy = project.run(2).result["filtered"]["pooled"]["accuracy"]
     assert [line.split()[0] for line in lines[1:3]] == ["1", "2"]
     assert f"{100 * accuracy:.1f}" in lines[2].split()
-    assert main(["runs", str(path), "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
+    usual = "paper, max_scale 32.0, classifier naive-bayes"
+    assert f"{usual}  " in lines[1]
+    assert f"{usual}, stride 4, threshold –  " in lines[2]
+    plain = forcelab("runs", path, "--json").json
     assert [run["run"] for run in plain] == [1, 2]
     assert plain[1]["accuracy"] == accuracy
     assert plain[1]["settings"]["stride"] == 4
 
 
-def test_a_comparison_says_what_differed_and_by_how_much(path, capsys):
-    assert main(["runs", str(path), "--compare", "1", "2"]) == 0
-    told = capsys.readouterr().out
+def test_a_comparison_says_what_differed_and_by_how_much(path, forcelab):
+    told = forcelab("runs", path, "--compare", 1, 2).out
     assert "stride" in told
     assert "foam 03" in told
-    assert main(["runs", str(path), "--compare", "2", "1", "--json"]) == 0
-    plain = json.loads(capsys.readouterr().out)
+    plain = forcelab("runs", path, "--compare", 2, 1, "--json").json
     one, other = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
     assert f"{100 * (one - other):+.1f}" in told
     assert plain["runs"] == [2, 1]
     assert len(plain["shared"]) == 3
 
 
-def test_a_run_that_is_not_there_is_told_in_a_sentence(path, capsys):
-    assert main(["runs", str(path), "--compare", "1", "9"]) == 1
-    assert "There is no run 9" in capsys.readouterr().err
+def test_a_run_that_is_not_there_is_told_in_a_sentence(path, forcelab):
+    assert "There is no run 9" in forcelab("runs", path, "--compare", 1, 9).sentence
 
 
-def test_a_project_without_runs_says_how_to_make_one(tmp_path, capsys):
-    with Project.create(tmp_path / "p.forcelab"):
-        pass
-    assert main(["runs", str(tmp_path / "p.forcelab")]) == 0
-    assert "forcelab evaluate" in capsys.readouterr().out
+def test_a_project_without_runs_says_how_to_make_one(tmp_path, forcelab):
+    Project.create(tmp_path / "p.forcelab").close()
+    said = forcelab("runs", tmp_path / "p.forcelab")
+    assert said.status == 0
+    assert "forcelab evaluate" in said.out

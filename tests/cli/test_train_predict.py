@@ -117,7 +117,9 @@ def test_train_tells_what_was_learnt_as_json(forcelab, project, tmp_path):
 def test_other_channels_are_refused(forcelab, recogniser, tmp_path):
     file = tmp_path / "other.csv"
     file.write_text("time,a\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(50)))
-    assert "tangential 1" in forcelab("predict", recogniser, file).sentence
+    assert "'other': There is no recognition channel 'tangential 1'" in (
+        forcelab("predict", recogniser, file).sentence
+    )
 
 
 def test_what_is_no_recogniser_is_refused(forcelab, recordings, tmp_path):
@@ -184,6 +186,21 @@ def test_training_on_several_tasks_is_never_by_accident(forcelab, project, tmp_p
     words = ["train", project, *SETTINGS, "--out", tmp_path / "r.skops"]
     assert "foam, sponge" in forcelab(*words).sentence
     assert forcelab(*words, "--task", "foam", "--task", "sponge").status == 0
+
+
+def test_names_cannot_steer_the_terminal(forcelab, project, recordings, tmp_path):
+    (merge := tmp_path / "merge.json").write_text('{"grab": "gr\\u001bab"}')
+    recogniser = tmp_path / "r.skops"
+    said = forcelab(
+        "train", project, "--task", "foam", "--merge", merge, *SETTINGS, "--out", recogniser
+    )
+    assert r"gr\x1bab" in said.out
+    assert "\x1b" not in said.out
+    counts = tmp_path / "foam\x1b[31m.csv"
+    counts.write_text((recordings / "foam-01.csv").read_text().replace(" [N]", ""))
+    said = forcelab("predict", recogniser, counts).err
+    assert r"foam\x1b[31m: The channel" in said
+    assert "\x1b" not in said
 
 
 def test_actions_without_a_sample_are_not_said_to_be_learnt(forcelab, project, tmp_path):

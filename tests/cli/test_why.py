@@ -23,9 +23,8 @@ def project(tmp_path_factory):
     return path
 
 
-def test_it_prints_what_the_window_computes(project, capsys):
-    assert main(["why", str(project), "foam 02", "--at", "2.0", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+def test_it_prints_what_the_window_computes(project, forcelab):
+    printed = forcelab("why", project, "foam 02", "--at", "2.0", "--json").json
     with Project.open(project) as opened:
         outcome = load(opened, printed.pop("run"))
         id_ = opened.load("foam 02").id
@@ -38,22 +37,19 @@ def test_it_prints_what_the_window_computes(project, capsys):
     assert printed["recogniser"]["same"] == 1.0
 
 
-def test_people_get_a_sentence_bands_method_and_neighbours(project, capsys):
-    assert main(["why", str(project), "foam 02", "--at", "2.0"]) == 0
-    told = capsys.readouterr().out
+def test_people_get_a_sentence_bands_method_and_neighbours(project, forcelab):
+    told = forcelab("why", project, "foam 02", "--at", "2.0").out
     for part in ("foam 02", " s coded ", "speaks ", "Permutation", "standard error", "distance"):
         assert part in told
 
 
-def test_a_time_without_anything_is_refused(project, capsys):
-    assert main(["why", str(project), "foam 02", "--at", "99"]) == 1
-    assert "at 99 s" in capsys.readouterr().err
+def test_a_time_without_anything_is_refused(project, forcelab):
+    assert "at 99 s" in forcelab("why", project, "foam 02", "--at", 99).sentence
 
 
-def test_a_run_is_needed(tmp_path, capsys):
+def test_a_run_is_needed(tmp_path, forcelab):
     path = tmp_path / "study.forcelab"
     made(path, FAST.replace(classifier="naive-bayes"), count=2)
-    assert main(["why", str(path), "foam 02", "--at", "2"]) == 1
-    assert "evaluate" in capsys.readouterr().err
-    assert main(["why", str(path), "foam 02", "--at", "2", "--run", "7"]) == 1
-    assert "no run 7" in capsys.readouterr().err
+    words = ["why", path, "foam 02", "--at", 2]
+    assert "evaluate" in forcelab(*words).sentence
+    assert "no run 7" in forcelab(*words, "--run", 7).sentence

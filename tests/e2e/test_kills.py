@@ -27,8 +27,10 @@ def test_every_painted_segment_that_was_seen_is_there(start, project):
         seen = lines[-1]["seen"] if lines else seen
         assert seen
         there = stored(project, "pen 1")
-        covered = [any(s <= a + 1e-4 and b <= e + 1e-4 for s, e, _ in there) for a, b, _ in seen]
-        assert all(covered)
+        # A stroke that was stored, but not yet seen, may have joined or lengthened some of them.
+        for start_, end, _ in seen:
+            kept = sum(max(0.0, min(e, end) - max(s, start_)) for s, e, _ in there)
+            assert kept > end - start_ - 2e-4
         with Project.open(project) as opened:  # so that the next time all is painted anew
             info = opened.demonstrations()[0]
             opened.edit(info.id, "Ada", opened.track(info.id, "Ada").segments, (), "cleared")

@@ -1,4 +1,7 @@
-"""Two hundred broken files: each is one sentence, and nothing is written or executed."""
+"""Broken files of every kind: each is one sentence, and nothing is written or executed.
+
+What each reader refuses, and with what words, is tested beside that reader.
+"""
 
 import io
 import os
@@ -12,10 +15,6 @@ import numpy as np
 import pytest
 
 from forcelab.cli import main
-from forcelab.demonstration import Channel, Demonstration
-from forcelab.formats.archive import write_archive
-from forcelab.labels import Segment, Track
-from forcelab.project import Project
 
 CANARY = "canary"
 
@@ -57,87 +56,38 @@ def noise():
         yield f"noise-{seed}{suffix}", start + dice.randbytes(dice.choice([7, 100, 5000, 200_000]))
 
 
-def damaged_databases():
-    """Some byte of a database is an opcode that its neighbours do not go with."""
-    whole = database({0: record()})
-    for seed in range(20):
-        at = random.Random(seed).randrange(2, 40)
-        yield f"damaged-{seed}.pdl", whole[:at] + b"\x93\xff" + whole[at + 2 :]
-
-
 def wrong_types():
     for number, records in enumerate(
         [
             {},
             {0: None},
-            {0: [1.0]},
             {"a": record()},
-            {0: record(timestamps=None)},
-            {0: record(timestamps=["0"] * 20)},
-            {0: record(timestamps=[float("nan")] * 20)},
             {0: record(timestamps=[1e300 * (-1) ** i for i in range(20)])},
-            {0: record(timestamps=[0.0] * 20)},
             {0: record(timestamps=[0.0])},
             {0: record(signals={})},
-            {0: record(signals=[])},
-            {0: record(signals=[[None] * 20] * 11)},
             {0: record(signals=[[[0.5]] * 20] * 11)},
             {0: record(signals=[[2**62] * 19] * 11)},
-            {0: record(labels=["grab"])},
-            {0: record(labels=[b"grab".decode(), 3] * 10)},
             {0: record(labels=["two\nlines"] * 20)},
-            {0: record(labels={})},
-            {0: record(), 1: record(signals=[])},
         ]
     ):
         yield f"types-{number}.pdl", database(records)
     yield "one-value.pdl", pickle.dumps(5, 2)
-    yield "text.pdl", pickle.dumps("x" * 1000, 2)
 
 
 def attacks():
-    touch = f"open({CANARY!r}, 'w')"
-    shell = f"touch {CANARY}"
+    call = Call(os.system, f"touch {CANARY}")
     for protocol in (0, 2, 4):
-        for name, call in {
-            "system": Call(os.system, shell),
-            "eval": Call(eval, touch),
-            "exec": Call(exec, touch),
-            "open": Call(open, CANARY, "w"),
-        }.items():
-            yield f"{name}-{protocol}.pdl", pickle.dumps(call, protocol)
-            yield f"{name}-inside-{protocol}.pdl", database({0: record(name=call)}, protocol)
-    quoted = shell.encode()
-    for name, data in {
-        "inst": b"(S'" + quoted + b"'\nios\nsystem\n.",
-        "obj": b"(cos\nsystem\nS'" + quoted + b"'\no.",
-        "newobj": b"\x80\x02csubprocess\nPopen\n((lS'touch'\naS'canary'\natt\x81.",
-        "stack-global": b"\x80\x02U\x02osU\x06system\x93U\x0c" + quoted + b"\x85R.",
-        "ext1": b"\x80\x02\x82\x01)R.",
-        "ext4": b"\x80\x02\x84\xff\xff\xff\x7f)R.",
-        "persid": b"\x80\x02P" + quoted + b"\n.",
-        "build": b"\x80\x02}}U\x0c__setstate__cos\nsystem\nsb.",
-        "bundle": b"\x80\x02clabelSelectedData\nSignalBundle\n(S'x'\ntR)R.",
-        "bundle-attribute": b"\x80\x02clabelSelectedData\nSignalBundle.__init__\n)R.",
-        "module": b"\x80\x02ccanary_module\nx\n.",
-        "getattr": b"\x80\x02c__builtin__\ngetattr\n(cos\npath\nS'os'\ntR.",
-    }.items():
-        yield f"{name}.pdl", data
+        yield f"system-{protocol}.pdl", pickle.dumps(call, protocol)
+        yield f"inside-{protocol}.pdl", database({0: record(name=call)}, protocol)
+    yield "module.pdl", b"\x80\x02ccanary_module\nx\n."
 
 
 def bombs():
-    yield "long4.pdl", b"\x80\x02\x8b\xff\xff\xff\x7f"
     yield "string.pdl", b"\x80\x02T\xff\xff\xff\x7fabc"
     yield "deep-lists.pdl", b"\x80\x02" + b"]" * 100_000 + b"a" * 99_999 + b"."
-    yield "deep-marks.pdl", b"\x80\x02" + b"(" * 100_000 + b"l" * 100_000 + b"."
-    yield "deep-tuples.pdl", b"\x80\x02)" + b"\x85" * 100_000 + b"."
-    yield "itself.pdl", b"\x80\x02]q\x00h\x00a."
     laughs = b"".join(b"](h%ch%ceq%c" % (i, i, i + 1) for i in range(60))
     yield "laughs.pdl", b"\x80\x02(]q\x00" + laughs + b"l."
-    keys = b"".join(b"h%ch%c\x86q%c" % (i, i, i + 1) for i in range(60))
-    yield "laughing-key.pdl", b"\x80\x02(K\x01\x85q\x00" + keys + b"}h\x3cNs."
     yield "floods.pdl", b"\x80\x02" + b"]" * 2_000_000
-    yield "long-digits.pdl", b"(lp0\nI" + b"7" * 3_000_000 + b"\na."
 
 
 def tables():
@@ -163,6 +113,13 @@ def tables():
             "t,fx\n0,1\n0.01,2\n".encode("utf-16")[:21],
             b"t,fx\n0,1\n0.01,\xff\xfe\x00\x00\n0.02,3\n",
             b"t,fx\n0,1\n0.01,2\n" + bytes(4096),
+            "t,label\n0,a\n0.01,b\n0.02,b\n",
+            "t,fx\n" + "0.5,1\n" * 1000,
+            "t,fx\n0,1\n" + "9" * 2_000_000 + "\n",
+            "t,fx\n0,1\n0.01,2\n0.02,\x003\n",
+            "word\n" * 50,
+            "some, words\nand, more\n" * 20,
+            "# only a comment\n",
             "<!DOCTYPE html>\n<title>404 not found</title>\n1,2\n3,4\n",
         ]
     ):
@@ -178,6 +135,7 @@ def huge():
     yield "commas.csv", b"," * 10_000_000
     yield "row.csv", b"0.5," * 2_500_000
     yield "quote.csv", b'"' + b"0,1" * 3_300_000
+    yield "quotes.csv", b'"' * 10_000_000
     yield "blanks.txt", b" " * 10_000_000
     yield "zeros.csv", bytes(10_000_000)
 
@@ -202,7 +160,6 @@ def foreign():
 GENERATED = [
     *truncated_databases(),
     *noise(),
-    *damaged_databases(),
     *wrong_types(),
     *attacks(),
     *bombs(),
@@ -210,20 +167,6 @@ GENERATED = [
     *huge(),
     *foreign(),
 ]
-
-
-@pytest.fixture(scope="module")
-def archive(tmp_path_factory):
-    """A small project as an archive."""
-    folder = tmp_path_factory.mktemp("archive")
-    times = np.arange(50) / 100
-    demonstration = Demonstration(
-        "LEGO 01", "LEGO", times, np.cos(times)[:, None], (Channel("fx", "N"),)
-    )
-    with Project.create(folder / "p.forcelab") as project:
-        project.add(demonstration, [Track("Ada", (Segment(0.1, 0.2, "grab"),))])
-        write_archive(project, folder / "p.zip")
-    return (folder / "p.zip").read_bytes()
 
 
 @pytest.fixture
@@ -240,8 +183,8 @@ def snapshot(folder):
     return {path: path.is_file() and path.read_bytes() for path in folder.rglob("*")}
 
 
-def assert_refused(room, capsys, name, data):
-    """The file is refused in one short sentence in good time, and nothing else happens."""
+@pytest.mark.parametrize(("name", "data"), GENERATED, ids=[name for name, _ in GENERATED])
+def test_a_broken_file_is_one_sentence_and_nothing_is_written_or_executed(room, capsys, name, data):
     (room / name).write_bytes(data)
     before = snapshot(room)
     started = time.process_time()
@@ -258,39 +201,3 @@ def assert_refused(room, capsys, name, data):
     assert len(sentence) < 400
     assert sentence[-1] in ".?"
     assert not re.search(r"[.!?] +[A-Z]", sentence)
-
-
-@pytest.mark.parametrize(("name", "data"), GENERATED, ids=[name for name, _ in GENERATED])
-def test_a_broken_file_is_one_sentence_and_nothing_is_written_or_executed(room, capsys, name, data):
-    assert_refused(room, capsys, name, data)
-
-
-@pytest.mark.parametrize("part", range(1, 16))
-def test_a_truncated_archive_is_one_sentence(room, capsys, archive, part):
-    assert_refused(room, capsys, "cut.zip", archive[: len(archive) * part // 16])
-
-
-@pytest.mark.parametrize(
-    "member",
-    ["../canary", "../../canary", "/canary", "demonstrations/../../canary", "..\\canary", "C:\\x"],
-)
-def test_an_archive_whose_files_would_escape_is_one_sentence(room, capsys, archive, member):
-    stream = io.BytesIO(archive)
-    with zipfile.ZipFile(stream, "a") as made:
-        made.writestr(member, "x")
-    assert_refused(room, capsys, "escape.zip", stream.getvalue())
-
-
-def test_an_archive_that_unpacks_to_gigabytes_is_one_sentence(room, capsys, archive):
-    stream = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(archive)) as old, zipfile.ZipFile(stream, "w") as made:
-        for member in old.namelist():
-            content = old.read(member)
-            if member.endswith("signals.npy"):
-                content += bytes(200_000_000)
-            made.writestr(member, content, zipfile.ZIP_DEFLATED, 1)
-    assert_refused(room, capsys, "bomb.zip", stream.getvalue())
-
-
-def test_there_are_two_hundred_of_them():
-    assert len({data for _, data in GENERATED}) + 15 + 6 + 1 >= 200

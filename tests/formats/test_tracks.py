@@ -14,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.formats import read
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.labels import read_labels, sniff_labels
-from forcelab.formats.table.roles import UNLABELLED_WORDS
+from forcelab.formats.table.roles import is_unlabelled
 from forcelab.formats.times import on_samples, plain_times
 from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.labels import Segment, Track, from_codes, to_codes
@@ -24,7 +24,7 @@ ACTIONS = ("grab", "hold", "slip")
 printable = st.text(st.characters(exclude_categories=["Cs", "Cc", "Zl", "Zp"]), min_size=1)
 #: Names as people give them: words of any script, with punctuation inside.
 words = st.from_regex(r"[a-zäçж力][a-zäçж力0-9_, \"';.-]{0,8}[a-z0-9]", fullmatch=True).filter(
-    lambda word: word not in UNLABELLED_WORDS
+    lambda word: not is_unlabelled(word)
 )
 
 
@@ -124,13 +124,7 @@ def test_audacity_refuses_an_action_that_would_break_its_line(action):
 def as_written(tracks):
     """The tracks with their times as files tell them."""
     return tuple(
-        Track(
-            track.author,
-            tuple(
-                Segment(start, end, s.action)
-                for s, (start, end) in zip(track.segments, plain_times(track.segments), strict=True)
-            ),
-        )
+        Track(track.author, tuple(Segment(*times, s.action) for s, times in plain_times(track)))
         for track in tracks
     )
 

@@ -39,6 +39,8 @@ def test_a_video_named_together_with_its_recording_is_attached(lab):
     report = import_files(lab / "p.forcelab", files)
     assert videos(lab / "p.forcelab") == {"VP07_1": False, "VP07_2": True}
     assert "vp07_2.AVI was attached" in " ".join(report.remarks[lab / "VP07_2.csv"])
+    # It has 3 frames, and its recording half a second.
+    assert "'vp07_2.AVI' lasts 0.07 s" in " ".join(report.remarks[lab / "VP07_2.csv"])
 
 
 def test_recordings_of_one_name_in_several_folders_get_each_its_own_video():

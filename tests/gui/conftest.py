@@ -23,6 +23,14 @@ def settings_of_its_own(tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def keys(app):
+    """The keys of this test's coder."""
+    from forcelab.gui.shortcuts import Keys
+
+    return Keys()
+
+
+@pytest.fixture
 def until(app):
     """Run the event loop until something holds, for at most some seconds."""
 

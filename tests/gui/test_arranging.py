@@ -1,12 +1,13 @@
 """Windows within their screens, and texts within their boxes."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
-from PySide6.QtCore import QRect, QSize
-from PySide6.QtWidgets import QWidget
+from PySide6.QtCore import QRect, QSize, Qt
+from PySide6.QtWidgets import QLabel, QWidget
 
-from forcelab.gui.arranging import FRAME, resize_on_screen
+from forcelab.gui.arranging import FRAME, copyable, muted, placeholder, resize_on_screen, toned
 
 SMALL = QRect(0, 0, 960, 540)
 
@@ -29,3 +30,12 @@ def test_a_window_is_no_larger_than_its_screen_with_its_frame(app, wanted, got):
     resize_on_screen(window, wanted)
     assert window.size() == got
     window.deleteLater()
+
+
+@pytest.mark.parametrize("make", [copyable, muted, placeholder, partial(toned, "warning")])
+def test_a_name_that_looks_like_markup_is_shown_as_it_is(app, make):
+    said = "Nobody labelled <b>this</b> here."
+    room = QLabel(said, textFormat=Qt.TextFormat.PlainText).sizeHint().width()
+    label = make(said)
+    label.setWordWrap(False)
+    assert label.sizeHint().width() >= room

@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,9 @@ import pytest
 from films import write_with_opencv
 from made_once import made_once
 from PySide6.QtCore import QEvent, QModelIndex, QPoint, Qt
-from PySide6.QtGui import QHelpEvent, QImage
+from PySide6.QtGui import QAction, QHelpEvent, QImage
 from PySide6.QtTest import QAbstractItemModelTester, QTest
-from PySide6.QtWidgets import QLabel, QPushButton
+from PySide6.QtWidgets import QInputDialog, QLabel, QPushButton
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
@@ -21,7 +22,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.listing_model import ListingModel
 from forcelab.gui.listing_parts import OrderButton
 from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
-from forcelab.gui.removing import RemoveDialog
+from forcelab.gui.removing import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
 
@@ -84,6 +85,14 @@ def listing(document):
     listing.deleteLater()
 
 
+@pytest.fixture
+def said(document):
+    """What the status line says, and whether that is trouble."""
+    told = []
+    document.said.connect(lambda *what: told.append(what))
+    return told
+
+
 def id_of(document: Document, name: str) -> str:
     return next(info.id for info in document.infos if info.name == name)
 
@@ -93,16 +102,25 @@ def shown(listing: DemonstrationList) -> dict[str, list[str]]:
 
 
 def row(listing: DemonstrationList, name: str) -> Row:
-    rows = [row for group in listing.model.groups for row in group.rows]
-    return next(row for row in rows if row.info.name == name)
+    return next(row for row in listing.model.rows if row.info.name == name)
 
 
-def click(listing: DemonstrationList, index: QModelIndex) -> None:
+def click(listing: DemonstrationList, at: QModelIndex | str, modifier=Qt.NoModifier) -> None:
+    """Click a place of the list, or the demonstration of a name."""
+    index = listing.model.index_of(row(listing, at).info.id) if isinstance(at, str) else at
     where = listing.view.visualRect(index).center()
     assert listing.view.viewport().rect().contains(where)
-    QTest.mouseClick(
-        listing.view.viewport(), Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, where
-    )
+    QTest.mouseClick(listing.view.viewport(), Qt.MouseButton.LeftButton, modifier, where, delay=1)
+
+
+def chosen(listing: DemonstrationList) -> list[str]:
+    return [row.info.name for row in listing._chosen()]
+
+
+def entries(listing: DemonstrationList, rows: Sequence[Row | Group]) -> dict[str, QAction]:
+    """The menu of one row, or of several."""
+    menu = listing.menu.made_for(rows[0], rows if len(rows) > 1 else ())
+    return {action.text(): action for action in menu.actions() if action.text()}
 
 
 def opened(document: Document) -> str:
@@ -176,7 +194,7 @@ def test_what_is_painted_is_soon_in_the_list(listing, document, until):
 
 def test_a_click_opens_and_a_click_on_a_task_folds_it(listing, document):
     model = listing.model
-    click(listing, model.index_of(id_of(document, "pen-2")))
+    click(listing, "pen-2")
     assert opened(document) == "pen-2"
     assert model.opened == document.id
     click(listing, model.index(1, 0))
@@ -254,9 +272,7 @@ def test_what_the_coder_labelled_last_comes_first_with_its_task(listing, documen
     assert shown(listing)["stylus"] == ["pen-10", "pen-2"]  # what others do does not count
 
 
-def test_next_and_previous_stay_among_what_is_shown(listing, document):
-    said = []
-    document.said.connect(lambda text, _: said.append(text))
+def test_next_and_previous_stay_among_what_is_shown(listing, document, said):
     listing.search.setText("foam")
     listing.open_next()
     assert opened(document) == "block"
@@ -264,20 +280,18 @@ def test_next_and_previous_stay_among_what_is_shown(listing, document):
     assert opened(document) == "sponge"
     listing.open_next()
     assert opened(document) == "sponge"
-    assert said[-1].startswith("This is the last")
+    assert said[-1][0].startswith("This is the last")
     listing.open_previous()
     listing.open_previous()
     assert opened(document) == "block"
-    assert said[-1].startswith("This is the first")
+    assert said[-1][0].startswith("This is the first")
     listing.search.setText("nowhere")
     listing.open_next()
-    assert said[-1].startswith("No demonstration is shown")
+    assert said[-1][0].startswith("No demonstration is shown")
 
 
-def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
-    said = []
-    document.said.connect(lambda sentence, _: said.append(sentence))
-    names = [row.info.name for group in listing.model.groups for row in group.rows]
+def test_the_next_one_to_label_is_found_wherever_it_is(listing, document, said):
+    names = [row.info.name for row in listing.model.rows]
     assert names == [LONG, "block", "sponge", "pen-2", "pen-10"]  # anna began block and pen-2
     document.open_demonstration(id_of(document, "block"))
     opened = []
@@ -293,7 +307,7 @@ def test_the_next_one_to_label_is_found_wherever_it_is(listing, document):
     listing.search.setText("pen")
     listing.open_to_label()
     assert document.demonstration.name == "pen-2"
-    assert said[-1] == "Of the demonstrations shown, no other one is left to label."
+    assert said[-1][0] == "Of the demonstrations shown, no other one is left to label."
 
 
 def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
@@ -303,58 +317,47 @@ def test_going_on_by_a_key_with_ctrl_chooses_that_one_alone(listing, document):
     listing.open_to_label()
     listing.open_to_label()
     QTest.keyRelease(screen, Qt.Key.Key_Control)
-    assert [row.info.name for row in listing._chosen()] == [document.demonstration.name]
+    assert chosen(listing) == [document.demonstration.name]
 
 
 def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     first = id_of(document, "sponge")
     document.open_demonstration(first)
-    view = listing.view
-
-    def click(name, modifier):
-        box = view.visualRect(listing.model.index_of(id_of(document, name)))
-        QTest.mouseClick(
-            view.viewport(), Qt.MouseButton.LeftButton, modifier, box.center(), delay=1
-        )
-
-    click("pen-2", Qt.KeyboardModifier.ControlModifier)
-    click("pen-10", Qt.KeyboardModifier.ControlModifier)
+    click(listing, "pen-2", Qt.ControlModifier)
+    click(listing, "pen-10", Qt.ControlModifier)
     assert document.id == first  # to choose is not to open
-    chosen = listing._chosen()
-    assert [row.info.name for row in chosen] == ["sponge", "pen-2", "pen-10"]
+    rows = listing._chosen()
+    assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
     assert listing._count.isVisible()
     assert listing._count.text() == "3 chosen"
     reads = []
     document.listing_changed.connect(lambda: reads.append(None))
-    menu = listing.menu.made_for(chosen[0], chosen)
-    texts = {action.text(): action for action in menu.actions()}
-    texts["Mark these 3 as done"].trigger()
+    entries(listing, rows)["Mark these 3 as done"].trigger()
     assert len(reads) == 1  # read once for all of them
     assert {one.demonstration for one in document.project.assignments("anna") if one.done} == {
-        row.info.id for row in chosen
+        row.info.id for row in rows
     }
-    assert [row.info.name for row in listing._chosen()] == ["sponge", "pen-2", "pen-10"]
-    texts = {
-        action.text(): action
-        for action in listing.menu.made_for(chosen[0], listing._chosen()).actions()
-    }
-    assert "Mark these 3 as done" not in texts
-    texts["Take 3 assignments of anna back"].trigger()
+    assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
+    again = entries(listing, listing._chosen())
+    assert "Mark these 3 as done" not in again
+    again["Take 3 assignments of anna back"].trigger()
     assert not document.project.assignments("anna")
-    assert listing.menu.set_task([row.info.id for row in chosen], "marker")
+    assert listing.menu.set_task([row.info.id for row in rows], "marker")
     assert [info.task for info in document.infos if info.name.startswith("pen")] == ["marker"] * 2
-    click("block", Qt.KeyboardModifier.NoModifier)
+    click(listing, "block")
     assert document.demonstration.name == "block"
-    assert [row.info.name for row in listing._chosen()] == ["block"]
+    assert chosen(listing) == ["block"]
     assert listing._count.isHidden()
 
 
 def test_what_is_opened_is_chosen_alone(listing, document):
     document.open_demonstration(id_of(document, "block"))
-    listing.view.selectAll()
+    listing.view.collapse(listing.model.index(2, 0))
+    listing.choose_all()
     assert len(listing._chosen()) == 5
+    assert listing.view.isExpanded(listing.model.index(2, 0))  # what is chosen is seen
     listing.open_next()
-    assert [row.info.name for row in listing._chosen()] == ["sponge"]
+    assert chosen(listing) == ["sponge"]
     listing.search.setText("pen")
     assert listing._chosen() == ()  # nothing of it seems chosen that is not shown
 
@@ -429,15 +432,28 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
     for role in (Qt.ItemDataRole.AccessibleTextRole, Qt.ItemDataRole.ToolTipRole):
         assert "bert" not in index.data(role)
         assert "blind" in index.data(role)
-    titles = [action.text() for action in listing.menu.made_for(row(listing, "pen-2")).actions()]
-    assert not any("bert" in title for title in titles)
+    assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
     assert listing.menu.set_done([id_], True)
     assert "bert" in document.others
     assert row(listing, "pen-2").done
     assert row(listing, "pen-2").others == (("bert", 0.25),)
 
 
-def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (["pen-10"], "The demonstration is assigned to bert."),
+        (["pen-2", "pen-10"], "2 demonstrations are assigned to bert."),
+    ],
+)
+def test_who_assigns_is_told_that_it_is_done(listing, document, said, monkeypatch, names, told):
+    monkeypatch.setattr(QInputDialog, "getItem", lambda *_: ("bert", True))
+    listing.menu._ask_assign([id_of(document, name) for name in names])
+    assert (told, False) in said
+    assert len(document.project.assignments("bert")) == len(names)
+
+
+def test_what_the_menu_does_is_in_the_project(listing, document, said, tmp_path):
     menu, project = listing.menu, document.project
     id_ = id_of(document, "pen-10")
     document.open_demonstration(id_)
@@ -451,6 +467,7 @@ def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
     assert not list((project.path / "demonstrations" / id_).glob("video-*"))
     write_with_opencv(film, "MJPG", 3)
     assert menu.attach_video(id_, film)
+    assert any("'film.avi' lasts 0.07 s" in text for text, _ in said)
     assert document.demonstration.video is not None
     assert row(listing, "pencil").info.has_video
     assert menu.set_done([id_], True)
@@ -461,8 +478,8 @@ def test_what_the_menu_does_is_in_the_project(listing, document, tmp_path):
 
 
 def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
-    def titles() -> list[str]:
-        return [action.text() for action in listing.menu.made_for(row(listing, "pen-2")).actions()]
+    def titles() -> dict[str, QAction]:
+        return entries(listing, [row(listing, "pen-2")])
 
     document.open_demonstration(id_of(document, "pen-2"))
     assert not any("Back" in title for title in titles())
@@ -474,30 +491,24 @@ def test_a_demonstration_changes_its_task_and_comes_back(listing, document):
     assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
 
 
-def test_what_was_imported_by_mistake_is_removed(listing, document):
+def test_what_was_imported_by_mistake_is_removed(listing, document, said):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
     heads = {name: document.project.head(id_, name) for name in ("anna", "bert")}
-    said = []
-    document.said.connect(lambda text, _: said.append(text))
     assert not listing.menu.remove({id_: {"anna": heads["anna"]}})
-    assert "was labelled meanwhile" in said[-1]
+    assert "was labelled meanwhile" in said[-1][0]
     assert document.id == id_
     assert listing.menu.remove({id_: heads})
     assert document.id == ""
     assert shown(listing)["stylus"] == ["pen-10"]
 
 
-def test_several_are_removed_at_once_or_none_of_them(listing, document, monkeypatch):
+def test_several_are_removed_at_once_or_none_of_them(listing, document, said, monkeypatch):
     names = ("pen-2", "pen-10", "block")
     rows = [row(listing, name) for name in names]
     ids = [one.info.id for one in rows]
     document.open_demonstration(ids[1])
-    (action,) = [
-        action
-        for action in listing.menu.made_for(rows[0], rows).actions()
-        if action.text() == "Remove these 3 from the project…"
-    ]
+    action = entries(listing, rows)["Remove these 3 from the project…"]
     asked = []
 
     def exec_(dialog):
@@ -505,7 +516,7 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, monkeypa
         assert dialog.remove.isEnabled() == dialog.others.isHidden()
         return len(asked) > 1
 
-    monkeypatch.setattr(RemoveDialog, "exec", exec_)
+    monkeypatch.setattr(Removal, "exec", exec_)
     action.trigger()
     assert "the labels of bert (on 1)" in asked[0].text.text()
     assert "bert" in asked[0].others.text()
@@ -519,25 +530,23 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, monkeypa
     assert len(asked) == 2
     assert {one.id for one in document.infos} >= set(ids)
     assert document.id == ids[1]
-    said = []
-    document.said.connect(lambda text, _: said.append(text))
     action.trigger()
     assert not {one.id for one in document.infos} & set(ids)
     assert document.id == ""
-    assert said[-1] == "3 demonstrations were removed."
+    assert said[-1][0] == "3 demonstrations were removed."
 
 
 def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
-    alone = RemoveDialog([row(listing, "pen-10")], "anna")
+    alone = removal_of([row(listing, "pen-10")], "anna")
     assert alone.remove.isEnabled()
-    both = RemoveDialog([row(listing, "pen-2")], "anna")
+    both = removal_of([row(listing, "pen-2")], "anna")
     assert "bert" in both.others.text()
     assert not both.remove.isEnabled()
     both.others.click()
     assert both.remove.isEnabled()
     for name in ("pen-2", "pen-10"):
         listing.menu.assign([id_of(document, name)], "anna")
-    blind = [RemoveDialog([row(listing, name)], "anna") for name in ("pen-2", "pen-10")]
+    blind = [removal_of([row(listing, name)], "anna") for name in ("pen-2", "pen-10")]
     assert len({dialog.others.text() for dialog in blind}) == 1
     for dialog in blind:
         words = [label.text() for label in dialog.findChildren(QLabel)]
@@ -545,9 +554,7 @@ def test_others_labels_go_only_where_that_is_agreed_to(listing, document):
         assert not dialog.remove.isEnabled()
 
 
-def test_what_cannot_be_done_is_said(listing, document, tmp_path):
-    said = []
-    document.said.connect(lambda text, trouble: said.append((text, trouble)))
+def test_what_cannot_be_done_is_said(listing, document, said, tmp_path):
     id_ = id_of(document, "pen-10")
     assert not listing.menu.rename(id_, "pen-2")
     assert said[-1][1]
@@ -560,20 +567,18 @@ def test_what_cannot_be_done_is_said(listing, document, tmp_path):
 
 def test_every_row_has_a_menu(listing, document):
     document.open_demonstration(id_of(document, "pen-2"))
-    titles = [a.text() for a in listing.menu.made_for(row(listing, "block")).actions() if a.text()]
-    assert titles == [
+    assert list(entries(listing, [row(listing, "block")])) == [
         "Open",
         "Mark as done",
         "Assign blind…",
+        "Note…",
         "Rename…",
         "Attach video…",
         "Task…",
         "Remove from the project…",
     ]
-    first = listing.menu.made_for(row(listing, "pen-2")).actions()[0]
-    assert not first.isEnabled()
-    group = listing.menu.made_for(listing.model.groups[1])
-    assert [action.text() for action in group.actions() if action.text()] == [
+    assert not entries(listing, [row(listing, "pen-2")])["Open"].isEnabled()
+    assert list(entries(listing, listing.model.groups[1:2])) == [
         "Mark these 2 as done",
         "Assign these 2 blind…",
         "Task of these 2…",
@@ -586,8 +591,8 @@ def test_a_project_that_may_only_be_read_offers_only_to_open(app, path, monkeypa
     document = Document("anna")
     document.open_project(path)
     listing = DemonstrationList(document)
-    actions = listing.menu.made_for(row(listing, "block")).actions()
-    assert [a.text() for a in actions if a.isEnabled() and a.text()] == ["Open"]
+    offered = entries(listing, [row(listing, "block")])
+    assert [text for text, entry in offered.items() if entry.isEnabled()] == ["Open"]
     document.close()
     listing.deleteLater()
 
@@ -693,18 +698,16 @@ def test_an_index_that_is_nowhere_is_nothing(app):
 
 
 def test_what_was_painted_just_before_another_one_is_opened_stays_told(document, listing):
-    ids = {info.name: info.id for info in document.infos}
-    document.open_demonstration(ids["pen-10"])
+    document.open_demonstration(id_of(document, "pen-10"))
     document.paint(0.0, 5.0, "grab")
-    document.open_demonstration(ids["block"])
+    document.open_demonstration(id_of(document, "block"))
     document.refresh_info()  # as the window does a moment later
-    shares = {row.info.name: row.share for group in listing.model.groups for row in group.rows}
-    assert shares["pen-10"] == pytest.approx(0.5, abs=0.01)
+    assert row(listing, "pen-10").share == pytest.approx(0.5, abs=0.01)
 
 
 def test_another_one_is_opened_where_the_open_one_was_removed_elsewhere(document, path):
-    ids = {info.name: info.id for info in document.infos}
-    document.open_demonstration(ids["pen-10"])
+    gone = id_of(document, "pen-10")
+    document.open_demonstration(gone)
     with Project.open(path) as other:
-        other.remove_all({ids["pen-10"]: {}})
-    assert document.open_demonstration(ids["block"])
+        other.remove_all({gone: {}})
+    assert document.open_demonstration(id_of(document, "block"))

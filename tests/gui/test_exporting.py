@@ -55,6 +55,26 @@ def test_the_open_demonstration_or_all_that_are_shown(dialog, document, tmp_path
     assert len(written(tmp_path / "all")) == 2 * len(document.infos)
 
 
+def test_the_whole_project_is_offered_beside_what_a_search_has_left(document, tmp_path, until):
+    document.open_demonstration(document.infos[0].id)
+    jobs, ids = Jobs(), [info.id for info in document.infos]
+    searched, vain, all_ = (ExportDialog(document, jobs, ids[:n]) for n in (1, 0, None))
+    offered = [
+        [one.which.itemText(i) for i in range(one.which.count())] for one in (searched, vain)
+    ]
+    assert offered[0][1:] == ["Those shown in the list (1)", "The whole project (2)"]
+    assert offered[1][1:] == ["The whole project (2)"]
+    assert all_.which.count() == 2
+    searched.which.setCurrentIndex(2)
+    searched.export(tmp_path / "all")
+    until(searched.go.isEnabled)
+    assert len(written(tmp_path / "all")) == len(ids)
+    for dialog in (searched, vain, all_):
+        dialog.reject()
+        dialog.deleteLater()
+    jobs.close()
+
+
 def test_a_blind_coder_exports_only_what_is_not_hidden(dialog, document, tmp_path, until):
     document.project.assign(document.infos[0].id, document.author)
     dialog.export(tmp_path / "blind")

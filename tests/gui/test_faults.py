@@ -15,11 +15,14 @@ from forcelab.gui.fault_dialog import FaultDialog
 
 
 @pytest.fixture
-def watching(app):
+def said():
+    return []
+
+
+@pytest.fixture
+def watching(app, said):
     window = QWidget()
-    made = faults.Faults(window)
-    yield made
-    made.uninstall()
+    yield faults.Faults(window, said.append)
     shiboken6.delete(window)
 
 
@@ -146,28 +149,15 @@ def test_details_can_be_seen_and_copied(watching, shown):
     assert details.isHidden()
 
 
-def refuse():
-    raise InputError("'a < b' is no name; choose another.")
+def test_a_sentence_for_the_coder_is_no_fault(watching, shown, said):
+    def refuse():
+        raise InputError("'a < b' is no name; choose another.")
 
-
-def test_a_sentence_for_the_coder_is_no_fault(app, shown):
-    said = []
-    made = faults.Faults(say=said.append)
     in_a_slot(refuse)
     assert shown() == []
     assert said == ["'a < b' is no name; choose another."]
-    assert not made.counts
+    assert not watching.counts
     assert "Traceback" not in log()
-    made.uninstall()
-
-
-def test_without_a_place_to_say_it_the_sentence_is_shown(watching, shown):
-    in_a_slot(refuse)
-    [dialog] = shown()
-    assert "'a < b' is no name" in text_of(dialog)
-    assert not [
-        b for b in dialog.findChildren(QPushButton) if b.isVisible() and "etails" in b.text()
-    ]
 
 
 def test_what_qt_says_is_in_the_log_only(watching, shown):
@@ -179,7 +169,7 @@ def test_what_qt_says_is_in_the_log_only(watching, shown):
 def test_everything_is_put_back(app):
     before = sys.excepthook, threading.excepthook, list(logging.getLogger("forcelab").handlers)
     window = QWidget()
-    faults.Faults(window)
+    faults.Faults(window, print)
     assert sys.excepthook is not before[0]
     shiboken6.delete(window)
     after = sys.excepthook, threading.excepthook, logging.getLogger("forcelab").handlers
@@ -196,11 +186,12 @@ def test_an_interrupt_is_passed_on(watching, monkeypatch):
 def test_without_a_folder_for_the_log_the_rest_works(app, tmp_path, monkeypatch, shown, capsys):
     (tmp_path / "occupied").write_text("a file, not a folder")
     monkeypatch.setenv("FORCELAB_SETTINGS", str(tmp_path / "occupied" / "settings.ini"))
-    made = faults.Faults()
+    window = QWidget()
+    faults.Faults(window, print)
     in_a_slot(divide)
     assert len(shown()) == 1
     assert "ZeroDivisionError" in capsys.readouterr().err
-    made.uninstall()
+    shiboken6.delete(window)
 
 
 def test_the_log_is_cut_before_it_grows_large(watching):

@@ -42,6 +42,11 @@ def test_numbers_at_an_axis_never_overlap_and_tell_the_truth(start, span, room, 
         assert len(marks) >= 2
 
 
+@pytest.mark.parametrize("span", [(0.0, 0.9), (-3.3, 0.1), (-0.05, 0.78)])
+def test_on_an_axis_as_low_as_a_force_among_six_two_numbers_tell_the_scale(span):
+    assert len(Axis(*span, 40.0, 2.0).marks(10.0, upright=True)) == 2
+
+
 @given(low=st.floats(1e-3, 1e3), octaves=st.floats(0.5, 40), room=st.floats(60, 800))
 @settings(max_examples=60, deadline=None)
 def test_numbers_at_a_logarithmic_axis_never_overlap(low, octaves, room):

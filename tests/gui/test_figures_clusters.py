@@ -4,7 +4,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import ClusterFigure, cluster_figure
+from forcelab.gui.figures.clusters import ClusterFigure, cluster_figure
 from forcelab.gui.figures.curves import CURVES
 
 TIMES = np.arange(0, 8.01, 0.01)

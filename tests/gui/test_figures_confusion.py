@@ -4,7 +4,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import ConfusionMatrix
+from forcelab.gui.figures.confusion import ConfusionMatrix
 from forcelab.gui.figures.shades import shade, shades
 from forcelab.gui.figures.text import ink_on
 

@@ -11,11 +11,11 @@ from pictures import pixels
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QColor
 
-from forcelab.gui.figures import Pair, TimelinePairs
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.fading import LEVELS, THICKEST, opacity, veil_at, veils
 from forcelab.gui.figures.marks import agreed_share
 from forcelab.gui.figures.pairs import Lane
+from forcelab.gui.figures.timelines import Pair, TimelinePairs
 from forcelab.labels import Segment, ordered, to_codes
 from forcelab.recognition.certainty import Certainty
 from forcelab.review.differences import compared
@@ -110,10 +110,10 @@ def rgb(action):
 
 def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
     drawn = rich()
-    boxes = drawn.all_boxes(0)
+    boxes = drawn.boxes(0)
     tops = [box.top() for box in (boxes.human, boxes.predicted, *boxes.lanes)]
     assert tops == sorted(tops)
-    assert boxes.lanes[-1].bottom() < drawn.all_boxes(1).human.top()
+    assert boxes.lanes[-1].bottom() < drawn.boxes(1).human.top()
     assert np.abs(seen(drawn, boxes.lanes[1], 3.0) - rgb("grab")).max() <= 2
     drawn.save(tmp_path / "f.svg")
     texts = ET.parse(tmp_path / "f.svg").getroot().iter("{http://www.w3.org/2000/svg}text")
@@ -125,7 +125,7 @@ def test_lanes_lie_below_the_pair_and_have_captions(tmp_path):
 
 def test_predictions_are_veiled_and_coders_are_not():
     drawn, sure = rich(), rich(certainty=None)
-    boxes = drawn.all_boxes(0)
+    boxes = drawn.boxes(0)
     veiled = rgb("grab") + (255 - rgb("grab")) * opacity(0.5)
     assert np.abs(seen(drawn, boxes.predicted, 2.0) - veiled).max() <= 3
     for human in (boxes.human, boxes.lanes[1]):
@@ -135,24 +135,24 @@ def test_predictions_are_veiled_and_coders_are_not():
 
 def test_marks_lie_between_the_bars_where_they_differ():
     drawn = rich()
-    band = drawn.all_boxes(0).band
+    band = drawn.boxes(0).band
     red = np.array([0xB3, 0x26, 0x1E])
     assert np.abs(seen(drawn, band, 7.0, 0.5) - red).max() <= 4
     for time in (0.5, 2.0, 9.5):
         assert np.abs(seen(drawn, band, time, 0.5) - red).max() > 60
-    assert rich(marks=None).all_boxes(0).band.height() < band.height()
+    assert rich(marks=None).boxes(0).band.height() < band.height()
 
 
 def test_a_stretched_pair_takes_the_whole_width():
     pairs = (Pair("a", (), (), 0, 4), Pair("b", (), (), 2, 10))
     drawn = TimelinePairs("S", pairs, VOCABULARY, stretched=True)
-    assert drawn.boxes(0)[0].width() == pytest.approx(drawn.boxes(1)[0].width())
-    assert drawn.boxes(0)[0].left() == pytest.approx(drawn.boxes(1)[0].left())
+    assert drawn.boxes(0).human.width() == pytest.approx(drawn.boxes(1).human.width())
+    assert drawn.boxes(0).human.left() == pytest.approx(drawn.boxes(1).human.left())
 
 
 def test_a_proposal_has_no_bar_for_the_human():
     pair = Pair("d", None, (Segment(1, 9, "grab"),), 0.0, 10.0)
     drawn = TimelinePairs("S", (pair,), VOCABULARY)
-    human, predicted = drawn.boxes(0)
-    assert human.height() == 0
-    assert np.abs(seen(drawn, predicted, 2.0) - rgb("grab")).max() <= 2
+    boxes = drawn.boxes(0)
+    assert boxes.human.height() == 0
+    assert np.abs(seen(drawn, boxes.predicted, 2.0) - rgb("grab")).max() <= 2

@@ -14,16 +14,12 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtSvg import QSvgRenderer
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import (
-    LIGHT,
-    ClusterFigure,
-    ConfusionMatrix,
-    Figure,
-    Pair,
-    TimelinePairs,
-    WaveletFigure,
-)
+from forcelab.gui.figures.canvas import LIGHT, Figure
+from forcelab.gui.figures.clusters import ClusterFigure
+from forcelab.gui.figures.confusion import ConfusionMatrix
+from forcelab.gui.figures.timelines import Pair, TimelinePairs
 from forcelab.gui.figures.tradeoff import Tradeoff
+from forcelab.gui.figures.wavelets import WaveletFigure
 from forcelab.labels import Segment
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.signals.showcase import WaveletView
@@ -65,6 +61,7 @@ def tradeoff(name="Radau", title="Trade-off"):
         for solver in (name, "explicit")
         for step in (1, 10)
     ]
+    rows.append(Row("implicit", name, name, name, refusal="It takes too many steps."))
     return Tradeoff(Table(title, "error", "seconds", with_front(rows)))
 
 
@@ -231,7 +228,7 @@ def test_what_was_there_before_is_untouched_when_the_disk_is_full(tmp_path, monk
 DRAW = """
 from forcelab.errors import InputError
 from pathlib import Path
-from forcelab.gui.figures import ConfusionMatrix
+from forcelab.gui.figures.confusion import ConfusionMatrix
 try:
     ConfusionMatrix("t", ("a",), [[1, 0]]).save(Path("f.png"))
 except InputError as error:

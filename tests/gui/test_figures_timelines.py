@@ -9,7 +9,7 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import Pair, TimelinePairs
+from forcelab.gui.figures.timelines import Pair, TimelinePairs
 from forcelab.labels import Segment
 from forcelab.vocabulary import Action, Vocabulary
 
@@ -27,7 +27,8 @@ def rgb(colour):
 
 def strip(drawn, row=0, *, predicted=False, scale=4.0, height=0.2):
     """The pixels along a track, above its numbers, and the time of each in seconds."""
-    box = drawn.boxes(row)[predicted]
+    boxes = drawn.boxes(row)
+    box = boxes.predicted if predicted else boxes.human
     line = pixels(drawn.image(scale))[int((box.top() + height * box.height()) * scale)]
     x = np.arange(int(box.left() * scale) + 4, int(box.right() * scale) - 3)
     axis = drawn.axis
@@ -64,22 +65,22 @@ def test_human_is_above_predicted_and_pairs_go_down_the_page():
     drawn = TimelinePairs("Stylus", pairs, VOCABULARY)
     tops, seen = [], []
     for row in (0, 1):
-        for predicted in (False, True):
-            tops.append(drawn.boxes(row)[predicted].top())
-            seen.append(tuple(strip(drawn, row, predicted=predicted)[0][900]))
+        tops += [drawn.boxes(row).human.top(), drawn.boxes(row).predicted.top()]
+        colours = (strip(drawn, row, predicted=predicted)[0] for predicted in (False, True))
+        seen += [tuple(line[900]) for line in colours]
     grab_rgb, hold_rgb = (
         tuple(rgb(VOCABULARY["grab"].colour)),
         tuple(rgb(VOCABULARY["hold"].colour)),
     )
     assert seen == [grab_rgb, hold_rgb, hold_rgb, grab_rgb]
     assert tops == sorted(tops)
-    assert 0 < drawn.boxes(0)[1].top() - drawn.boxes(0)[0].bottom() < 4
-    assert drawn.boxes(1)[0].top() - drawn.boxes(0)[1].bottom() > 5
+    assert 0 < drawn.boxes(0).predicted.top() - drawn.boxes(0).human.bottom() < 4
+    assert drawn.boxes(1).human.top() - drawn.boxes(0).predicted.bottom() > 5
 
 
 def test_all_pairs_share_one_time_axis():
     pairs = (Pair("1", (), (), 0, 4), Pair("2", (), (), 2, 10))
-    first, second = (TimelinePairs("S", pairs, VOCABULARY).boxes(row)[0] for row in (0, 1))
+    first, second = (TimelinePairs("S", pairs, VOCABULARY).boxes(row).human for row in (0, 1))
     a_second = first.width() / 4
     assert second.left() - first.left() == pytest.approx(2 * a_second)
     assert second.width() == pytest.approx(8 * a_second)
@@ -89,7 +90,7 @@ def test_all_pairs_share_one_time_axis():
 @pytest.mark.parametrize("start", [0.0, 3.123, 59.999])
 def test_a_segment_of_one_sample_in_a_minute_is_visible(start, scale):
     drawn = figure(human=[Segment(start, start + 0.001, "still")], end=60.0)
-    box = drawn.boxes(0)[0]
+    box = drawn.boxes(0).human
     spot = round(drawn.axis.at(start) * scale)
     line = pixels(drawn.image(scale))[int(box.center().y() * scale), spot - 3 : spot + 4]
     towards = (255 - line) @ (255 - rgb(VOCABULARY["still"].colour))
@@ -125,7 +126,7 @@ def test_segments_outside_the_demonstration_are_not_drawn():
     far = [Segment(-50, 3, "grab"), Segment(8, 99, "hold"), Segment(100, 101, "slip")]
     drawn = figure(human=far, predicted=far, start=2.0)
     picture = pixels(drawn.image(1.0))
-    box = drawn.boxes(0)[0]
+    box = drawn.boxes(0).human
     middle = int(box.center().y())
     assert (picture[middle, int(box.right()) + 2 :] == 255).all()
     assert (picture[middle, int(box.left()) - 8 : int(box.left()) - 1] == 255).all()
@@ -135,7 +136,7 @@ def test_segments_outside_the_demonstration_are_not_drawn():
 def test_the_number_stands_in_wide_segments_only_and_can_be_read(action):
     drawn = figure(human=[Segment(1, 5, action), Segment(6, 6.05, action)])
     colour = rgb(VOCABULARY[action].colour)
-    picture, box = pixels(drawn.image(4.0)), drawn.boxes(0)[0]
+    picture, box = pixels(drawn.image(4.0)), drawn.boxes(0).human
 
     def inside(start, end):
         left, right = (int(drawn.axis.at(t) * 4) for t in (start, end))
@@ -154,7 +155,7 @@ def test_actions_of_one_colour_differ_by_texture():
     strips = []
     for action in actions:
         drawn = figure(human=[Segment(1, 9, action.name)], vocabulary=Vocabulary(actions))
-        box = drawn.boxes(0)[0]
+        box = drawn.boxes(0).human
         block = pixels(drawn.image(2.0))[int(box.top() * 2) + 3 : int(box.bottom() * 2) - 2]
         strips.append(block[:, 400:700])
     plain = rgb("#e69f00")
@@ -168,7 +169,7 @@ def test_actions_of_one_colour_differ_by_texture():
 @pytest.mark.parametrize("name", ["x" * 400, "two\nlines " * 60, "stylus 7"])
 def test_names_and_notes_keep_clear_of_the_bars(name):
     drawn = figure(human=[Segment(0, 10, "grab")], name=name, note=name)
-    picture, box = pixels(drawn.image(1.0)), drawn.boxes(0)[0]
+    picture, box = pixels(drawn.image(1.0)), drawn.boxes(0).human
     left, right = int(box.left()), math.ceil(box.right())
     rows = slice(int(box.top()) - 8, int(box.bottom()) + 20)
     before, after = picture[rows, left - 8 : left - 1], picture[rows, right + 2 : right + 8]
@@ -203,7 +204,7 @@ def test_the_legend_of_thirty_actions_wraps_over_lines():
     many = figure(actions=names, vocabulary=Vocabulary().with_actions(*names))
     few = figure(actions=("still", "grab"))
     assert 40 <= many.size.height() - few.size.height() <= 150
-    assert many.boxes(0)[0].top() - few.boxes(0)[0].top() == pytest.approx(
+    assert many.boxes(0).human.top() - few.boxes(0).human.top() == pytest.approx(
         many.size.height() - few.size.height()
     )
 
@@ -214,7 +215,7 @@ def test_the_height_grows_with_the_pairs():
         pairs = tuple(Pair(f"{i}", (), (), 0, 9) for i in range(n))
         drawn = TimelinePairs("Stylus", pairs, VOCABULARY)
         heights.append(drawn.size.height())
-        assert drawn.boxes(n - 1)[1].bottom() < drawn.size.height() - 40
+        assert drawn.boxes(n - 1).predicted.bottom() < drawn.size.height() - 40
     assert heights[2] - heights[1] == pytest.approx((heights[1] - heights[0]) / 9 * 10)
     assert heights[3] > 8 * heights[2]
 
@@ -223,7 +224,7 @@ def test_a_demonstration_without_any_segment_is_drawn_as_an_empty_frame():
     colours, _ = strip(figure(), height=0.5)
     assert (colours == 255).all()
     drawn = figure()
-    box = drawn.boxes(0)[0]
+    box = drawn.boxes(0).human
     column = pixels(drawn.image(1.0))[:, int(box.center().x())]
     assert (column[round(box.top()) - 1 : round(box.top()) + 2] < 245).any()
 

@@ -6,8 +6,8 @@ from pictures import pixels
 from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
-from forcelab.gui.figures import WaveletFigure, wavelet_figure
 from forcelab.gui.figures.shades import shade
+from forcelab.gui.figures.wavelets import WaveletFigure, wavelet_figure
 from forcelab.signals.showcase import WaveletView
 
 RATE = 200.0

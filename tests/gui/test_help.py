@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QScrollArea
 from forcelab.gui import theme
 from forcelab.gui.document import Document
 from forcelab.gui.help import MOUSE, HelpPage
-from forcelab.gui.shortcuts import COMMANDS, Keys
+from forcelab.gui.shortcuts import COMMANDS
 from forcelab.vocabulary import Vocabulary
 
 
@@ -15,11 +15,6 @@ def document(app):
     made = Document("Ada")
     made.vocabulary = Vocabulary().with_actions("grab", "a < b & c")
     return made
-
-
-@pytest.fixture
-def keys(app):
-    return Keys()
 
 
 @pytest.fixture
@@ -88,6 +83,7 @@ def test_searching_leaves_what_matches_in_name_key_or_heading(page):
         "Show that stretch of time",
     ]
     assert "Play or pause" in search(page, "playing")
+    assert search(page, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
 
 
 def test_a_search_in_vain_says_so_in_plain_text(page):

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QMessageBox
 
-from forcelab.gui import settings
+from forcelab.gui import importing, settings
 from forcelab.gui.document import Document
 from forcelab.gui.importing import ImportDialog
 from forcelab.gui.jobs import Jobs
@@ -29,13 +29,24 @@ def document(app, tmp_path):
 
 
 @pytest.fixture
-def dialog(document):
-    jobs = Jobs()
-    dialog = ImportDialog(document, jobs, files=[FOAM, FOAM.with_name("none.csv")])
-    dialog.show()
-    yield dialog
-    dialog.close()
+def open_on(document):
+    """Open the dialog on some files."""
+    jobs, dialogs = Jobs(), []
+
+    def opened(*files):
+        dialogs.append(ImportDialog(document, jobs, files=files))
+        dialogs[-1].show()
+        return dialogs[-1]
+
+    yield opened
+    for dialog in dialogs:
+        dialog.close()
     jobs.close()
+
+
+@pytest.fixture
+def dialog(open_on):
+    return open_on(FOAM, FOAM.with_name("none.csv"))
 
 
 def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialog, until):
@@ -47,6 +58,44 @@ def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialo
     until(lambda: document.id, 20.0)
     assert document.demonstration.name == "foam-01"
     assert "1 new" in dialog._told.text()
+
+
+def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, tmp_path, until):
+    later = tmp_path / "later.csv"
+    later.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    dialog = open_on(FOAM)
+    dialog._go.click()
+    dialog.add_files([later])
+    assert not dialog._go.isEnabled()  # one at a time
+    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    assert dialog._chosen() == [str(later)]
+    QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: dialog._chosen() == [], 20.0)
+    assert {info.name for info in document.infos} >= {"foam-01", "later"}
+
+
+def test_without_files_enter_asks_for_them_and_then_imports_them(
+    open_on, tmp_path, until, monkeypatch
+):
+    asked = []
+    monkeypatch.setattr(importing, "ask_files", lambda *_: asked.append(1) or [FOAM])
+    dialog = open_on()
+    for _ in range(2):
+        QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
+    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    assert len(asked) == 1
+    dialog.add_files([tmp_path / "next.csv"])
+    assert dialog._report.isHidden()  # it told of what is imported already
+
+
+def test_glitches_are_told(dialog, tmp_path, until):
+    dialog._files.clear()
+    rows = [f"{i / 100},{3e12 if i == 20 else i % 7}" for i in range(200)]
+    (tmp_path / "torn.csv").write_text("\n".join(["time,fx", *rows]))
+    dialog.add_files([tmp_path / "torn.csv"])
+    dialog._go.click()
+    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    assert "torn.csv: 1 sample is a glitch" in dialog._told.text()
 
 
 def test_files_that_cannot_be_read_are_selected_to_be_left_out(document, dialog, tmp_path, until):
@@ -71,11 +120,10 @@ def test_with_every_file_left_out_there_is_nothing_to_import(dialog):
     assert not dialog._go.isEnabled()
 
 
-def test_a_rate_that_is_given_is_no_longer_asked_for(document, tmp_path):
+def test_a_rate_that_is_given_is_no_longer_asked_for(open_on, tmp_path):
     plain = tmp_path / "plain.csv"
     plain.write_text("fx,fy,fz\n" + "0.1,0.2,0.3\n0.2,0.1,0.5\n" * 20)
-    jobs = Jobs()
-    dialog = ImportDialog(document, jobs, files=[plain])
+    dialog = open_on(plain)
     heading = dialog.columns.heading
     assert "give the sample rate" in heading.text()
     assert heading.styleSheet()
@@ -84,8 +132,22 @@ def test_a_rate_that_is_given_is_no_longer_asked_for(document, tmp_path):
     assert not heading.styleSheet()
     dialog._rate.setValue(0.0)
     assert "give the sample rate" in heading.text()
-    dialog.close()
-    jobs.close()
+
+
+def test_a_clock_that_stands_still_is_named(open_on, tmp_path):
+    stuck = tmp_path / "stuck.csv"
+    stuck.write_text("time,fx\n" + "12.5,0.1\n12.5,0.2\n" * 20)
+    heading = open_on(stuck).columns.heading
+    assert heading.text().startswith("stuck.csv has in 'time' one and the same time; choose")
+
+
+def test_clocks_that_are_not_wanted_do_not_stand_still(open_on, tmp_path):
+    two = tmp_path / "two.csv"
+    two.write_text("time,timestamp,fx\n" + "".join(f"{n},{n}00,{n % 3}\n" for n in range(40)))
+    columns = open_on(two).columns
+    columns.wish("time", "left out")
+    columns.wish("timestamp", "signal")
+    assert columns.heading.text().startswith("two.csv has no column of times; choose one")
 
 
 def test_files_are_looked_for_where_the_last_ones_were_chosen(dialog, tmp_path, monkeypatch):
@@ -149,14 +211,11 @@ GERMAN = "Uhrzeit;Paket;Kraft_x;Taster\n" + "".join(
 
 
 @pytest.fixture
-def german(dialog, tmp_path):
-    """The dialog with a table of one's own in place of the files."""
+def german(open_on, tmp_path):
+    """The dialog with a table of one's own."""
     path = tmp_path / "VP07.csv"
     path.write_text(GERMAN)
-    dialog._files.selectAll()
-    dialog._remove()
-    dialog.add_files([path])
-    return dialog
+    return open_on(path)
 
 
 def read_as(dialog):
@@ -231,14 +290,12 @@ def test_enter_imports_and_opens_no_other_dialog(document, german, until, monkey
     assert document.demonstration.task == "Stift"
 
 
-def test_every_remark_is_shown_once_for_all_files(document, dialog, tmp_path, until):
+def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
     files = []
     for number in range(8):
         files.append(tmp_path / f"trial {number}.csv")
         files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
-    dialog._files.selectAll()
-    dialog._remove()
-    dialog.add_files(files)
+    dialog = open_on(*files)
     dialog._go.click()
     until(lambda: "8 new" in dialog._told.text(), 20.0)
     named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
@@ -261,3 +318,33 @@ def test_the_columns_of_a_file_that_is_clicked_are_shown(german, tmp_path):
     assert "Paket" in read_as(german)
     german._files.setCurrentRow(1)
     assert read_as(german) == {"t": "times", "Druck": "signal"}
+
+
+@pytest.mark.parametrize("ros", [1, 2])
+def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
+    document, open_on, tmp_path, until, ros
+):
+    pytest.importorskip("rosbags")
+    from bags import WRENCH, stamp, wrenches, write
+
+    poses = [(i / 100, {"header": {"stamp": stamp(i / 100)}, "point": {"z": i}}) for i in range(50)]
+    name = "a.bag" if ros == 1 else "a"
+    bag = write(
+        tmp_path / name,
+        {"/ft": (WRENCH, wrenches()), "/tip": ("geometry_msgs/msg/PointStamped", poses)},
+        ros=ros,
+    )
+    dialog = open_on(bag)
+    uses = {one.name: one.use for one in dialog.columns.uses}
+    assert uses["/ft.header.stamp"] == "times"
+    assert uses["/ft.wrench"] == "signal"
+    assert uses["/tip.point"] == "left out"
+    choices = {one.name: one.choices for one in dialog.columns.uses}
+    assert choices["/tip.point"] == ("signal", "left out")
+    assert "Columns of" in dialog.columns.heading.text()
+    dialog.columns.wish("/tip.point", "signal")
+    assert {one.name: one.use for one in dialog.columns.uses}["/tip.point"] == "signal"
+    QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
+    until(lambda: document.id, 20.0)
+    names = [channel.name for channel in document.demonstration.channels]
+    assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]

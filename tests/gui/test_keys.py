@@ -1,10 +1,17 @@
 import pytest
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QKeySequenceEdit, QLabel, QLineEdit, QPushButton, QTreeWidget
+from PySide6.QtWidgets import (
+    QGroupBox,
+    QKeySequenceEdit,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QTreeWidget,
+)
 
 from forcelab.gui.keys import KeysDialog
-from forcelab.gui.shortcuts import COMMANDS, Keys
+from forcelab.gui.shortcuts import COMMANDS
 from forcelab.vocabulary import Vocabulary
 
 
@@ -18,11 +25,6 @@ class Document(QObject):
         self.vocabulary = vocabulary
         self.vocabulary_changed.emit()
         return True
-
-
-@pytest.fixture
-def keys(app):
-    return Keys()
 
 
 @pytest.fixture
@@ -205,6 +207,7 @@ def test_searching_leaves_what_matches_in_name_or_key(dialog):
     assert list(rows(dialog)) == ["Light theme", "Dark theme", "Theme of the system"]
     search.setText("make tea")
     assert rows(dialog) == {}
+    assert not dialog.findChild(QGroupBox).isEnabled()  # no keys of a row that is not seen
     search.setText("")
     assert len(rows(dialog)) == len(COMMANDS) + 2
 
@@ -223,6 +226,18 @@ def test_everything_is_done_from_the_keyboard(dialog, keys):
     assert first.hasFocus() or first.isAncestorOf(dialog.focusWidget())
     QTest.keyClick(dialog.focusWidget(), Qt.Key_F12)
     assert keys["full_screen"] == ("F12",)
+
+
+def test_enter_leads_from_the_search_to_what_was_found_and_on_to_its_key(dialog, keys):
+    search = dialog.findChild(QLineEdit)
+    QTest.keyClicks(search, "split")
+    QTest.keyClick(search, Qt.Key_Return)
+    table = dialog.focusWidget()
+    assert table.currentItem().text(0) == "Split the segment at the cursor"
+    QTest.keyClick(table, Qt.Key_Return)
+    assert dialog.isVisible()
+    QTest.keyClick(dialog.focusWidget(), Qt.Key_F12)
+    assert keys["split"] == ("F12",)
 
 
 def test_everything_has_a_name_for_screen_readers(dialog):

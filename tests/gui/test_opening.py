@@ -1,5 +1,7 @@
 """Opening projects: what is opened by itself, and what is not."""
 
+from pathlib import Path
+
 import pytest
 from painted import opened
 from PySide6.QtWidgets import QInputDialog, QWidget
@@ -99,6 +101,21 @@ def test_a_new_project_does_not_label_as_the_coder_of_another(make, tmp_path, mo
     document.close()
 
 
+def test_a_key_offers_the_coders(app, document, make, tmp_path):
+    told = []
+    document.said.connect(lambda text, _: told.append(text))
+    choice = CoderChoice(document)
+    choice.choose()  # there is no project, and so the choice is not on screen
+    assert told == ["Open a project first."]
+    make(document).open(tmp_path / "study.forcelab")
+    choice.show()
+    choice.choose()
+    assert choice._box.view().isVisible()
+    choice._box.hidePopup()
+    choice.close()
+    document.close()
+
+
 def test_a_long_name_of_a_coder_ends_in_an_ellipsis_and_is_told_whole(document):
     name = "Maximiliane Friederike von Hohenstein-Waldburg"
     document.set_author(name)
@@ -120,6 +137,22 @@ def test_a_new_project_gets_its_ending(document, make, tmp_path, monkeypatch, ty
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getSaveFileName", lambda *_: (where, ""))
     make(document).ask_new()
     assert document.project.path == tmp_path / made
+
+
+def test_a_new_project_is_suggested_beside_the_others_and_not_in_one(
+    document, make, tmp_path, monkeypatch
+):
+    """In a folder that is there already a file dialog would open."""
+    suggested = []
+    monkeypatch.setattr("forcelab.gui.opening.last_folder", lambda _: tmp_path)
+    monkeypatch.setattr(
+        "PySide6.QtWidgets.QFileDialog.getSaveFileName",
+        lambda *asked: (suggested.append(Path(asked[2])) or asked[2], ""),
+    )
+    assert document.project.path == tmp_path / "study.forcelab"
+    for _ in range(2):
+        make(document).ask_new()
+    assert suggested == [tmp_path / "study-2.forcelab", tmp_path / "study-3.forcelab"]
 
 
 def test_who_was_asked_for_labels_in_the_first_project_alone(make, tmp_path, monkeypatch):

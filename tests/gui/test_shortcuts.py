@@ -52,11 +52,6 @@ HABITS = {
 }
 
 
-@pytest.fixture
-def keys(app):
-    return Keys()
-
-
 class Window(QMainWindow):
     """A window with one field of each kind, and a list of what its commands did."""
 
@@ -115,12 +110,6 @@ def test_ids_and_texts_differ():
 def test_no_default_key_means_two_things_or_paints(keys):
     assert collision(keys.all(), LEGO) == ""
     assert not {key.lower() for bound in keys.all().values() for key in bound} & set(KEYS)
-
-
-def test_every_default_key_is_one_that_qt_knows():
-    for command in COMMANDS:
-        for key in command.keys:
-            assert QKeySequence(key).count() == 1, key
 
 
 def test_all_commands_answer_to_all_their_keys(window, keys):
@@ -321,10 +310,6 @@ def test_a_widget_that_is_gone_does_not_hear_of_new_keys(app, keys):
     bind(widget, {"play": print}, keys)
     shiboken6.delete(widget)
     keys.set_keys("play", ["F8"])
-
-
-def test_one_object_holds_the_keys_of_the_program(app):
-    assert shortcuts.keys() is shortcuts.keys()
 
 
 def test_a_list_of_choices_in_focus_leaves_the_timeline_its_keys(window):

@@ -3,12 +3,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QPalette
-from PySide6.QtWidgets import QComboBox, QLabel, QListWidget, QListWidgetItem, QSpinBox
+from PySide6.QtWidgets import QComboBox, QLabel, QListWidget, QListWidgetItem, QMenu, QSpinBox
 
 from forcelab.gui import theme
-from forcelab.gui.figures.canvas import Theme
 from forcelab.vocabulary import COLOURS
 
 #: Machado, Oliveira and Fernandes 2009, severity 1.0, on linear RGB.
@@ -117,12 +116,6 @@ def test_every_colour_is_written_alike(colours):
             linear(colour)
 
 
-def test_figures_can_be_drawn_in_the_colours_of_the_window():
-    assert isinstance(theme.DARK, Theme)
-    assert theme.DARK.dark
-    assert not theme.LIGHT.dark
-
-
 @THEMES
 def test_the_palette_names_every_role_in_every_group(colours):
     made = theme.palette(colours)
@@ -167,6 +160,17 @@ def test_a_theme_is_put_on_and_told(themed):
     assert themed.style().name() == "fusion"
 
 
+def test_a_menu_of_very_many_entries_scrolls_in_one_column(themed):
+    """Not: covers the screen with columns, the last of which lie beside it."""
+    theme.apply(themed, "light")
+    menu = QMenu()
+    for i in range(200):
+        menu.addAction(f"action {i}")
+    menu.show()
+    assert len({menu.actionGeometry(entry).left() for entry in menu.actions()}) == 1
+    menu.close()
+
+
 def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
     def system(scheme):
         monkeypatch.setattr(theme, "_system", lambda: scheme)
@@ -183,11 +187,6 @@ def test_the_system_is_followed_while_that_is_the_choice(themed, monkeypatch):
     assert theme.colours() is theme.DARK
     theme.apply(themed, "system")
     assert theme.colours() is theme.LIGHT
-
-
-def test_there_is_one_object_that_tells_of_changes(app):
-    assert theme.themes() is theme.themes()
-    assert isinstance(theme.themes(), QObject)
 
 
 @pytest.mark.parametrize("made", [QSpinBox, QComboBox])

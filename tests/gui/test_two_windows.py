@@ -151,24 +151,15 @@ def test_undoing_a_deletion_made_elsewhere_keeps_the_selection(window):
     assert first.segments[first.selected] == TWO
 
 
-def test_a_menu_means_the_segment_that_it_was_opened_on(window):
+@pytest.mark.parametrize(("deleted", "left"), [(0, (THREE,)), (1, (ONE, THREE))])
+def test_a_menu_means_the_segment_that_it_was_opened_on_if_it_is_there(window, deleted, left):
     first, second = window(), window()
     holder = QWidget()
     menu = own_menu(holder, first, 3.5, lambda *_: None)
-    second.delete(0)
+    second.delete(deleted)
     first.refresh()
     next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
-    assert first.segments == (THREE,)
-
-
-def test_a_menu_of_a_segment_that_is_gone_does_nothing(window):
-    first, second = window(), window()
-    holder = QWidget()
-    menu = own_menu(holder, first, 3.5, lambda *_: None)
-    second.delete(1)
-    first.refresh()
-    next(entry for entry in menu.actions() if entry.text() == "Delete").trigger()
-    assert first.segments == (ONE, THREE)
+    assert first.segments == left
 
 
 def test_the_tables_menu_means_the_segment_that_it_was_opened_on(app, window):

@@ -3,12 +3,13 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import painting_bench
 import pytest
-from painting_bench import ACTIONS, demonstration
+from painting_bench import demonstration
 from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QColor, QPalette
+from PySide6.QtGui import QColor, QPalette, QStatusTipEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QTreeView, QWidget
+from PySide6.QtWidgets import QComboBox, QTreeView, QWidget
 
 from forcelab.gui import settings, theme
 from forcelab.gui.start import Start
@@ -17,19 +18,14 @@ from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment
 from forcelab.project import Project
-from forcelab.vocabulary import Vocabulary
 
 HIS = (Segment(3, 4, "hold"),)
 
 
 @pytest.fixture
 def study(tmp_path):
-    path = tmp_path / "study.forcelab"
-    with Project.create(path) as project:
-        added = project.add(demonstration())
-        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
-        project.edit(added.id, "Ben", (), HIS, "made")
-    return path
+    painting_bench.study(tmp_path / "study.forcelab", (("Ben", HIS),))
+    return tmp_path / "study.forcelab"
 
 
 @pytest.fixture
@@ -173,7 +169,8 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
     assert window.document.others == {"Ben": HIS}
 
 
-def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, monkeypatch):
+def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
+    """After the drop: a dialog within it crashes the program when files are dropped there, too."""
     window = windows(Start(project=study))
     asked = []
     monkeypatch.setattr(window.opening, "ask_import", asked.append)
@@ -184,7 +181,10 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
             SimpleNamespace(isLocalFile=lambda: True, toLocalFile=lambda path=path: str(path))
             for path in paths
         ]
+        before = len(asked)
         window.dropEvent(SimpleNamespace(mimeData=lambda: SimpleNamespace(urls=lambda: urls)))
+        assert len(asked) == before
+        until(lambda: len(asked) > before)
 
     drop(study.parent / "a.csv", study.parent / "b.csv")
     drop(study)
@@ -231,6 +231,15 @@ def test_ctrl_a_chooses_all_demonstrations_listed_wherever_the_keyboard_is(windo
     assert window.demonstrations.search.selectedText() == "02"  # where one types it is the text
 
 
+def test_what_a_menu_s_entry_does_is_not_said_like_trouble(windows, study, app):
+    window = windows(Start(project=study))
+    bar = window.statusBar()
+    bar.say("It went wrong.", trouble=True)
+    app.sendEvent(window, QStatusTipEvent("New project"))
+    assert bar.currentMessage() == "New project"
+    assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(colours().text)
+
+
 def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app):
     window = windows(Start(project=study))
     bar = window.statusBar()
@@ -263,7 +272,7 @@ class Appearing(QObject):
 def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
     """A part that is shown before it has a parent is one, for a moment, on a real screen."""
     from forcelab.gui.fault_dialog import FaultDialog
-    from forcelab.gui.removing import RemoveDialog
+    from forcelab.gui.removing import removal_of
 
     appearing = Appearing()
     app.installEventFilter(appearing)
@@ -274,17 +283,17 @@ def test_nothing_flashes_up_as_a_window_of_its_own(windows, study, app):
         lists = window.review.workspace.lists
         for index in range(lists.count()):
             lists.setCurrentIndex(index)
-        rows = [row for group in window.demonstrations.model.groups for row in group.rows]
+        rows = list(window.demonstrations.model.rows)
         for dialog in (
-            RemoveDialog(rows, "Ann", window),
-            FaultDialog(ValueError("x"), "", study, window),
+            removal_of(rows, "Ann", window),
+            FaultDialog("", study, window),
         ):
             dialog.show()
             dialog.close()
             dialog.deleteLater()
     finally:
         app.removeEventFilter(appearing)
-    assert appearing.kinds == ["Window", "RemoveDialog", "FaultDialog"]
+    assert appearing.kinds == ["Window", "Removal", "FaultDialog"]
 
 
 def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app, study, until):
@@ -307,17 +316,11 @@ def test_on_a_small_screen_the_list_keeps_its_width_and_everything_its_place(app
     window.close()
 
 
-def test_without_a_demonstration_the_list_of_actions_says_so(windows, tmp_path):
+def test_actions_are_listed_where_there_is_a_demonstration(windows, study, tmp_path):
     Project.create(tmp_path / "empty.forcelab").close()
-    view = windows(Start(project=tmp_path / "empty.forcelab")).label.vocabulary
-    assert view.nothing.isVisible()
-    assert not view.list.isVisible()
-
-
-def test_with_a_demonstration_its_actions_are_listed(windows, study):
-    view = windows(Start(project=study)).label.vocabulary
-    assert view.list.isVisible()
-    assert not view.nothing.isVisible()
+    for path, listed in ((tmp_path / "empty.forcelab", False), (study, True)):
+        view = windows(Start(project=path)).label.vocabulary
+        assert (view.list.isVisible(), view.nothing.isVisible()) == (listed, not listed)
 
 
 def test_back_in_label_the_keyboard_paints(windows, study, app):
@@ -343,6 +346,20 @@ def test_who_goes_through_a_list_of_the_review_stays_in_it(windows, study, app):
     window.demonstrations.search.setFocus()
     window.document.demonstration_changed.emit()
     assert app.focusWidget() is window.label.tracks
+
+
+@pytest.mark.parametrize("name", ["Coder", "Which demonstrations are shown"])
+def test_a_click_on_a_list_to_choose_from_leaves_the_keyboard_on_the_track(
+    windows, study, app, name
+):
+    """Not: Space opens the list again, and a letter labels as another coder."""
+    window = windows(Start(project=study))
+    window.label.tracks.setFocus()
+    box = next(box for box in window.findChildren(QComboBox) if box.accessibleName() == name)
+    QTest.mouseClick(box, Qt.MouseButton.LeftButton)
+    box.hidePopup()
+    app.processEvents()
+    assert window.focusWidget() is window.label.tracks
 
 
 def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(windows, study, app):

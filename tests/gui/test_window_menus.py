@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from painting_bench import ACTIONS, demonstration
+from painting_bench import ACTIONS, study
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
@@ -15,20 +15,6 @@ from forcelab.gui.keys import KeysDialog
 from forcelab.gui.shortcuts import COMMANDS, keys
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window
-from forcelab.project import Project
-from forcelab.vocabulary import Vocabulary
-
-
-def made(path):
-    with Project.create(path) as project:
-        project.add(demonstration())
-        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
-    return path
-
-
-@pytest.fixture
-def study(tmp_path):
-    return made(tmp_path / "study.forcelab")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +26,8 @@ def kept(app, tmp_path_factory):
         window = Window("Ann", remembering=False)
     window.resize(1100, 700)
     window.show()
-    window.begin(Start(project=made(folder / "study.forcelab")))
+    study(folder / "study.forcelab", ())
+    window.begin(Start(project=folder / "study.forcelab"))
     yield window
     window.close()
 

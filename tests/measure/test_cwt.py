@@ -84,35 +84,57 @@ def test_what_is_not_installed_is_refused_by_name():
         peer.coefficients(np.zeros((1, 8)), np.array([4.0]))
 
 
-@pytest.mark.parametrize("before", [None, "1"])
-def test_ssqueezepy_keeps_its_wavelet_and_runs_on_one_thread_as_its_guide_has_it(
-    monkeypatch, before
-):
-    """A stand-in, as the library may not be there."""
+@pytest.fixture
+def ssqueezepy(monkeypatch):
+    """Calls of a stand-in, as the library may not be there."""
     calls = []
 
     def transform(x, wavelet, scales, padtype):
-        calls.append((wavelet, os.environ.get("SSQ_PARALLEL"), padtype))
+        calls.append((x, wavelet, scales, padtype, os.environ.get("SSQ_PARALLEL")))
         return np.ones((len(x), len(scales), x.shape[1]), dtype=np.complex64), scales
 
     library = types.ModuleType("ssqueezepy")
     library.__spec__ = ModuleSpec("ssqueezepy", None)
-    library.cwt, library.Wavelet = transform, lambda told: [told]
+    library.cwt = transform
+    library.Wavelet = lambda told, dtype: [told, dtype]
     monkeypatch.setitem(sys.modules, "ssqueezepy", library)
+    kept_wavelet.cache_clear()
+    yield calls
+    kept_wavelet.cache_clear()
+
+
+@pytest.mark.parametrize("before", [None, "1"])
+def test_ssqueezepy_keeps_its_wavelet_and_runs_on_one_thread_as_its_guide_has_it(
+    ssqueezepy, monkeypatch, before
+):
     if before is None:
         monkeypatch.delenv("SSQ_PARALLEL", raising=False)
     else:
         monkeypatch.setenv("SSQ_PARALLEL", before)
     peers = {peer.name: peer for peer in peers_of_tapered()}
-    kept_wavelet.cache_clear()
     for name in ("ssqueezepy", "ssqueezepy", "ssqueezepy, wavelet anew"):
         peers[name].features(np.zeros((2, 8)), np.array([4.0]))
-    kept_wavelet.cache_clear()
-    (first, *_), (second, *_), (anew, *_) = calls
+    first, second, anew = (wavelet for _, wavelet, *_ in ssqueezepy)
     assert first is second
-    assert first == [anew] == [("morlet", {"mu": 5.0})]
-    assert {call[1:] for call in calls} == {("0", "zero")}
+    assert first == [anew, "float32"] == [("morlet", {"mu": 5.0}), "float32"]
+    assert {call[3:] for call in ssqueezepy} == {("zero", "0")}
     assert os.environ.get("SSQ_PARALLEL") == before
+
+
+def test_ssqueezepy_is_asked_for_our_error_in_double_precision_and_with_room_for_its_wavelets(
+    ssqueezepy,
+):
+    peers = {peer.name: peer for peer in peers_of_tapered()}
+    x, scales = np.ones((2, 100)), 2.0 ** np.arange(1, 10)
+    assert peers["ssqueezepy, as exact"].coefficients(x, scales).shape == (2, 9, 100)
+    assert [len(call[2]) for call in ssqueezepy] == [5, 4]
+    for padded, wavelet, part, padtype, _ in ssqueezepy:
+        assert padded.dtype == wavelet[1] == "float64"
+        assert padtype is None
+        reach = (padded.shape[1] - 100) / part.max()
+        assert np.exp(-(reach**2) / 2) < 1e-7
+        np.testing.assert_array_equal(padded[:, :100], x)
+        assert not padded[:, 100:].any()
 
 
 def test_features_of_coefficients_are_logarithm_and_angle():

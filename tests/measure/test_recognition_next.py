@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.measure import recognition_next
 from forcelab.measure.recognition_next import CHOOSING, measuring_next
-from forcelab.measure.recognition_tasks import next_tasks
+from forcelab.measure.recognition_tasks import measured_tasks
 from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
@@ -97,4 +97,4 @@ def test_too_few_demonstrations_are_refused_by_name(mixed, tmp_path):
         finish(measuring_next(mixed[:4], "foam"))
     path = make(tmp_path / "study.forcelab")
     with Project.open(path) as project, pytest.raises(InputError, match="there are 3"):
-        finish(next_tasks(project, ("foam",)))
+        finish(measured_tasks(project, ("foam",), question="next"))

@@ -15,7 +15,7 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.measure import recognition_swapped
 from forcelab.measure.recognition_swapped import measuring_swapped, swapped
-from forcelab.measure.recognition_tasks import swapped_tasks
+from forcelab.measure.recognition_tasks import measured_tasks
 from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
@@ -78,7 +78,7 @@ def test_of_too_little_it_is_told_what_is_missing(items, tmp_path):
         swapped(one_action, np.random.default_rng(0))
     few = Project.open(make(tmp_path / "few.forcelab", labelled=1))
     with few as project, pytest.raises(InputError, match="there is 1"):
-        finish(swapped_tasks(project, ()))
+        finish(measured_tasks(project, (), question="swapped"))
 
 
 @pytest.mark.real

@@ -5,28 +5,26 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
+from in_memory import folder_in_memory, labelling_in_memory
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project
+from forcelab.project.labelling import Labelling
 from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, migrate
 
 Make = Callable[..., Demonstration]
 
-#: Most tests are not about the disk, and every commit waits for it: they run in memory.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-
 
 @pytest.fixture
 def tmp_path() -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        yield Path(folder)
+    with folder_in_memory() as folder:
+        yield folder
 
 
 @pytest.fixture
@@ -45,6 +43,14 @@ def make() -> Make:
 
 
 @pytest.fixture
+def film(tmp_path: Path) -> Path:
+    """A demonstration's video; the store does not look inside."""
+    file = tmp_path / "Take 1.MP4"
+    file.write_bytes(os.urandom(3_000_000))
+    return file
+
+
+@pytest.fixture
 def path(tmp_path: Path) -> Path:
     return tmp_path / "study.forcelab"
 
@@ -53,6 +59,13 @@ def path(tmp_path: Path) -> Path:
 def project(path: Path) -> Iterator[Project]:
     with Project.create(path) as project:
         yield project
+
+
+@pytest.fixture
+def labelling() -> Iterator[Labelling]:
+    """Ada at work on ten seconds."""
+    with labelling_in_memory() as labelling:
+        yield labelling
 
 
 @pytest.fixture

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from functools import reduce
 from itertools import pairwise
-from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_memory import labelling_in_memory, stored
 
-from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
 from forcelab.painting import paint
-from forcelab.project import Project
 from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.labelling import Labelling
-
-#: Every commit waits for the disk, which this is not about.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 MODEL = "model paper 12"
 ACTIONS = ("grab", "hold", "slip")
@@ -60,20 +52,6 @@ def test_free_parts_are_all_that_is_proposed_where_nothing_is(track, proposed):
         expected = at(proposed, tenth) if at(track, tenth) is None else None
         assert at(parts, tenth) == expected
     assert all(part.duration > 0.05 for part in parts)
-
-
-@pytest.fixture
-def labelling(tmp_path):
-    times = np.arange(10_000) / 1000
-    demonstration = Demonstration("pen 1", "stylus", times, np.zeros((10_000, 1)), (Channel("f"),))
-    with Project.create(tmp_path / "p") as project:
-        added = project.add(demonstration)
-        yield Labelling(project, added.id, "Ada")
-
-
-def stored(labelling):
-    with Project.open(labelling.project.path) as other:
-        return other.track(labelling.demonstration, labelling.author).segments
 
 
 def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
@@ -176,13 +154,7 @@ def test_a_failure_in_the_middle_of_accepting_leaves_nothing(labelling, monkeypa
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(tracks(), st.booleans()), max_size=4))
 def test_undoing_all_that_was_accepted_leads_back(deeds):
-    with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(Path(folder) / "p") as project,
-    ):
-        times = np.arange(100) / 10
-        added = project.add(Demonstration("1", "t", times, np.zeros((100, 1)), (Channel("f"),)))
-        labelling = Labelling(project, added.id, "Ada")
+    with labelling_in_memory() as labelling:
         states = [labelling.segments]
         for proposed, replace in deeds:
             if labelling.accept(proposed, MODEL, replace):
@@ -191,4 +163,4 @@ def test_undoing_all_that_was_accepted_leads_back(deeds):
             labelling.undo()
             assert labelling.segments == state
         assert labelling.undo() is None
-        assert project.origins(added.id, "Ada") == {}
+        assert labelling.project.origins(labelling.demonstration, "Ada") == {}

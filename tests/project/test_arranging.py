@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import os
 import time
 
 import pytest
@@ -12,13 +11,6 @@ from forcelab.labels import Segment, Track
 from forcelab.project import Project
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
-
-
-@pytest.fixture
-def film(tmp_path):
-    file = tmp_path / "Take 1.MP4"
-    file.write_bytes(os.urandom(10_000))
-    return file
 
 
 def test_a_renamed_demonstration_has_its_new_name_everywhere(project, make, path):

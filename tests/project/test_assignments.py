@@ -1,17 +1,14 @@
 from __future__ import annotations
 
-import sqlite3
 import subprocess
 import sys
-from contextlib import closing
 from datetime import datetime, timedelta, timezone
 
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Track
+from forcelab.labels import Segment
 from forcelab.project import AssignmentEvent, Project
-from forcelab.project.schema import MIGRATIONS
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
@@ -94,20 +91,6 @@ def test_only_what_is_there_is_assigned_and_only_to_coders(project, make):
     assert project.assignment_events() == ()
 
 
-def test_what_happened_to_assignments_cannot_be_taken_away(project, make, path):
-    id_ = project.add(make(1)).id
-    project.assign(id_, "anna")
-    project.close()
-    with closing(sqlite3.connect(path / "project.sqlite")) as store:
-        for wrong in (
-            "DELETE FROM assignment",
-            "UPDATE assignment SET kind = 'open'",
-            "INSERT OR REPLACE INTO assignment SELECT * FROM assignment",
-        ):
-            with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
-                store.execute(wrong)
-
-
 def test_events_happen_again_with_their_times_or_not_at_all(project, make):
     id_ = project.add(make(1)).id
     then = datetime(2024, 5, 6, tzinfo=timezone.utc)
@@ -149,54 +132,3 @@ with Project.open(sys.argv[1]) as project:
     assert len(project.assignments()) == 3 * len(ids)
     assert all(one.done for one in project.assignments())
     assert len(project.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
-
-
-@pytest.fixture
-def version_1(project, make, older):
-    """A project as the first version of the program left it."""
-    id_ = project.add(make(1), [Track("anna", HOLD)]).id
-    return older(1), id_
-
-
-def test_a_project_of_version_1_is_brought_up_to_date(version_1):
-    old, id_ = version_1
-    with Project.open(old) as project:
-        assert project.track(id_, "anna").segments == HOLD
-        assert project.assignments() == ()
-        assert not project.changed_elsewhere()
-        project.assign(id_, "bert")
-    with Project.open(old) as project:
-        assert project.is_blind(id_, "bert")
-        assert len(project.history(id_, "anna")) == 1
-
-
-def test_a_project_of_version_1_that_may_only_be_read_is_read(version_1, monkeypatch):
-    old, id_ = version_1
-    before = {file: file.read_bytes() for file in old.rglob("*") if file.is_file()}
-    monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
-    with Project.open(old) as project:
-        assert project.read_only
-        assert project.assignments() == ()
-        assert project.track(id_, "anna").segments == HOLD
-        assert project.load(id_).id == id_
-        with pytest.raises(InputError, match="may only be read here"):
-            project.assign(id_, "anna")
-    assert {file: file.read_bytes() for file in old.rglob("*") if file.is_file()} == before
-
-
-def test_a_program_of_version_1_refuses_a_project_of_today(project, path, monkeypatch):
-    project.close()
-    monkeypatch.setattr("forcelab.project.database.MIGRATIONS", MIGRATIONS[:1])
-    with pytest.raises(InputError, match="newer forcelab .*update forcelab to open it"):
-        Project.open(path)
-
-
-def test_a_program_of_version_1_that_has_it_open_goes_on(version_1):
-    old, id_ = version_1
-    with closing(sqlite3.connect(old / "project.sqlite", isolation_level=None)) as first:
-        assert first.execute("SELECT count(*) FROM segment").fetchone() == (2,)
-        with Project.open(old) as project:
-            project.assign(id_, "anna")
-            first.execute("INSERT INTO author (name, kind) VALUES ('bert', 'coder')")
-            assert project.changed_elsewhere()
-            assert [author.name for author in project.authors()] == ["anna", "bert"]

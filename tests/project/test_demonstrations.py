@@ -17,14 +17,6 @@ GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
 
-@pytest.fixture
-def film(tmp_path):
-    """A demonstration's video; the store does not look inside."""
-    file = tmp_path / "Take 1.MP4"
-    file.write_bytes(os.urandom(3_000_000))
-    return file
-
-
 def test_what_was_added_comes_back_bit_for_bit(project, make):
     given = make(1, name="Grüße 7", task="LEGO", grid_rate=500.0)
     added = project.add(given, source="x.csv")
@@ -56,7 +48,7 @@ def test_the_list_tells_everything_without_the_arrays(project, make, path):
     assert (project.info(id_), project.info(other.id)) == (info, other)
     with pytest.raises(InputError, match="no demonstration 'f00'"):
         project.info("f00")
-    with pytest.raises(InputError, match=r"'02' is the name of .*, not its id; load\('02'\)\.id "):
+    with pytest.raises(InputError, match=r"'02' is the name of .*, not its id; id_of\('02'\) "):
         project.track("02", "anna")
     assert project.tasks() == ("foam", "LEGO")
 

@@ -66,7 +66,7 @@ def test_it_is_gone_with_all_that_came_with_it_and_nothing_else_is(project, path
 def test_the_version_of_the_store_stays_and_edits_are_still_kept_for_ever(project, path, kept):
     project.discard(*kept)
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
-        assert store.execute("PRAGMA user_version").fetchone() == (3,) == (len(MIGRATIONS),)
+        assert store.execute("PRAGMA user_version").fetchone() == (4,) == (len(MIGRATIONS),)
         with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
             store.execute("DELETE FROM edit")
 
@@ -98,6 +98,7 @@ def used(project, id_):
         used,
         lambda project, id_: project.assign(id_, "dora"),
         lambda project, id_: (project.assign(id_, "dora"), project.unassign(id_, "dora")),
+        lambda project, id_: project.set_note(id_, "dora", "the grip slipped"),
     ],
 )
 def test_what_somebody_has_worked_with_stays(project, path, kept, work):
@@ -135,6 +136,7 @@ def worked_with(project, id_):
     used(project, id_)
     project.assign(id_, "dora")
     project.set_done(id_, "dora")
+    project.set_note(id_, "dora", "leave out")
     return {name: project.head(id_, name) for name in ("bea", "cara")}
 
 
@@ -142,18 +144,20 @@ def test_what_was_imported_by_mistake_goes_with_all_its_labels(project, path, ke
     id_, _ = kept
     left = next(info.id for info in project.demonstrations() if info.id != id_)
     project.assign(left, "dora")
+    project.set_note(left, "dora", "stays")
     heads = worked_with(project, id_)
     schema = everything(path)[0]
     project.remove_all({id_: heads})
     assert [info.id for info in project.demonstrations()] == [left]
     assert [author.name for author in project.authors()] == ["anna"]
     assert [one.demonstration for one in project.assignments()] == [left]
+    assert [note.text for note in project.note_events()] == ["stays"]
     assert [entry.name for entry in (path / "demonstrations").iterdir()] == [left]
     assert everything(path)[0] == schema
     [run] = project.runs()
     assert project.run(run.id).labels[0].demonstration == id_
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
-        for table in ("edit", "assignment"):
+        for table in ("edit", "assignment", "note"):
             with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
                 store.execute(f"DELETE FROM {table}")
 

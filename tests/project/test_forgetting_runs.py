@@ -1,5 +1,7 @@
 """Runs that another one has taken the place of."""
 
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -72,6 +74,27 @@ def test_a_run_that_labels_were_accepted_from_stays_even_when_they_were_undone(p
     labelling.undo()
     assert not project.forget_run(number, PROPOSER)
     assert project.forget_run(number, "model paper 11")
+
+
+def test_what_a_recogniser_that_is_named_with_a_number_proposed_is_no_runs(project, train, id_):
+    number, _ = train()
+    labelling = Labelling(project, id_, "anna")
+    labelling.accept((Segment(0.2, 0.3, "slip"),), f"model trial {number}")
+    assert project.run_uses(number)[0].accepted == 0
+    labelling.accept((Segment(0.3, 0.4, "slip"),), PROPOSER)
+    assert project.run_uses(number)[0].accepted == 1
+
+
+def test_a_run_that_cannot_be_read_any_more_can_be_removed(project, path, train):
+    number, _ = train()
+    with closing(sqlite3.connect(path / "project.sqlite")) as store, store:
+        store.execute("UPDATE run SET result = '{' || CAST(x'fffe' AS TEXT) || '}'")
+    with pytest.raises(InputError):
+        project.run(number)
+    project.remove_run(number)
+    assert project.runs() == ()
+    with pytest.raises(InputError, match=f"There is no run {number} in"):
+        project.remove_run(number)
 
 
 def test_a_verdict_on_a_run_that_has_gone_meanwhile_is_kept(project, path, train, said):

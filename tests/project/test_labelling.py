@@ -1,36 +1,14 @@
 """Labelling: each verb is one stored edit with a line of history."""
 
-import os
-import tempfile
-from pathlib import Path
-
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_memory import labelling_in_memory, stored
 
-from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.labelling import Labelling
-
-#: Every commit waits for the disk, which this is not about.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-
-
-@pytest.fixture
-def labelling(tmp_path):
-    times = np.arange(10_000) / 1000
-    demonstration = Demonstration("pen 1", "stylus", times, np.zeros((10_000, 1)), (Channel("f"),))
-    with Project.create(tmp_path / "p") as project:
-        added = project.add(demonstration)
-        yield Labelling(project, added.id, "Ada")
-
-
-def stored(labelling):
-    with Project.open(labelling.project.path) as other:
-        return other.track(labelling.demonstration, labelling.author).segments
 
 
 def test_every_verb_is_in_the_store_with_a_line_people_can_read(labelling):
@@ -125,19 +103,13 @@ verbs = st.one_of(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(verbs, max_size=12))
 def test_whatever_is_done_undoing_all_of_it_leads_back(deeds):
-    times = np.arange(100) / 10
-    demonstration = Demonstration("pen", "t", times, np.zeros((100, 1)), (Channel("f"),))
-    with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(Path(folder) / "p") as project,
-    ):
-        track = Labelling(project, project.add(demonstration).id, "Ada")
+    with labelling_in_memory() as track:
         for verb, *arguments in deeds:
             try:
                 getattr(track, verb)(*arguments)
             except InputError:
                 continue
-            assert track.segments == project.track(track.demonstration, "Ada").segments
+            assert track.segments == track.project.track(track.demonstration, "Ada").segments
         there = track.segments
         undone = 0
         while track.undo():

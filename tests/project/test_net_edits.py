@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
-from pathlib import Path
-
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_memory import labelling_in_memory
 
-from forcelab.demonstration import Channel, Demonstration
 from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.project.made import LabelsUsed
-
-#: Where commits need not wait for a disk.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 
 @pytest.fixture(scope="module")
 def shared():
     """A project in memory and the demonstration that all authors label."""
-    stamps = np.arange(500) / 1000
-    recorded = Demonstration("01", "foam", stamps, np.zeros((500, 1)), (Channel("fz", "N"),))
-    with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(Path(folder) / "p.forcelab") as project,
-    ):
-        yield project, project.add(recorded).id
+    with labelling_in_memory() as labelling:
+        yield labelling.project, labelling.demonstration
 
 
 @settings(max_examples=30, deadline=None)

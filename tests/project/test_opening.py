@@ -166,7 +166,7 @@ def test_a_newer_project_is_refused_byte_for_byte_untouched(path, make):
         newer.execute(f"PRAGMA user_version = {len(MIGRATIONS) + 1}")
         newer.execute("CREATE TABLE invention (x)")
     before = contents(path)
-    with pytest.raises(InputError, match="newer forcelab") as caught:
+    with pytest.raises(InputError, match="newer forcelab .*update forcelab to open it") as caught:
         Project.open(path)
     assert one_sentence(str(caught.value))
     assert contents(path) == before

@@ -3,38 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 import time
-from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_memory import labelling_in_memory, recording
 
-from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Segment
 from forcelab.project import Origin, Project
-from forcelab.project.labelling import Labelling
-
-#: Every commit waits for the disk, which this is not about.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 
 ONE, TWO = "model paper 1", "model paper 2"
 GRAB, HOLD, SLIP = Segment(1, 2, "grab"), Segment(2, 3, "hold"), Segment(5, 6, "slip")
-
-
-def recording() -> Demonstration:
-    times = np.arange(1000) / 10
-    return Demonstration("pen 1", "stylus", times, np.zeros((1000, 1)), (Channel("f"),))
-
-
-@pytest.fixture
-def labelling(tmp_path):
-    with Project.create(tmp_path / "p") as project:
-        yield Labelling(project, project.add(recording()).id, "Ada")
 
 
 def origins(labelling):
@@ -174,11 +155,8 @@ verbs = st.tuples(
 @settings(max_examples=25, deadline=None)
 @given(st.lists(verbs, max_size=30))
 def test_whatever_is_done_origins_follow_the_labels(deeds):
-    with (
-        tempfile.TemporaryDirectory(dir=MEMORY) as folder,
-        Project.create(Path(folder) / "p") as project,
-    ):
-        labelling = Labelling(project, project.add(recording()).id, "Ada")
+    with labelling_in_memory() as labelling:
+        project = labelling.project
         # Each state as it was, by what can be undone: what is taken back must be as before.
         past, future = [({}, ())], []
         for verb, at, length, action, proposer in deeds:

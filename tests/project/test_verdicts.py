@@ -10,7 +10,6 @@ import pytest
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project import Project, StoredVerdict, Verdict
-from forcelab.project.schema import MIGRATIONS
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
 
@@ -98,17 +97,22 @@ def test_a_verdict_on_what_is_not_there_is_refused(project, said, change, told):
     assert project.verdict_events() == ()
 
 
-def test_verdicts_cannot_be_taken_away(project, said, path):
+@pytest.mark.parametrize("table", ["edit", "assignment", "verdict"])
+def test_what_people_did_cannot_be_changed_replaced_or_deleted(project, id_, said, path, table):
+    project.assign(id_, "anna")
     project.add_verdict(said)
     project.close()
     with closing(sqlite3.connect(path / "project.sqlite")) as store:
+        before = store.execute(f"SELECT * FROM {table}").fetchall()
+        assert len(before) == 1
         for wrong in (
-            "DELETE FROM verdict",
-            "UPDATE verdict SET verdict = 'human'",
-            "INSERT OR REPLACE INTO verdict SELECT * FROM verdict",
+            f"DELETE FROM {table}",
+            f"UPDATE {table} SET time = 'never'",
+            f"INSERT OR REPLACE INTO {table} SELECT * FROM {table}",
         ):
             with pytest.raises(sqlite3.IntegrityError, match="kept for ever"):
                 store.execute(wrong)
+        assert store.execute(f"SELECT * FROM {table}").fetchall() == before
 
 
 def test_another_process_hears_of_a_verdict(project, said, path):
@@ -146,7 +150,9 @@ def test_an_older_project_is_brought_up_to_date_with_all_its_edits(old, said):
         project.edit(id_, "anna", HOLD[:1], HOLD, "accepted", proposed_by="model x")
         assert list(project.origins(id_, "anna")) == [HOLD[1]]
         project.add_verdict(said)
+        project.assign(id_, "bert")
     with Project.open(path) as project:
+        assert project.is_blind(id_, "bert")
         assert len(project.verdicts()) == 1
         assert project.history(id_, "anna")[-1].proposed_by == "model x"
 
@@ -157,6 +163,7 @@ def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     with Project.open(path) as project:
         assert project.history(said.demonstration, "anna") == history
+        assert project.load(said.demonstration).id == said.demonstration
         assert project.verdicts() == project.verdict_events() == ()
         assert project.origins(said.demonstration, "anna") == {}
         with pytest.raises(InputError, match="may only be read here"):
@@ -164,22 +171,16 @@ def test_an_older_project_that_may_only_be_read_is_read(old, said, monkeypatch):
     assert {file: file.read_bytes() for file in path.rglob("*") if file.is_file()} == before
 
 
-def test_a_program_of_version_2_refuses_a_project_of_today(project, path, monkeypatch):
-    project.close()
-    monkeypatch.setattr("forcelab.project.database.MIGRATIONS", MIGRATIONS[:2])
-    with pytest.raises(InputError, match="newer forcelab .*update forcelab to open it"):
-        Project.open(path)
-
-
-def test_a_program_of_version_2_that_has_it_open_goes_on(old, said):
-    path, history, version = old
-    if version < 2:
-        return
-    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as second:
-        assert second.execute("SELECT count(*) FROM segment").fetchone() == (2,)
+def test_an_older_program_that_has_it_open_goes_on(old, said):
+    path, history, _ = old
+    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as older:
+        assert older.execute("SELECT count(*) FROM segment").fetchone() == (2,)
         with Project.open(path) as project:
             project.add_verdict(said)
-            second.execute(
+            older.execute("INSERT INTO author (name, kind) VALUES ('dora', 'coder')")
+            assert project.changed_elsewhere()
+            assert "dora" in project.coders()
+            older.execute(
                 "INSERT INTO edit (track, kind, time, what, position, removed, inserted, reverts, "
                 "parent) SELECT track, 'paint', time, what, position, '[]', '[]', NULL, NULL "
                 "FROM edit LIMIT 1"

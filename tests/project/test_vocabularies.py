@@ -3,6 +3,7 @@
 import pytest
 
 from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
@@ -30,3 +31,21 @@ def test_a_vocabulary_made_from_an_older_one_is_not_written(project, path):
     assert project.vocabulary("LEGO").names == ("slip",)
     assert project.set_vocabulary("LEGO", mine, before=project.vocabulary("LEGO"))
     assert project.vocabulary("LEGO") == mine
+
+
+def test_what_says_that_there_is_no_action_becomes_none(project, make):
+    id_ = project.add(make()).id
+    with pytest.raises(InputError, match="cannot be called 'Unlabelled'"):
+        project.add_actions("LEGO", ["grab", "Unlabelled"])
+    assert project.vocabulary("LEGO").names == ()
+    with pytest.raises(InputError, match="cannot be called 'unlabelled'"):
+        project.edit(id_, "Ada", (), (Segment(0.1, 0.2, "unlabelled"),), "painted")
+    assert project.track(id_, "Ada").segments == ()
+
+
+def test_a_project_that_has_such_an_action_can_go_on_with_it(project, make):
+    old = (Segment(0.1, 0.2, "unlabelled"),)
+    id_ = project.add(make(), [Track("Ada", old)]).id
+    project.edit(id_, "Ada", old, (Segment(0.1, 0.3, "unlabelled"),), "moved")
+    assert project.add_actions("LEGO", ["unlabelled", "grab"]).names == ("unlabelled", "grab")
+    project.edit(id_, "Ada", project.track(id_, "Ada").segments, (Segment(0.1, 0.3, "grab"),), "")

@@ -14,8 +14,8 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.recognition.changes import NEAR, fitting_changes
-from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.changes import NEAR, fitting_changes, near_changes
+from forcelab.recognition.examples import Labelled, gathering, prepare
 from forcelab.recognition.folds import parted
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import TRUSTED, dump, load, save
@@ -49,8 +49,14 @@ def clicks():
     return [clicking(seed) for seed in range(6)]
 
 
+def taught(examples, settings=QUICK):
+    y, steps = near_changes(examples, settings)
+    (X,) = finish(gathering(examples, steps))
+    return finish(fitting_changes(X, y, settings))
+
+
 def learnt(items, settings=QUICK):
-    return finish(fitting_changes([prepare(item, settings) for item in items], settings))
+    return taught([prepare(item, settings) for item in items], settings)
 
 
 def test_a_change_is_seen_where_it_happens_and_nowhere_else(clicks):
@@ -102,7 +108,7 @@ def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
         )
         features[inside] = 1e6
         hidden.append(replace(example, features=features))
-    one, other = (finish(fitting_changes(some, QUICK)) for some in (holed, hidden))
+    one, other = (taught(some) for some in (holed, hidden))
     rows = examples[0].features
     np.testing.assert_array_equal(one.ratios(rows), other.ratios(rows))
 
@@ -110,10 +116,10 @@ def test_what_lies_in_a_long_hole_is_neither_a_change_nor_anything_else(clicks):
 def test_time_with_missing_samples_teaches_nothing(clicks):
     examples = [prepare(item, QUICK) for item, _ in clicks]
     gone = [replace(e, valid=e.times < 2.0, features=e.features.copy()) for e in examples]
-    one = finish(fitting_changes(gone, QUICK))
+    one = taught(gone)
     for example in gone:
         example.features[~example.valid] = 1e6
-    other = finish(fitting_changes(gone, QUICK))
+    other = taught(gone)
     rows = examples[0].features
     np.testing.assert_array_equal(one.ratios(rows), other.ratios(rows))
 
@@ -133,8 +139,8 @@ def test_what_is_left_out_has_no_say_in_where_actions_change(clicks):
             for given in (examples, poisoned)
         )
         np.testing.assert_array_equal(one, other)
-        heard = finish(fitting_changes(poisoned, QUICK)).ratios(rows)
-        assert not np.array_equal(heard, finish(fitting_changes(examples, QUICK)).ratios(rows))
+        heard = taught(poisoned).ratios(rows)
+        assert not np.array_equal(heard, taught(examples).ratios(rows))
 
 
 @pytest.mark.parametrize("off", [{"changes": False}, {"decoder": "filters"}])
@@ -191,7 +197,7 @@ def test_a_file_from_before_predicts_without(best, tmp_path):
 def test_one_of_other_features_is_refused(best, clicks, tmp_path):
     fewer = [replace(prepare(item, QUICK), segments=item.segments) for item, _ in clicks]
     wide = [replace(e, features=np.repeat(e.features, 9, axis=1)) for e in fewer]
-    other = finish(fitting_changes(wide, QUICK))
+    other = taught(wide)
     save(replace(best, changes=other), tmp_path / "one")
     with pytest.raises(InputError, match="not a whole recogniser"):
         load(tmp_path / "one")

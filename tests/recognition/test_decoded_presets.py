@@ -154,18 +154,6 @@ def test_an_evaluation_says_what_the_choreography_was_worth_and_how_far_to_rely_
     assert sum(n for n, _, _ in reliability["bins"]) == int(found.reliability.steps.sum())
 
 
-def test_a_recording_that_is_there_twice_is_said(four):
-    old = four[0].demonstration
-    twin = Demonstration("twin", old.task, old.times + 5.0, old.signals, old.channels)
-    moved = tuple(Segment(s.start + 5, s.end + 5, s.action) for s in four[0].segments)
-    found = finish(leave_one_out([*four, Labelled(twin, moved)], FAST))
-    (said,) = [remark for remark in found.remarks if "same recording" in remark]
-    assert old.name in said
-    assert "twin" in said
-    assert "left out together" in said
-    assert not any("same recording" in r for r in finish(leave_one_out(four, FAST)).remarks)
-
-
 def test_constant_channels_beside_one_that_tells_something_do_no_harm(four):
     flat = []
     for item in four[:3]:
@@ -177,49 +165,9 @@ def test_constant_channels_beside_one_that_tells_something_do_no_harm(four):
         assert np.isfinite(found.probabilities).all()
 
 
-def test_an_action_of_one_demonstration_alone_can_be_learnt(four):
-    odd = four[1].segments
-    renamed = (*odd[:-1], Segment(odd[-1].start, odd[-1].end, "twist"))
-    items = [four[0], Labelled(four[1].demonstration, renamed), four[2]]
-    made = train(items, BEST)
-    assert "twist" in made.actions
-    assert np.isfinite(made.predict(four[3].demonstration).probabilities).all()
-
-
-def test_the_same_demonstration_twice_can_be_trained_on(four):
-    made = train([four[0], four[0]], BEST)
-    assert set(made.predict(four[1].demonstration).filtered) <= set(range(len(made.actions)))
-
-
 def test_the_published_code_differs_from_the_text_as_it_says():
     released = preset("released")
     assert released.scales.tolist() == [2.0**j for j in range(2, 13)]
     assert (released.threshold, released.median, released.drop) == (None, 101, 0.125)
     same = ("classifier", "phase", "stride", "wavelet", "features", "decoder", "circular", "step")
     assert all(getattr(released, name) == getattr(Settings(), name) for name in same)
-
-
-def test_settings_and_files_of_before_load_as_they_were():
-    old = {"preset": "paper", "stride": 3, "median": 10}
-    found = Settings.from_json(old)
-    assert (found.features, found.decoder, found.step) == ("wavelets", "filters", None)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"windows": ()},
-        {"windows": (0.1, 0.1)},
-        {"windows": (0.2, 0.1)},
-        {"windows": (0.0,)},
-        {"step": 0.0},
-        {"features": "dreams"},
-        {"amplitude": "loud"},
-        {"decoder": "guess"},
-        {"choreography": "all"},
-        {"circular": 1},
-    ],
-)
-def test_a_setting_out_of_range_is_refused_by_name(change):
-    with pytest.raises(InputError, match=next(iter(change))):
-        Settings(**change)

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from scipy.stats import lognorm
 
 from forcelab.errors import InputError
+from forcelab.recognition import semimarkov as model
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.decoding import decode
 from forcelab.recognition.fixed_lag import FixedLag
 from forcelab.recognition.posterior import marginals
-from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores, Weights
+from forcelab.recognition.semimarkov import FINE, LENGTHS, Scores
 
 USES = ("none", "durations", "order")
 STEP = 0.1
@@ -55,16 +56,16 @@ class Plainly:
     """The model as its documentation states it, number by number."""
 
     def __init__(self, choreography, logs, step, use, places=False, changes=None):
-        self.c, self.use, self.step, w = choreography, use, step, Weights()
+        self.c, self.use, self.step = choreography, use, step
         self.K = len(choreography.actions)
-        floor = logs.max(axis=1, keepdims=True) + math.log(w.floor)
-        prior = w.prior * np.log(choreography.share)
-        self.evidence = min(1, w.evidence * step / 0.02) * (np.maximum(logs, floor) - prior)
-        self.emphasis = 0 if use == "none" else w.duration
+        floor = logs.max(axis=1, keepdims=True) + math.log(model.FLOOR)
+        prior = model.PRIOR * np.log(choreography.share)
+        self.evidence = min(1, model.EVIDENCE * step / 0.02) * (np.maximum(logs, floor) - prior)
+        self.emphasis = 0 if use == "none" else model.DURATION
         self.places = math.log(step / 0.02) if places else 0.0
         near = np.zeros(len(logs))
         if changes is not None and use != "none":
-            near = w.change * (changes - w.likelier)
+            near = model.CHANGE * (changes - model.LIKELIER)
         self.change = 0.5 * (near[:-1] + near[1:])  # of one after each step but the last
         self.limits = Scores.of(choreography, step, use)
         self.whole, self.cut = self.lengths()
@@ -95,7 +96,7 @@ class Plainly:
 
     def follow(self, j, k):
         if self.use == "none":
-            return self.places - Weights().switch
+            return self.places - model.SWITCH
         share = self.c.follow[j, k] if self.use == "order" else 1 / (self.K - 1)
         return self.places + (math.log(share) if share else -math.inf)
 
@@ -280,11 +281,11 @@ def test_order_decides_where_nothing_is_seen_and_is_left_out_on_request():
     assert codes[np.flatnonzero(np.diff(codes, prepend=-1))].tolist() == [0, 2]
 
 
-def test_an_order_and_a_length_never_seen_are_recognised_when_they_are_plain_to_see():
+def test_an_order_and_a_length_never_seen_are_recognised_when_they_are_plain_to_see(monkeypatch):
+    monkeypatch.setattr(model, "EVIDENCE", 1.0)
     truth = np.repeat([2, 1, 0], [1000, 10, 50])  # backwards; 20 s and 0.2 s instead of about 1 s
     logs = np.log(np.where(np.eye(3)[truth] > 0, 0.98, 0.01))
-    weights = Weights(evidence=1.0)
-    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "order", weights)
+    codes = decode(logs, everywhere(logs), 0.02, a_known_one(), "order")
     assert np.array_equal(codes, truth)
 
 
@@ -344,12 +345,13 @@ def test_evidence_that_says_nothing_gives_the_same_course_each_time(use):
         assert len(np.unique(one)) == 1
 
 
-def test_two_hundred_actions():
+def test_two_hundred_actions(monkeypatch):
+    monkeypatch.setattr(model, "EVIDENCE", 1.0)
     rng = np.random.default_rng(1)
     truth = np.repeat(rng.permutation(200)[:6], 20)
     logs = 4.0 * np.eye(200)[truth]
     choreography = a_known_one(200)
-    codes = decode(logs, everywhere(logs), 0.02, choreography, "durations", Weights(evidence=1.0))
+    codes = decode(logs, everywhere(logs), 0.02, choreography, "durations")
     assert np.array_equal(codes, truth)
     share = marginals(logs, everywhere(logs), 0.02, choreography, "durations")
     assert np.isfinite(share).all()
@@ -389,16 +391,17 @@ def test_numbering_of_actions_and_units_of_steps_play_no_part(seed, use):
 
 
 @pytest.mark.parametrize("use", USES)
-def test_finer_steps_that_say_the_same_decide_the_same(use):
-    rng, weights = np.random.default_rng(8), Weights(switch=4.0)
+def test_finer_steps_that_say_the_same_decide_the_same(monkeypatch, use):
+    monkeypatch.setattr(model, "SWITCH", 4.0)
+    rng = np.random.default_rng(8)
     truth = np.repeat([0, 1, 2, 1], [40, 60, 50, 30])
     logs = some_logs(rng, 180, 3) + np.eye(3)[truth]
-    coarse = decode(logs, everywhere(logs), 0.02, a_known_one(), use, weights)
+    coarse = decode(logs, everywhere(logs), 0.02, a_known_one(), use)
     fine = np.repeat(logs, 5, axis=0)
-    finer = decode(fine, everywhere(fine), 0.004, a_known_one(), use, weights)
+    finer = decode(fine, everywhere(fine), 0.004, a_known_one(), use)
     assert np.mean(finer == np.repeat(coarse, 5)) > 0.97
-    one = marginals(logs, everywhere(logs), 0.02, a_known_one(), use, weights)
-    other = marginals(fine, everywhere(fine), 0.004, a_known_one(), use, weights)
+    one = marginals(logs, everywhere(logs), 0.02, a_known_one(), use)
+    other = marginals(fine, everywhere(fine), 0.004, a_known_one(), use)
     assert np.abs(other[2::5] - one).mean() < 0.02
 
 
@@ -420,14 +423,6 @@ def test_what_cannot_be_decoded_is_refused(wrong, said):
     }
     with pytest.raises(InputError, match=said):
         decode(**(given_ | wrong))
-
-
-@pytest.mark.parametrize(
-    "wrong", [{"evidence": -1.0}, {"duration": math.nan}, {"switch": math.inf}, {"floor": 0.0}]
-)
-def test_weights_that_cannot_be_are_refused(wrong):
-    with pytest.raises(InputError):
-        Weights(**wrong)
 
 
 # --- on a stream ----------------------------------------------------------------------------------

@@ -193,32 +193,10 @@ def test_thresholds_part_float32_as_the_longer_ones_do():
         np.testing.assert_array_equal(one[:, None] <= short, one[:, None].astype(float) <= near)
 
 
-def demonstrations(count, gain, seed=0):
-    """Two actions told apart by a level whose unit is each demonstration's own, and the same
-    without that unit, of `count` demonstrations of 40 samples."""
-    random = np.random.default_rng(seed)
-    groups = np.repeat(np.arange(count), 40)
-    y = np.tile(np.repeat([0, 1], 20), count)
-    own = y + 0.2 * random.normal(size=len(y))
-    unit = np.exp(gain * random.normal(size=count))[groups]
-    return np.stack([own * unit, own], axis=1), y, groups
-
-
-def test_the_columns_are_those_that_serve_left_out_demonstrations():
-    X, y, groups = demonstrations(6, gain=2.0)
-    columns = [np.array([0]), np.array([1])]
-    care = Care(groups=groups, columns=columns)
-    assert fitted("extra-trees", X, y, care).columns.tolist() == [1]
-    swapped = Care(groups=groups, columns=columns[::-1])
-    assert fitted("extra-trees", X, y, swapped).columns.tolist() == [1]
-
-
-def test_with_a_single_demonstration_the_first_columns_are_taken():
-    X, y, groups = demonstrations(1, gain=2.0)
-    care = Care(groups=groups, columns=[np.array([0]), np.array([1])], calibrated=True)
-    made = fitted("extra-trees", X, y, care)
-    assert made.columns.tolist() == [0]
-    assert made.exponent == 1.0
+def test_with_a_single_demonstration_nothing_is_calibrated():
+    X, y = clouds((20, 20), distance=0.5)
+    care = Care(groups=np.zeros(40, dtype=np.int64), calibrated=True)
+    assert fitted("extra-trees", X, y, care).exponent == 1.0
 
 
 def test_calibration_makes_an_overconfident_classifier_less_sure():
@@ -257,33 +235,6 @@ def test_rare_actions_count_as_much_where_asked(name):
 
 def test_of_too_many_samples_evenly_many_are_learnt_and_every_action(monkeypatch):
     monkeypatch.setattr(learning, "MOST", 50)
-    X, y = clouds((121, 80, 1))  # the last one falls between two that are taken
-    seen = []
-    member = learning._member
-    monkeypatch.setattr(
-        learning, "_member", lambda kind, X, y, *rest: seen.append(y) or member(kind, X, y, *rest)
-    )
-    made = fitted("extra-trees", X, y, Care(np.repeat([0, 1, 2], [121, 80, 1])))
-    assert np.bincount(seen[0]).tolist() == [25, 17, 1]
-    assert made.classes_.tolist() == [0, 1, 2]
-    seen.clear()
-    fitted("extra-trees", X[95:145], y[95:145])
-    assert len(seen[0]) == 50  # as many as there may be: none is left out
-
-
-def test_inner_fits_still_leave_out_whole_demonstrations_of_too_many_samples(monkeypatch):
-    monkeypatch.setattr(learning, "MOST", 60)
-    X, y = clouds((100, 100))
-    order = np.random.default_rng(0).permutation(200)
-    groups = np.repeat(np.arange(5), 40)
-    left = []
-    judged = learning._judged
-
-    def watched(name, X, y, columns, held_out, *rest):
-        left.append(int(held_out.sum()))
-        return judged(name, X, y, columns, held_out, *rest)
-
-    monkeypatch.setattr(learning, "_judged", watched)
-    fitted("logistic", X[order], y[order], Care(groups, calibrated=True))
-    assert len(left) == 5
-    assert set(left) <= {10, 11}  # a fifth of fifty, and the one of each action
+    y = np.repeat([0, 1, 2], [121, 80, 1])  # the last one falls between two that are taken
+    assert np.bincount(y[learning.thinned(y)]).tolist() == [25, 17, 1]
+    assert len(learning.thinned(y[95:145])) == 50  # as many as there may be: none is left out

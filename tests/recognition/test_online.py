@@ -137,7 +137,7 @@ def test_a_channel_that_falls_silent_stops_labels_but_not_the_stream(trained, th
         assert np.array_equal(codes, stated(trained, long, 0.1).codes)
 
 
-@pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308])
+@pytest.mark.parametrize("nonsense", [3.4028235e38, -1.7e308, 1e16])
 def test_what_a_board_prints_where_it_knows_nothing_is_bridged(trained, three, nonsense):
     demonstration = three[2].demonstration
     signals = demonstration.signals.copy()
@@ -190,6 +190,8 @@ def test_how_a_gap_is_bridged_does_not_depend_on_the_blocks():
     n = 3 * PATIENCE
     signals = np.cumsum(np.random.default_rng(0).standard_normal((n, 3)), axis=0)
     signals[300 : 300 + PATIENCE + 200, 0] = np.nan
+    signals[[100, 101, 102, 2300, n - 1], 1] = 1e16
+    signals[2200:2204, 2] = 5e9  # it lasts
     for first in range(0, n, 90):
         signals[first : first + 30, 1 + first // 90 % 2] = np.nan
     times = np.arange(n) / 250.0
@@ -206,6 +208,8 @@ def test_how_a_gap_is_bridged_does_not_depend_on_the_blocks():
         assert np.array_equal(other.times, found[0].times)
         assert np.array_equal(other.signals, found[0].signals)
         assert np.array_equal(other.valid, found[0].valid)
+    assert np.abs(found[0].signals[:, :2]).max() < 1e3
+    assert np.count_nonzero(found[0].signals[:, 2] == 5e9) == 4
 
 
 codes_lists = st.lists(st.tuples(st.integers(-1, 3), st.integers(1, 9)), min_size=4, max_size=12)
@@ -277,8 +281,9 @@ def test_what_does_not_fit_is_refused(trained, three):
     channels = three[2].demonstration.channels
     with pytest.raises(InputError, match="no recognition channel"):
         OnlineRecogniser(trained, 0.1, channels[:3])
-    with pytest.raises(InputError, match="latency"):
-        OnlineRecogniser(trained, -1.0, channels)
+    for latency in (-1.0, 1e9, np.nan):
+        with pytest.raises(InputError, match="latency is a number of seconds from 0 to 600, not"):
+            OnlineRecogniser(trained, latency, channels)
     online = OnlineRecogniser(trained, 0.1, channels)
     with pytest.raises(InputError, match="shape"):
         online.push(np.arange(3.0), np.zeros((3, 5)))

@@ -73,8 +73,8 @@ def test_missing_samples_are_bridged():
     np.testing.assert_allclose(found, whole, atol=1e-12)
 
 
-@pytest.mark.parametrize("amplitude", ["absolute", "chosen"])
-def test_a_recogniser_looks_at_peaks_whatever_unit_is_chosen(monkeypatch, amplitude):
+@pytest.mark.parametrize("amplitude", ["absolute", "both"])
+def test_a_recogniser_looks_at_peaks_whatever_the_unit(monkeypatch, amplitude):
     monkeypatch.setattr(learning, "TREES", 5)
     settings = preset("fast").replace(amplitude=amplitude, peaks=True)
     items = [Labelled(*pair) for pair in synthetic_set(3, rate=100.0)]
@@ -84,4 +84,3 @@ def test_a_recogniser_looks_at_peaks_whatever_unit_is_chosen(monkeypatch, amplit
     peaks = np.arange(first, settings.width(channels))
     assert len(peaks) == len(PEAKS) * len(SPANS) * channels
     assert np.isin(peaks, recogniser.classifier.columns).all()
-    assert len(recogniser.classifier.columns) == len(peaks) + 3 * channels * len(settings.windows)

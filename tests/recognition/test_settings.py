@@ -52,6 +52,10 @@ def test_a_value_left_out_of_a_file_has_its_default():
     assert Settings.from_json({}) == Settings()
 
 
+def test_the_unit_of_forces_that_older_versions_chose_stands_for_features_of_both():
+    assert Settings.from_json({"amplitude": "chosen"}) == Settings(amplitude="both")
+
+
 def test_the_preset_paper_is_the_published_method():
     paper = preset("paper")
     assert paper.mother == Morlet(5.0)
@@ -107,6 +111,10 @@ OUT_OF_RANGE = [
     ("channels", (1, 2)),
     ("channels", ("normal 1", "normal 1")),
     ("preset", None),
+    ("windows", (0.1, 0.1)),
+    ("windows", (0.2, 0.1)),
+    ("windows", (0.0,)),
+    ("step", 0.0),
 ]
 
 

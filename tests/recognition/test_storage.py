@@ -162,6 +162,16 @@ def test_a_missing_file_and_a_folder_are_no_recogniser(tmp_path):
     refused(tmp_path, "no recogniser at")
 
 
+def test_a_file_that_may_not_be_read_is_told_so(path, monkeypatch):
+    path.write_bytes(b"PK")
+
+    def locked(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(type(path), "open", locked)
+    refused(path, "cannot be read: Permission denied; look who may read it")
+
+
 @pytest.mark.parametrize(
     "data", [b"", b"PK", b"PK\x03\x04", b"%PDF-1.7", b"\x00" * 5000, b"a;b\n1;2\n" * 99]
 )

@@ -1,10 +1,9 @@
 from __future__ import annotations
 
 import dataclasses
-import gc
 import multiprocessing
 import threading
-import weakref
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.merging import MergeMap
-from forcelab.recognition import learning, live_part
+from forcelab.recognition import learning, live_part, trimming
 from forcelab.recognition import training as training_module
 from forcelab.recognition.classifiers import Step
 from forcelab.recognition.examples import Labelled, prepare
@@ -53,13 +52,20 @@ def predictions(recogniser, demonstration):
 # --- progress -----------------------------------------------------------------------------------
 
 
-def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(three):
+@pytest.mark.parametrize("anew", [0, 3])
+def test_progress_tells_features_first_and_then_every_epoch_with_a_falling_loss(
+    three, monkeypatch, anew
+):
+    if anew:  # looked at, and then again for what is learnt from
+        monkeypatch.setattr(training_module, "ROOM", 0)
     progress = []
     finish(training(three, SMALL_MLP), progress.append)
     stages = [step.text for step in progress]
-    assert stages == ["features"] * 3 + ["fit"] * (len(stages) - 3)
-    assert [(step.done, step.total) for step in progress[:3]] == [(1, 3), (2, 3), (3, 3)]
-    fit = progress[3:]
+    first = 3 + anew
+    assert stages == ["features"] * first + ["fit"] * (len(stages) - first)
+    counted = [(step.done, step.total) for step in progress[:first]]
+    assert counted == (1 + anew // 3) * [(1, 3), (2, 3), (3, 3)]
+    fit = progress[first:]
     assert [step.done for step in fit] == list(range(1, len(fit) + 1))
     assert fit[-1].loss < 0.3 * fit[0].loss
 
@@ -129,26 +135,36 @@ def test_of_too_many_samples_only_those_that_are_learnt_from_are_gathered(
     np.testing.assert_array_equal(fitted_to["care"].groups, groups[some])
 
 
-def test_the_features_are_gone_while_what_follows_streams_is_learnt(three, monkeypatch):
-    made, left = [], []
+def test_training_without_room_holds_the_features_of_one_demonstration_at_a_time(monkeypatch):
+    monkeypatch.setattr(training_module, "ROOM", 0)
+    for module in (learning, trimming):
+        monkeypatch.setattr(module, "TREES", 2)
+        monkeypatch.setattr(module, "MOST", 200)
+    items = [Labelled(*pair) for pair in synthetic_set(12, rate=200.0)]
+    settings = preset("best").replace(step=None)
+    train(items[:2], settings)  # what is loaded on the way
+    sizes = [prepare(item, settings).features.nbytes for item in items]
+    tracemalloc.start()
+    try:
+        train(items, settings)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 0.4 * sum(sizes)
 
-    def preparing_one(*given):
-        example = prepare(*given)
-        made.append(weakref.ref(example))
-        return example
 
-    def fitting_live(*given):
-        gc.collect()
-        left.append([ref() is not None for ref in made])
-        return (yield from learnt(*given))
-
-    learnt = training_module.fitting_live
-    monkeypatch.setattr(training_module, "prepare", preparing_one)
-    monkeypatch.setattr(training_module, "fitting_live", fitting_live)
+@pytest.mark.parametrize("room", [0, 1])  # for none, and for those of the first
+def test_training_learns_what_a_fit_to_kept_features_learns(three, monkeypatch, room):
     monkeypatch.setattr(learning, "TREES", 2)
-    recogniser = train(three, preset("fast").replace(stride=1))
-    assert left == [[False] * 3]
-    assert len(recogniser.live) == 3
+    monkeypatch.setattr(training_module, "ROOM", room)
+    unkept = finish(preparing(three, preset("best"), room))
+    assert [hasattr(example, "features") for example in unkept] == [room == 1, False, False]
+    examples = finish(preparing(three, preset("best")))
+    kept, made = finish(fit_examples(examples, preset("best"))), train(three, preset("best"))
+    one, other = (which.predict_examples(examples[0]) for which in (kept, made))
+    np.testing.assert_array_equal(one.probabilities, other.probabilities)
+    np.testing.assert_array_equal(one.filtered, other.filtered)
+    assert len(made.live) == 3
 
 
 def test_what_follows_streams_is_learnt_of_no_more_samples_than_may_be(three, monkeypatch):

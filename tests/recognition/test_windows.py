@@ -52,7 +52,7 @@ def test_a_sine_has_the_level_slope_and_rms_of_the_closed_form():
 
 def test_a_constant_channel_has_its_level_and_nothing_else():
     channels = np.array([np.full(300, -7.25), np.sin(np.arange(300) / 20)])
-    found = window_features(channels, 100.0, WINDOWS, np.arange(300), "chosen")
+    found = window_features(channels, 100.0, WINDOWS, np.arange(300), "both")
     found = found.reshape(300, 2, 3, 2, 3)
     np.testing.assert_allclose(found[:, 0, 0, 0], -7.25)
     assert np.all(found[:, :, 1:, 0] == 0)  # slope and rms
@@ -70,10 +70,10 @@ def test_the_own_amplitude_takes_out_gain_and_offset(gain, offset):
     np.testing.assert_allclose(changed, plain, rtol=1e-6, atol=1e-6)
 
 
-def test_chosen_is_the_absolute_features_beside_the_own_ones():
+def test_both_are_the_absolute_features_beside_the_own_ones():
     channels = np.random.default_rng(2).normal(size=(3, 200)).cumsum(axis=1)
     places = np.arange(5, 200, 10)
-    both = window_features(channels, 100.0, WINDOWS, places, "chosen")
+    both = window_features(channels, 100.0, WINDOWS, places, "both")
     parts = [window_features(channels, 100.0, WINDOWS, places, a) for a in ("absolute", "own")]
     np.testing.assert_array_equal(both, np.concatenate(parts, axis=1))
 

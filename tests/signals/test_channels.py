@@ -61,6 +61,17 @@ def test_names_with_blanks_are_known_too():
     assert channel_map(named(" Force X", "Force Y ", "Force Z")).names == ("tangential", "normal")
 
 
+@pytest.mark.parametrize("mark", [" ", "_", "."])
+def test_the_sensor_may_stand_before_the_axis(mark):
+    names = [f"{sensor}{mark}F{axis}" for sensor in ("left", "right") for axis in "xyz"]
+    assert channel_map(named(*names)).names == (
+        *("tangential left", "tangential right"),
+        *("normal left", "normal right"),
+    )
+    # As a recogniser wants it that learnt when such columns were taken one by one.
+    assert channel_map(named(*names), names).names == tuple(names)
+
+
 def test_three_sensors_give_three_magnitudes_then_three_normals():
     names = [f"f{axis}{sensor}" for sensor in "abc" for axis in "xyz"]
     found = channel_map(named(*names))

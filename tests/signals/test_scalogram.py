@@ -20,8 +20,7 @@ from forcelab.signals import scalogram_picture, scalogram_tiles
 from forcelab.signals.cwt import cwt
 from forcelab.signals.grid import on_grid
 from forcelab.signals.scalogram import row_scales, scalogram, survey
-from forcelab.signals.scalogram_picture import Level
-from forcelab.signals.scalogram_source import Source, open_source
+from forcelab.signals.scalogram_source import Level, Source, open_source
 from forcelab.signals.scalogram_tiles import Tiles
 from forcelab.signals.wavelets import Morlet
 

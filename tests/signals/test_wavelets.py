@@ -248,12 +248,6 @@ def test_where_p_is_large_the_fourier_factor_is_that_of_torrence_and_compo(p, wi
     assert Morlet(p).fourier_factor == pytest.approx(published, rel=within)
 
 
-@pytest.mark.parametrize("wavelet", [Morlet(5.0), Morlet(12.0)], ids=name)
-def test_the_power_beside_an_impulse_has_fallen_by_two_e_foldings(wavelet):
-    ratio = np.abs(wavelet.time(wavelet.e_folding)) ** 2 / np.abs(wavelet.time(0.0)) ** 2
-    assert ratio == pytest.approx(math.exp(-2), rel=1e-4)
-
-
 @pytest.mark.parametrize("wavelet", ALL, ids=name)
 def test_nothing_of_the_wavelet_lies_outside_its_radius(wavelet):
     t = np.linspace(0, wavelet.radius + 10, 40001)

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from forcelab.simulation.solvers import integrate
+
 
 class Mechanism:
     """A mass with place x and speed v in each lane; `numbers` hold one value for each lane."""
@@ -121,3 +123,21 @@ class Thrown(Mechanism):
 
     def watched(self, _times, states):
         return states[:1]
+
+
+def errors(system, start, times, solver):
+    """Error of the spring's force at each sample, N."""
+    found = integrate(system, start, times, solver).states
+    return np.abs(found - system.exactly(times, start))[:, 0] * system.k
+
+
+def order(system, start, times, solvers):
+    """By how many powers of two the largest error falls from one solver to the next."""
+    found = [errors(system, start, times, solver).max() for solver in solvers]
+    return -np.diff(np.log2(found))
+
+
+def driven():
+    """Two lanes of an oscillator, and where they start."""
+    system = Oscillator(m=[0.05, 2.0], k=[1e3, 3e4], c=[0.5, 40.0], push=[2.0, 5.0], w=[60.0, 9.0])
+    return system, np.array([[3e-3, -1e-4], [0.1, 0.05]])

@@ -190,17 +190,6 @@ def test_tremor_and_wandering_are_as_large_as_the_hand_says():
     assert abs(np.corrcoef(command["left jaw"], command["right jaw"])[0, 1]) < 0.5
 
 
-def test_tremor_lies_between_eight_and_twelve_hertz():
-    hand = choreography(tremor=3e-5)
-    hand.phase("hold", 20.0)
-    _, command = commanded(hand)
-    trembling = command["left jaw"] - command["left jaw"].mean()
-    power = np.abs(np.fft.rfft(trembling * np.hanning(len(trembling)))) ** 2
-    frequency = np.fft.rfftfreq(len(trembling), KNOT_STEP)
-    inside = (frequency > 7.8) & (frequency < 12.2)
-    assert power[inside].sum() > 0.99 * power.sum()
-
-
 # Taps
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulation.mechanisms import Ball, Oscillator
+from simulation.mechanisms import Ball, Oscillator, driven, errors, order
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -10,30 +10,14 @@ from forcelab.simulation.solvers import (
     Explicit,
     Lsoda,
     Radau,
+    Rosenbrock,
     SemiImplicit,
     integrate,
     integrating,
 )
 
-ALL = [Explicit(1e-7), SemiImplicit(2e-5), Lsoda(1e-6), Radau(1e-5)]
-NAMES = ["explicit", "semi-implicit", "LSODA", "Radau"]
-
-
-def errors(system, start, times, solver):
-    """Error of the spring's force at each sample, N."""
-    found = integrate(system, start, times, solver).states
-    return np.abs(found - system.exactly(times, start))[:, 0] * system.k
-
-
-def order(system, start, times, solvers):
-    """By how many powers of two the largest error falls from one solver to the next."""
-    found = [errors(system, start, times, solver).max() for solver in solvers]
-    return -np.diff(np.log2(found))
-
-
-def driven():
-    system = Oscillator(m=[0.05, 2.0], k=[1e3, 3e4], c=[0.5, 40.0], push=[2.0, 5.0], w=[60.0, 9.0])
-    return system, np.array([[3e-3, -1e-4], [0.1, 0.05]])
+ALL = [Explicit(1e-7), SemiImplicit(2e-5), Lsoda(1e-6), Radau(1e-5), Rosenbrock(1e-6)]
+NAMES = ["explicit", "semi-implicit", "LSODA", "Radau", "Rosenbrock"]
 
 
 @pytest.mark.parametrize("solver", ALL, ids=NAMES)
@@ -58,7 +42,7 @@ def test_the_semi_implicit_solver_is_of_order_one():
     assert falls == pytest.approx(1, abs=0.1)
 
 
-@pytest.mark.parametrize("kind", [Explicit, Lsoda, Radau])
+@pytest.mark.parametrize("kind", [Explicit, Lsoda, Radau, Rosenbrock])
 def test_the_error_falls_with_the_tolerance_and_stays_near_it(kind):
     system, start = driven()
     found = [

@@ -10,10 +10,17 @@ from scipy.optimize import brentq
 from simulation.mechanisms import Ball, Bouncer, Mechanism, Thrown
 
 from forcelab.errors import InputError
-from forcelab.simulation.solvers import Explicit, Lsoda, Radau, SemiImplicit, integrate
+from forcelab.simulation.solvers import (
+    Explicit,
+    Lsoda,
+    Radau,
+    Rosenbrock,
+    SemiImplicit,
+    integrate,
+)
 from forcelab.simulation.solvers.locating import Watch
 
-ADAPTIVE = [Explicit(1e-6), Lsoda(1e-7), Radau(1e-6)]
+ADAPTIVE = [Explicit(1e-6), Rosenbrock(1e-6), Lsoda(1e-7), Radau(1e-6)]
 EVERY = [*ADAPTIVE, SemiImplicit(5e-5)]
 
 

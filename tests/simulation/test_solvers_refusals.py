@@ -9,12 +9,19 @@ import pytest
 from simulation.mechanisms import Ball, Mechanism, Oscillator, Thrown
 
 from forcelab.errors import InputError
-from forcelab.simulation.solvers import Explicit, Lsoda, Radau, SemiImplicit, integrate
+from forcelab.simulation.solvers import (
+    Explicit,
+    Lsoda,
+    Radau,
+    Rosenbrock,
+    SemiImplicit,
+    integrate,
+)
 
 STIFFNESSES = [1e1, 1e3, 1e5, 1e6, 1e8]
 MASSES = [1e-6, 1e-4, 1e-2, 1.0, 1e2]
 ADAPTIVE = [Explicit(max_steps=1500), Lsoda(1e-5, max_steps=1500), Radau(max_steps=400)]
-EVERY = [*ADAPTIVE, SemiImplicit()]
+EVERY = [*ADAPTIVE, Rosenbrock(max_steps=1500), SemiImplicit()]
 DURATION = 1e-3
 SENTENCE = re.compile(
     r"The motion of demonstration \d+ cannot be resolved at \S+ s: [^;]+; [^;]+\."
@@ -168,7 +175,7 @@ def test_a_motion_faster_than_time_resolves_is_refused():
 def test_loose_tolerances_give_numbers_or_refusals_on_a_stiff_drop(tolerance):
     system = Ball(m=[1e-4, 0.05], k=[1e7, 1e5], c=[1.0, 0.1])
     start = np.array([[1e-3, 1e-3], [-1.0, -0.3]])
-    for kind in (Explicit, Lsoda, Radau):
+    for kind in (Explicit, Lsoda, Radau, Rosenbrock):
         try:
             found = integrate(system, start, np.linspace(0, 0.02, 81), kind(tolerance))
         except InputError as error:

@@ -4,7 +4,7 @@
 
     forcelab.json                            what this is, and the version of the archive
     vocabularies.json                        the actions of each task
-    demonstrations/ID/demonstration.json     name, task, channels, rate, video, source
+    demonstrations/ID/demonstration.json     name, task, channels, rate, video, source, notes
     demonstrations/ID/times.npy signals.npy  seconds (n,) and channels (n, c), 64-bit numbers
     demonstrations/ID/video-DIGEST.mp4       the video, if there is one
     demonstrations/ID/truth.json             what a simulation knows of it, if it is simulated

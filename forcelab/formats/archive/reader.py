@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,13 +19,14 @@ from forcelab.formats.archive.values import (
     event_of,
     field,
     made_of,
+    note_of,
     number,
     segments_of,
     verdict_of,
 )
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.labels import Track
-from forcelab.project import Edit, Incoming, LabelsUsed, Project
+from forcelab.project import AssignmentEvent, Edit, Incoming, LabelsUsed, Note, Project, Verdict
 from forcelab.project.loading import natural_order
 from forcelab.vocabulary import Vocabulary
 
@@ -78,7 +80,9 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             for id_ in members.ids():
                 demonstration, source = _demonstration(members, id_, Path(scratch))
                 truth = _truth(members, id_)
-                added = project.add_all([Incoming(demonstration, source=source, truth=truth)])
+                notes = _notes(members, id_)
+                incoming = Incoming(demonstration, source=source, truth=truth, notes=notes)
+                added = project.add_all([incoming])
                 if added[0].name != demonstration.name:
                     raise InputError(f"The archive '{path}' has two '{demonstration.name}'.")
         try:
@@ -128,8 +132,10 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
             demonstration, source = _demonstration(members, id_, options.unpack, options.task or "")
             tracks = tuple(track for track, kind in _tracks(members, id_) if kind == "coder")
             truth = _truth(members, id_)
-            recording = Recording(demonstration, tracks, (), source, truth, left=_STAYED)
-            recordings.append(recording)
+            notes = _notes(members, id_)
+            recordings.append(
+                Recording(demonstration, tracks, (), source, truth, left=_STAYED, notes=notes)
+            )
     return sorted(recordings, key=_place)
 
 
@@ -179,6 +185,14 @@ def _truth(members: Members, id_: str) -> dict[str, Any] | None:
     return _object(members, name) if name in members else None
 
 
+def _notes(members: Members, id_: str) -> tuple[Note, ...]:
+    """What coders wrote about a demonstration; older archives hold nothing of it."""
+    name = f"demonstrations/{id_}/demonstration.json"
+    record, where = members.json(name), members.where(name)
+    items = field(record, "notes", list, where) if "notes" in record else []
+    return tuple(note_of(item, id_, where) for item in items)
+
+
 def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:
     """The tracks of a demonstration, each with its author's kind."""
     name = f"demonstrations/{id_}/tracks.json"
@@ -200,8 +214,7 @@ def _read_assignments(members: Members, project: Project) -> None:
         return
     where = members.where(name)
     events = [event_of(item, where) for item in _list(members, name)]
-    if missing := {event.demonstration for event in events} - set(members.ids()):
-        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    _check_told(members, events, where)
     project.replay_assignments(events)
 
 
@@ -212,8 +225,7 @@ def _read_verdicts(members: Members, project: Project) -> None:
         return
     where = members.where(name)
     verdicts = [verdict_of(item, where) for item in _list(members, name)]
-    if missing := {verdict.demonstration for verdict in verdicts} - set(members.ids()):
-        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    _check_told(members, verdicts, where)
     runs = dict(enumerate((run.id for run in project.run_summaries()), 1))
     if unknown := {verdict.run for verdict in verdicts} - {None, *runs}:
         raise InputError(f"The run {unknown.pop()} is told but missing in {where}.")
@@ -235,9 +247,16 @@ def _edits(members: Members) -> list[Edit]:
     """Every edit, each of a demonstration that is there."""
     where = members.where("edits.json")
     edits = [edit_of(item, where, members.version) for item in _list(members, "edits.json")]
-    if missing := {edit.demonstration for edit in edits} - set(members.ids()):
-        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
+    _check_told(members, edits, where)
     return edits
+
+
+def _check_told(
+    members: Members, told: Sequence[Edit | AssignmentEvent | Verdict], where: str
+) -> None:
+    """Refuse what was done with a demonstration that is not there."""
+    if missing := {one.demonstration for one in told} - set(members.ids()):
+        raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
 
 
 def _made(item: object, where: str, numbers: dict[int, int]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from forcelab.project import (
     AssignmentEvent,
     Edit,
     LabelsUsed,
+    Note,
     StoredRecogniser,
     StoredRun,
     StoredVerdict,
@@ -30,6 +31,8 @@ __all__ = [
     "field",
     "made_of",
     "made_to_json",
+    "note_of",
+    "note_to_json",
     "number",
     "segments_of",
     "verdict_of",
@@ -125,6 +128,17 @@ def event_to_json(event: AssignmentEvent) -> dict[str, Any]:
         "kind": event.kind,
         "time": event.time.isoformat(),
     }
+
+
+def note_of(item: object, demonstration: str, where: str) -> Note:
+    """A note on a demonstration of a JSON object."""
+    author, text = field(item, "author", str, where), field(item, "text", str, where)
+    return Note(demonstration, author, text, _time(item, "time", where))
+
+
+def note_to_json(note: Note) -> dict[str, Any]:
+    """A note as a JSON object, in the record of its demonstration."""
+    return {"author": note.author, "text": note.text, "time": note.time.isoformat()}
 
 
 def verdict_of(item: object, where: str) -> Verdict:

@@ -13,6 +13,7 @@ from forcelab.formats.archive.values import (
     edit_to_json,
     event_to_json,
     made_to_json,
+    note_to_json,
     verdict_to_json,
 )
 from forcelab.project import DemonstrationInfo, Edit, Project, StoredRecogniser, StoredRun
@@ -83,7 +84,7 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer)
         "offset": d.video.clock.offset,
         "rate": d.video.clock.rate,
     }
-    record = {
+    record: dict[str, object] = {
         "name": d.name,
         "task": d.task,
         "channels": [[channel.name, channel.unit] for channel in d.channels],
@@ -91,6 +92,9 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer)
         "video": video,
         "source": info.source,
     }
+    # Here older programs pass them over; a member of their own they would refuse.
+    if notes := project.note_events(info.id):
+        record["notes"] = [note_to_json(note) for note in notes]
     out.json(f"{home}/demonstration.json", record)
     out.array(f"{home}/times.npy", d.times)
     out.array(f"{home}/signals.npy", d.signals)

@@ -7,7 +7,7 @@ they lie in no valid packet; what was cut has to have a right checksum then like
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
 from dataclasses import dataclass
 from typing import Final
 
@@ -64,7 +64,8 @@ def parse_dump(data: bytes) -> Dump:
     statistics, seams, mended = parser.statistics, 0, 0
     size = parser.kind.frame.size if parser.kind else 0
     first_bad = _first_break(packets, size)
-    places = [place for place in _seams(data) if not _inside(packets.offsets, size, place)]
+    seams_at = (found.start() for found in re.finditer(re.escape(SEAM), data))
+    places = [place for place in seams_at if not _inside(packets.offsets, size, place)]
     if places:
         ends = [0, *(place + len(SEAM) for place in places)]
         pieces = (data[a:b] for a, b in zip(ends, [*places, len(data)], strict=True))
@@ -85,14 +86,6 @@ def _first_break(packets: Packets, size: int) -> int:
     """Where the first bytes that are in no packet lie between two; -1 where there are none."""
     breaks = np.flatnonzero(np.diff(packets.offsets) > size)
     return int(packets.offsets[breaks[0]]) + size if breaks.size else -1
-
-
-def _seams(data: bytes) -> Iterator[int]:
-    """Where the marks are."""
-    place = data.find(SEAM)
-    while place >= 0:
-        yield place
-        place = data.find(SEAM, place + len(SEAM))
 
 
 def _inside(offsets: NDArray[np.int64], size: int, place: int) -> bool:

@@ -70,8 +70,6 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         If there are fewer than two valid packets, the calibration does not fit, or something would
         be left out or repaired although that is to be refused.
     """
-    if options.rate is not None and not 0 < options.rate < np.inf:
-        raise InputError(f"'{path}': the rate must be positive, not {options.rate} Hz.")
     dump = parse_dump(path.read_bytes())
     if dump.kind is None or len(dump.packets) < 2:
         raise InputError(

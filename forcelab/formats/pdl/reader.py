@@ -18,7 +18,7 @@ from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.pdl.restricted_pickle import MAX_BYTES, Value, load_all
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.labels import UNLABELLED, Track, from_codes
+from forcelab.labels import UNLABELLED, Track, from_codes, means_unlabelled
 
 __all__ = ["CHANNELS", "read", "sniff"]
 
@@ -71,8 +71,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     -------
     list of Recording
         Six channels (:data:`CHANNELS`) in N. Times are in seconds and start at zero. Labels are
-        one track by ``options.author``; the empty label is unlabelled time. Demonstrations have
-        the records' names or, where a name is missing or not unique, ``"<file> 01"`` and so on.
+        one track by ``options.author``; the empty label and ``unlabelled`` are unlabelled time.
+        Demonstrations have the records' names or, where a name is missing or not unique,
+        ``"<file> 01"`` and so on.
 
     Raises
     ------
@@ -192,7 +193,8 @@ def _tracks(
         raise InputError(
             f"{where} has {len(labels)} labels for {len(times)} samples; the record is damaged."
         )
-    actions = [str(label) for label in dict.fromkeys(labels) if label]
+    names = (str(label) for label in dict.fromkeys(labels))
+    actions = [name for name in names if name and not means_unlabelled(name)]
     for action in actions:
         if not action.isprintable():
             raise InputError(f"{where}: the label {_quoted(action)} is no printable name.")

@@ -9,6 +9,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.rosbag.aligning import Held
 from forcelab.formats.rosbag.fields import Contents, Field, Path, follow, with_sensors, within
+from forcelab.wording import listed
 
 __all__ = ["chosen", "left_numbers", "some"]
 
@@ -78,8 +79,7 @@ def left_numbers(topics: Sequence[Contents], read: Sequence[Held]) -> list[str]:
 
 def some(names: Sequence[str]) -> str:
     """The first of some names, and how many more there are."""
-    more = len(names) - _SHOWN
-    return ", ".join(names[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+    return listed(names, _SHOWN)
 
 
 def _wanted(one: Field, options: ReadOptions) -> Field:

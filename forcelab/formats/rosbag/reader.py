@@ -18,7 +18,7 @@ from forcelab.formats.rosbag.choosing import chosen, left_numbers, some
 from forcelab.formats.rosbag.fields import Contents, address_of, contents, follow
 from forcelab.formats.signatures import BAG_METADATA
 from forcelab.formats.table.labels import own_or_beside
-from forcelab.formats.table.roles import MOST_LABELS, UNLABELLED_WORDS
+from forcelab.formats.table.roles import MOST_LABELS, is_unlabelled
 from forcelab.formats.table.signals import missing
 from forcelab.labels import UNLABELLED, Track, from_codes
 
@@ -69,8 +69,6 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
         its topics carries forces, or its stamps break the rules of
         :mod:`forcelab.formats.table.stamps`.
     """
-    if options.rate is not None and not 0 < options.rate < np.inf:
-        raise InputError(f"'{path}': the rate must be positive, not {options.rate} Hz.")
     with opened(path) as bag:
         bag_path: Path = bag.paths[0]
         topics, left = survey(bag)
@@ -228,7 +226,7 @@ def _tracks(
         if options.label is not None:
             raise InputError(f"{text}; name another field for the labels.")
         return (), [f"{text}; no labels were read."]
-    actions = [kind for kind in kinds if kind.lower().replace("_", " ") not in UNLABELLED_WORDS]
+    actions = [kind for kind in kinds if not is_unlabelled(kind)]
     code = {action: number for number, action in enumerate(actions)}
     codes = np.array([code.get(word, UNLABELLED) for word in told], np.int64)
     segments = from_codes(codes, found.times, actions)

@@ -131,7 +131,7 @@ class ClockReader:
         present = values[np.abs(values) < _ABSURD]
         return self._base + float(np.median(present)) if present.size else 0.0
 
-    def finish(self, values: NDArray[np.float64], unit: str, where: str) -> RawStamps:
+    def finish(self, values: NDArray[np.float64], unit: str, file: object, name: str) -> RawStamps:
         """Settle the unit of all values read.
 
         Parameters
@@ -140,8 +140,10 @@ class ClockReader:
             What :meth:`read` returned, all blocks together.
         unit : str
             As named in the header, empty where it names none.
-        where : str
-            File and column, for errors and remarks.
+        file : object
+            As errors name it; a remark is told with its file by whoever tells it.
+        name : str
+            Of the column.
 
         Raises
         ------
@@ -161,8 +163,8 @@ class ClockReader:
             per_second = SECONDS_IN[unit]
             if epoch and middle / per_second > YEAR_2100:
                 raise InputError(
-                    f"{where} is said to be in {unit}, but its stamps are dates in "
-                    f"{epoch}; mend the unit in the header."
+                    f"{file}, column '{name}', is said to be in {unit}, but its stamps are dates "
+                    f"in {epoch}; mend the unit in the header."
                 )
             absolute = YEAR_2001 <= middle / per_second < YEAR_2100
             return RawStamps(values, self._base, per_second, absolute)
@@ -174,8 +176,8 @@ class ClockReader:
             return RawStamps(values, self._base)
         guess = "ms" if step < 500 else "us" if step < 500_000 else "ns"
         remark = (
-            f"{where} names no unit and was taken as {guess} by its steps of {step:g}; if that is "
-            "wrong, write the unit into the header, as in 'time [s]'."
+            f"Column '{name}' names no unit and was taken as {guess} by its steps of {step:g}; if "
+            "that is wrong, write the unit into the header, as in 'time [s]'."
         )
         return RawStamps(values, self._base, _UNITS[guess], remarks=(remark,))
 

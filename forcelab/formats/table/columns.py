@@ -39,8 +39,9 @@ SECONDS_IN = {
 _NO_NAMES = frozenset(["s", "min", "h"])
 
 _TOKEN = (
-    r"(?:[kMGmcdnpµμu]?(?:N|g|m|s|V|A|W|J|T|G|Pa|Hz|bar|Nm|Nmm|rad|deg|dps)|°|°C|°F|%|min|h|°/s"
-    r"|C|K|lbf?|oz|in|ft|inch|psi|gauss|counts?|lsb|raw|px|dB|a\.?u\.?|-)"
+    r"(?:(?:da|[kMGmcdnpµμu])?(?:N|gf|g|m|s|V|A|W|J|T|G|Pa|Hz|bar|Nm|Nmm|rad|deg|dps)"
+    r"|[Nn]ewtons?|kp|lbf?|oz|°|°C|°F|%|min|h|°/s|C|K|in|ft|inch|psi|gauss|counts?|lsb|raw|px|dB"
+    r"|a\.?u\.?|-)"
 )
 _UNIT = re.compile(rf"{_TOKEN}(?:\^?-?\d|²|³|⁻¹|⁻²)?(?:[ */·.]{_TOKEN}(?:\^?-?\d|²|³|⁻¹|⁻²)?)*")
 _BRACKETS = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\})\s*")

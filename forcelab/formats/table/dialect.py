@@ -156,7 +156,7 @@ def _wide(head: bytes) -> str | None:
 def head_lines(head: bytes) -> list[Line]:
     """The lines of a file's first :data:`HEAD` bytes, or none if they are not text.
 
-    A last line that the head cuts off is left out.
+    A last line that the head cuts off is left out, and nothing stands behind the last line end.
     """
     encoding = _wide(head)
     if not is_text(head):
@@ -169,7 +169,7 @@ def head_lines(head: bytes) -> list[Line]:
             encoding = "latin-1"
     text = head.decode(encoding, errors="ignore").replace("\r\n", "\n").replace("\r", "\n")
     rows = text.split("\n")
-    if len(head) >= HEAD:
+    if len(head) >= HEAD or (len(rows) > 1 and not rows[-1]):
         rows.pop()
     return list(enumerate(rows[:_SAMPLE_LINES], start=1))
 

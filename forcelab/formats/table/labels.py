@@ -20,7 +20,7 @@ from forcelab.formats.table.columns import is_label_name, unit_of_time
 from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
 from forcelab.formats.table.layout import Layout, lay_out
 from forcelab.formats.times import on_samples
-from forcelab.labels import Segment, Track
+from forcelab.labels import Segment, Track, means_unlabelled
 
 __all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
 
@@ -109,7 +109,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     ----------
     path : Path
         A table with the columns start, end, action and perhaps author, with a header or in this
-        order; or an Audacity label track. Rows without an action are unlabelled time.
+        order; or an Audacity label track. A row whose action is empty or ``unlabelled`` is none.
     options : ReadOptions
         `author` is taken where the file names none.
 
@@ -151,7 +151,7 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     for number, row, start, end in zip(at, table, starts, ends, strict=True):
         action = row[action_at].strip()
         author = row[author_at].strip() if author_at is not None else ""
-        if not action:
+        if not action or means_unlabelled(action):
             continue
         try:
             segment = Segment(float(start), float(end), action)
@@ -218,7 +218,7 @@ def _seconds(
             raise InputError(f"{path}, line {line} has no time in column '{name}'; give one.")
         # Unlike the stamps of samples, edges without a unit are far apart: seconds or dates.
         unit = unit_of_time(layout.columns[index]) or reader.epoch(values) or "s"
-        raw = reader.finish(values, unit, f"{path}, column '{name}',")
+        raw = reader.finish(values, unit, path, name)
         result.append(raw.seconds(values))
     return result
 

@@ -86,8 +86,9 @@ def survey(path: Path) -> tuple[Layout, str]:
     layout = lay_out(rows)
     if layout is None:
         raise InputError(
-            f"{path} holds no rows of numbers in its first {len(rows)} lines; a table needs one "
-            "sample a line, with the same number of cells in each."
+            f"{path} holds no rows of numbers in its first "
+            f"{'line' if len(rows) == 1 else f'{len(rows)} lines'}; a table needs one sample a "
+            "line, with the same number of cells in each."
         )
     if layout.dialect.separator != "," and not any(
         mark in cell for row in layout.sample for cell in row for mark in ".,"

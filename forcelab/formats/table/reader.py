@@ -27,21 +27,23 @@ from forcelab.formats.table.dialect import HEAD, head_lines, is_text
 from forcelab.formats.table.labels import own_or_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
 from forcelab.formats.table.roles import (
-    UNLABELLED_WORDS,
     Roles,
     choose_roles,
     counters,
+    is_unlabelled,
     label_column,
 )
 from forcelab.formats.table.signals import missing, switches
 from forcelab.formats.table.stamps import Repaired, repair
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.wording import counted
+from forcelab.wording import counted, listed
 
 __all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
+#: How many columns a sentence names.
+NAMED = 20
 #: Why a column is left out that counts, and one whose name does not say so.
 _COUNTING = "counting samples"
 _BY_LOOKS = "by its steps counting samples; if it is a signal, import it as one (--signal)"
@@ -169,8 +171,6 @@ def _ragged(table: _Table, strict: bool) -> tuple[str, ...]:
 
 def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Repaired:
     """The repaired stamps, or an even grid where there are none."""
-    if options.rate is not None and not 0 < options.rate < np.inf:
-        raise InputError(f"The rate must be positive, not {options.rate} Hz.")
     path, lines = table.path, table.body.lines
     if clock is None or table.roles.time is None or table.body.stamps is None:
         if options.rate is None:
@@ -178,8 +178,7 @@ def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Re
         return _evenly(table, options.rate, options.strict)
     column = table.layout.columns[table.roles.time]
     whole = np.flatnonzero(~table.body.ragged)
-    where = f"{path.name}, column '{column.name}',"
-    raw = clock.finish(table.body.stamps[whole], unit_of_time(column), where)
+    raw = clock.finish(table.body.stamps[whole], unit_of_time(column), path, column.name)
     repaired = repair(raw, lines[whole], str(path), strict=options.strict)
     return Repaired(
         repaired.times, whole[repaired.kept], repaired.start, (*raw.remarks, *repaired.remarks)
@@ -192,10 +191,17 @@ def _no_times(table: _Table) -> UnclearRateError:
     counts = f"'{columns[counter].name}' counts the samples" if counter is not None else ""
     if table.roles.counter is not None:
         return UnclearRateError(f"{table.path}: {counts}; say how many there are a second.")
-    names = ", ".join(column.name for column in columns)
+    # Of those that are called so one was taken, unless they all stand still.
+    stuck = [columns[index].name for index in table.roles.clocks]
+    names = listed([column.name for column in columns], NAMED)
+    what = (
+        f"has in '{stuck[0]}' one and the same time throughout"
+        if stuck
+        else f"has no column of times among {names}"
+    )
     return UnclearRateError(
-        f"{table.path} has no column of times among {names}{'; ' + counts if counts else ''}; name "
-        "the column of times, or say how many samples there are a second."
+        f"{table.path} {what}{'; ' + counts if counts else ''}; name the column of times, or say "
+        "how many samples there are a second."
     )
 
 
@@ -294,7 +300,7 @@ def _track(words: Words, repaired: Repaired, author: str) -> Track:
     actions: dict[str, int] = {}
     numbers = np.full(len(words.words), UNLABELLED, np.int64)
     for code, word in enumerate(words.words):
-        if word.lower() not in UNLABELLED_WORDS:
+        if not is_unlabelled(word):
             numbers[code] = actions.setdefault(word, len(actions))
     codes = numbers[words.codes[repaired.kept]]
     return Track(author, from_codes(codes, repaired.times, list(actions)))

@@ -24,13 +24,15 @@ from forcelab.formats.table.columns import (
 )
 from forcelab.formats.table.counters import is_counter_name, is_measured_name, ticks
 from forcelab.formats.table.layout import Layout
+from forcelab.labels import means_unlabelled
 
-__all__ = ["MOST_LABELS", "UNLABELLED_WORDS", "Roles", "choose_roles", "counters", "label_column"]
+__all__ = ["MOST_LABELS", "Roles", "choose_roles", "counters", "is_unlabelled", "label_column"]
 
-#: Words, in lower case, by which coders and programs leave a sample unlabelled.
-UNLABELLED_WORDS = frozenset(
+#: Words, in lower case, by which coders and programs leave a sample unlabelled, besides those that
+#: say it in full.
+_UNLABELLED_WORDS = frozenset(
     ["", "nan", "none", "null", "na", "n/a", "<na>", "-", "--", "_", "?", "-1"]
-) | {"unlabelled", "unlabeled", "not labelled", "not labeled", "no label"}
+)
 
 _WHOLE = re.compile(r"-?\d+", re.ASCII)
 _DATE = re.compile(r"\d{1,4}[-/.]\d\d?[-/.]\d{1,4}.*", re.ASCII)
@@ -69,6 +71,11 @@ class Roles:
     counter: int | None = None
     left_out: frozenset[int] = frozenset()
     signals: frozenset[int] = frozenset()
+
+
+def is_unlabelled(word: str) -> bool:
+    """Whether a word in a column of labels, in whatever case, says that there is none."""
+    return word.lower() in _UNLABELLED_WORDS or means_unlabelled(word)
 
 
 def choose_roles(layout: Layout, options: ReadOptions, where: str) -> Roles:
@@ -174,7 +181,7 @@ def _label(layout: Layout, options: ReadOptions, where: str, taken: Collection[i
 
 def _counts_actions(layout: Layout, index: int) -> bool:
     """Whether a numeric column holds a few whole numbers only."""
-    present = {cell.strip() for cell in layout.cells(index)} - UNLABELLED_WORDS
+    present = {word for cell in layout.cells(index) if not is_unlabelled(word := cell.strip())}
     return len(present) <= MOST_LABELS and all(_WHOLE.fullmatch(cell) for cell in present)
 
 
@@ -272,7 +279,7 @@ def label_column(
     for index, column in words.items():
         if index in roles.left_out:
             continue
-        found = {word for word in column.words if word.lower() not in UNLABELLED_WORDS}
+        found = {word for word in column.words if not is_unlabelled(word)}
         most = min(max(1, column.codes.size // 2), _MOST_ACTIONS)
         varies = len(column.words) > 1 and len(found) <= most
         if layout.kinds[index] is Kind.STAMP or any(_DATE.fullmatch(word) for word in found):

@@ -86,7 +86,7 @@ class Connection:
         with self._lock:
             recorder, fresh = self._open(), self.track.renewed()
             given = recorder.start(task, name or None, author)
-            self.track.begin(fresh, keeping=True)
+            self.track.begin(fresh, keeping=True, firsts=recorder.firsts)
             self._recording = True
             return given
 

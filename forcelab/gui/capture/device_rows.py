@@ -115,16 +115,8 @@ class DeviceRows(QListWidget):
         return item
 
     def _colour(self) -> None:
-        """Give the boxes an edge that is seen: the style's own is lost on dark ground.
-
-        What is connected cannot be ticked, and is to be read all the while.
-        """
-        now = colours()
-        self.setStyleSheet(
-            f"QListWidget:disabled {{ color: {now.muted}; }}"
-            f"QListWidget::indicator:unchecked {{ background: {now.background}; "
-            f"border: 1px solid {now.muted}; border-radius: 3px; width: 11px; height: 11px; }}"
-        )
+        """What is connected cannot be ticked, and is to be read all the while."""
+        self.setStyleSheet(f"QListWidget:disabled {{ color: {colours().muted}; }}")
 
 
 def counts(item: QListWidgetItem) -> bool:

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 from forcelab.gui.elsewhere_line import ElsewhereLine
 from forcelab.gui.theme import colours, themes
 
-__all__ = ["DOT", "RecordingLine", "asks_to_leave", "length"]
+__all__ = ["DOT", "RecordingLine", "asks_to_leave"]
 
 #: What stands before whatever is recorded.
 DOT = "\N{BLACK CIRCLE}"
@@ -46,18 +46,12 @@ class RecordingLine(ElsewhereLine):
             return ""
         if self._stuck:
             return self.tr("{dot} '{name}' is not kept yet").format(dot=DOT, name=self._name)
-        return self.tr("{dot} Recording '{name}'  {time}").format(
-            dot=DOT, name=self._name, time=length(self._seconds)
-        )
+        minutes, seconds = divmod(int(self._seconds), 60)
+        told = self.tr("{dot} Recording '{name}'  {time}")
+        return told.format(dot=DOT, name=self._name, time=f"{minutes}:{seconds:02d}")
 
     def _colour(self) -> None:
         self.setStyleSheet(f"padding: 0 0.5em; color: {colours().trouble};")
-
-
-def length(seconds: float) -> str:
-    """Minutes and whole seconds."""
-    minutes, rest = divmod(int(seconds), 60)
-    return f"{minutes}:{rest:02d}"
 
 
 def asks_to_leave(name: str, parent: QWidget, *, stuck: bool = False, in_memory: str = "") -> bool:

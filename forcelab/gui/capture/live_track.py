@@ -36,23 +36,23 @@ class LiveTrack:
         self._paused = False
 
     @property
-    def on(self) -> bool:
-        """Whether anything is recognised."""
-        return self._live is not None
-
-    @property
     def glimpse(self) -> Glimpse | None:
         """What was recognised last, for any thread; None where nothing is."""
         live = self._live
         return None if live is None else live.glimpse
 
-    def begin(self, live: LiveRecognition | None, *, keeping: bool) -> None:
-        """Recognise with this one from now on; None ends it."""
+    def begin(
+        self, live: LiveRecognition | None, *, keeping: bool, firsts: Sequence[int] | None = None
+    ) -> None:
+        """Recognise with this one from now on, or from the first samples of a recording.
+
+        None ends it.
+        """
         before, self._live, self._paused = self._live, live, False
         if before is None or live is None or not _alike(before, live):
             self._spare = None
         if live is not None:
-            live.begin(keeping=keeping, after=before)
+            live.begin(keeping=keeping, after=before, firsts=firsts)
 
     def renewed(self) -> LiveRecognition | None:
         """Another one that knows nothing yet: the spare one where there is one."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QLabel, QSpinBox, QWidget
+from PySide6.QtWidgets import QLabel, QSpinBox, QWidget
 
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.recognising import LATENCIES, Choice
 from forcelab.gui.capture.session import Session
 from forcelab.gui.choosing import ask_file
+from forcelab.gui.review.narrow_list import NarrowList
 
 __all__ = ["RecogniserChoice"]
 
@@ -29,7 +30,7 @@ class RecogniserChoice:
 
     Attributes
     ----------
-    which : QComboBox
+    which : NarrowList
     latency : QSpinBox
     nothing : QLabel
         What to do where no recogniser is trained.
@@ -39,11 +40,8 @@ class RecogniserChoice:
         self._session, self._parent = session, parent
         self._offered: tuple[Choice, ...] = ()
         tr = parent.tr
-        self.which = QComboBox()
+        self.which = NarrowList()
         self.which.setAccessibleName(tr("Recogniser that labels what comes"))
-        self.which.setSizeAdjustPolicy(
-            QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
-        )
         self.which.activated.connect(self._chosen)
         self.latency = QSpinBox()
         self.latency.setRange(LATENCIES[0], LATENCIES[-1])

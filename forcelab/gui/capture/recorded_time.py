@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel
 
+from forcelab.gui.arranging import stress
 from forcelab.gui.capture.calm_label import show_text
 from forcelab.gui.capture.elsewhere import DOT
 from forcelab.gui.capture.phase import Phase
@@ -25,10 +26,7 @@ class RecordedTime(QLabel):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self._session = session
-        face = self.font()
-        face.setPointSizeF(face.pointSizeF() * 1.5)
-        face.setBold(True)
-        self.setFont(face)
+        stress(self, 1.5)
         self.setAlignment(Qt.AlignmentFlag.AlignCenter)
         session.changed.connect(self._changed)
         session.ticked.connect(self._tell)

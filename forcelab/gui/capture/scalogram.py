@@ -94,11 +94,6 @@ class LiveScalogramView(QWidget):
             self._changed()
             self._begin()
 
-    @property
-    def settled(self) -> bool:
-        """Whether nothing is computed."""
-        return self._job is None
-
     # Qt
 
     def sizeHint(self) -> QSize:

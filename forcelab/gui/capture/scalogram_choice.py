@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
-from PySide6.QtWidgets import QComboBox
-
 from forcelab.gui.capture.scalogram import LiveScalogramView
 from forcelab.gui.capture.session import Session
+from forcelab.gui.review.narrow_list import NarrowList
 
 __all__ = ["ScalogramChoice"]
 
 
-class ScalogramChoice(QComboBox):
+class ScalogramChoice(NarrowList):
     """Offers the channels of the devices that are connected.
 
     Parameters
@@ -25,7 +23,6 @@ class ScalogramChoice(QComboBox):
         self._session, self._view = session, view
         self._offered: tuple[str, ...] | None = None
         self.setAccessibleName(self.tr("Channel of the live scalogram"))
-        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.activated.connect(self._chosen)
         session.changed.connect(self._refresh)
         self._refresh()
@@ -44,7 +41,7 @@ class ScalogramChoice(QComboBox):
         if names != self._offered:
             self._offered = names
             self.clear()
-            self.addItem(QCoreApplication.translate("forcelab", "not shown"), "")
+            self.addItem(self.tr("not shown"), "")
             for name in names:
                 self.addItem(name, name)
         self.setCurrentIndex(self.findData(chosen))

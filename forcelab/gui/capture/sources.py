@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui import settings
+from forcelab.gui.arranging import stress
 from forcelab.gui.capture.device_rows import DeviceRows, counts, found_as
 from forcelab.gui.capture.session import Session
 from forcelab.gui.choosing import ask_file
@@ -86,9 +87,7 @@ class Sources(QWidget):
         )
         self.nothing.setWordWrap(True)
         heading = QLabel(self.tr("Devices"))
-        face = heading.font()
-        face.setBold(True)
-        heading.setFont(face)
+        stress(heading)
         top = QHBoxLayout()
         top.addWidget(heading, 1)
         top.addWidget(self.refresh_button)

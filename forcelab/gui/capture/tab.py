@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QMessageBox, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
+from forcelab.gui.arranging import column
 from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.document import Document
@@ -60,8 +61,7 @@ class CaptureTab(QWidget):
         self.line = RecordingLine()
         self.recording, self.stuck = "", False
         self._asked = False
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        self._column = column(self)
         document.project_changed.connect(self._tell_unfinished)
 
     @property
@@ -72,9 +72,7 @@ class CaptureTab(QWidget):
             from forcelab.gui.capture.workspace import CaptureWorkspace
 
             self._built = CaptureWorkspace(self.document, self._jobs)
-            layout = self.layout()
-            assert layout is not None
-            layout.addWidget(self._built)
+            self._column.addWidget(self._built)
             self._built.session.changed.connect(self._tell)
             self._built.session.ticked.connect(self._tell)
         return self._built

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import rule, scrolled
+from forcelab.gui.arranging import column, rule, scrolled, stress
 from forcelab.gui.capture.legend import MarkLegend
 from forcelab.gui.capture.live import LiveView
 from forcelab.gui.capture.marks import HeldKeys
@@ -81,6 +81,7 @@ class CaptureWorkspace(QWidget):
         self._lay_out()
         self.session.changed.connect(self._changed)
         document.project_changed.connect(self._project_changed)
+        document.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
         self._changed()
 
@@ -120,9 +121,7 @@ class CaptureWorkspace(QWidget):
         self.record_button = QPushButton()
         self.record_button.clicked.connect(self.record)
         self.record_button.setMinimumHeight(2 * self.fontMetrics().height())
-        strong = self.record_button.font()
-        strong.setBold(True)
-        self.record_button.setFont(strong)
+        stress(self.record_button)
         self.discard_button = QPushButton()
         self.discard_button.clicked.connect(self.session.discard)
         self.recover_button = QPushButton()
@@ -177,10 +176,8 @@ class CaptureWorkspace(QWidget):
             recording.addWidget(widget)
         side = QWidget()
         side.setMinimumWidth(SIDE)
-        column = QVBoxLayout(side)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(scrolled(setting_up), 1)
-        column.addLayout(recording)
+        above = scrolled(setting_up)
+        column(side, above, growing=above, spacing=6).addLayout(recording)
         return side
 
     def _right_side(self) -> QWidget:
@@ -192,12 +189,7 @@ class CaptureWorkspace(QWidget):
         views.setStretchFactor(1, 2)
         views.setChildrenCollapsible(False)
         main = QWidget()
-        right = QVBoxLayout(main)
-        right.setContentsMargins(0, 0, 0, 0)
-        right.setSpacing(0)
-        right.addWidget(views, 1)
-        right.addWidget(self.recognition)
-        right.addWidget(self.standing)
+        column(main, views, self.recognition, self.standing, growing=views)
         return main
 
     # What is pressed

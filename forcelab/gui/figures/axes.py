@@ -19,6 +19,8 @@ MARK = 4.0
 GAP = 4.0
 #: Least space between two numbers at an axis, in pixels.
 BREATH = 18.0
+#: The same where with more of it there would be fewer than two, from which nothing can be read.
+TIGHT = 4.0
 
 
 def ticks(start: float, end: float, step: float) -> tuple[float, ...]:
@@ -72,18 +74,23 @@ class Axis:
         upright : bool
             Whether the axis runs up the page, so that texts need room by height, not width.
         """
+        found = self._marks(size, upright, BREATH)
+        return found if len(found) > 1 else self._marks(size, upright, TIGHT)
+
+    def _marks(self, size: float, upright: bool, breath: float) -> tuple[tuple[float, str], ...]:
+        """Those that are at least so many pixels apart."""
         face = text.font(size)
         room = abs(self.finish - self.begin)
         span = self.end - self.start
         power = math.floor(math.log10(span)) - 3
         while True:
             for step in (10.0**power, 2 * 10.0**power, 5 * 10.0**power):
-                if step / span * room < size + BREATH:
+                if step / span * room < size + breath:
                     continue
                 values = ticks(self.start, self.end, step)
                 texts = labels(values, step)
                 needed = size if upright else text.widest(texts, face)
-                if step > span or step / span * room >= needed + BREATH:
+                if step > span or step / span * room >= needed + breath:
                     return tuple(zip(values, texts, strict=True))
             power += 1
 

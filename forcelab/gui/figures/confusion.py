@@ -282,7 +282,6 @@ class ConfusionMatrix(Figure):
             known = np.where(self._wholes > 0, shares, np.nan)
             texts = shares_first(counts, known, self._cell)
         up = 0.0 if texts.below is None else 8.0
-        first, second = text.Writer(painter, texts.face), text.Writer(painter, texts.below_face)
         grounds = self._shades(shares).reshape(-1, 3).tolist()
         for number, label in enumerate(texts.labels):
             row, column = divmod(number, len(self.actions) + 1)
@@ -292,9 +291,10 @@ class ConfusionMatrix(Figure):
                 continue  # many small zeros on screen only stand in the way
             ink = text.ink_on(colour) if self.counts[row, column] else QColor(self.theme.frame)
             x, y = box.center().x(), box.center().y()
-            first.put_centred(x, y - up, label, ink)
+            text.put(painter, x, y - up, label, face=texts.face, ink=ink, align=0.5)
             if texts.below is not None:
-                second.put_centred(x, y + 9, texts.below[number], ink)
+                below = texts.below[number]
+                text.put(painter, x, y + 9, below, face=texts.below_face, ink=ink, align=0.5)
 
     def _paint_bar(self, painter: QPainter) -> None:
         """Draw the scale of colours."""

@@ -24,7 +24,6 @@ from PySide6.QtGui import (
 from forcelab.errors import InputError
 
 __all__ = [
-    "Writer",
     "contrast",
     "elided",
     "font",
@@ -170,30 +169,6 @@ def put(
     painter.setPen(ink)
     left = x - align * width(line, face) if align else x
     painter.drawText(QPointF(left, y + _rise(face)), line)
-
-
-class Writer:
-    """Writes many short lines in one face, which :func:`put` would measure anew each time.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Where to draw.
-    face : QFont
-        As of :func:`font`.
-    """
-
-    def __init__(self, painter: QPainter, face: QFont) -> None:
-        self._painter, self._face = painter, face
-        metrics = QFontMetricsF(face)
-        self._down = metrics.capHeight() / 2
-        self._width = cache(metrics.horizontalAdvance)
-
-    def put_centred(self, x: float, y: float, line: str, ink: QColor) -> None:
-        """Draw a line with its middle at `x` and that of its capital letters at `y`."""
-        self._painter.setFont(self._face)
-        self._painter.setPen(ink)
-        self._painter.drawText(QPointF(x - self._width(line) / 2, y + self._down), line)
 
 
 def put_upwards(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
 
-from PySide6.QtCore import QLineF, QRectF, QSizeF
+from PySide6.QtCore import QLineF, QSizeF
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from forcelab.errors import InputError
@@ -109,12 +109,7 @@ class TimelinePairs(Figure):
         right = self.width - MARGIN - (note_room + 10 if note_room else 0.0)
         return Axis(start, end, left, right)
 
-    def boxes(self, row: int) -> tuple[QRectF, QRectF]:
-        """Where the human and the predicted track of a pair lie, in pixels."""
-        all_boxes = self.all_boxes(row)
-        return all_boxes.human, all_boxes.predicted
-
-    def all_boxes(self, row: int) -> PairBoxes:
+    def boxes(self, row: int) -> PairBoxes:
         """Where everything of a pair lies, in pixels."""
         return MEASURES.boxes(self.pairs[row], self.axis_of(row), self._tops[row])
 
@@ -138,7 +133,7 @@ class TimelinePairs(Figure):
         if not self.stretched:
             self._paint_grid(painter, axis)
         for row, pair in enumerate(self.pairs):
-            boxes = self.all_boxes(row)
+            boxes = self.boxes(row)
             paint_pair(
                 painter,
                 boxes,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt
@@ -12,10 +10,16 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.clock import ClockMap
 from forcelab.gui.document import Document
+from forcelab.gui.figures import text
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.shades import translucent
 from forcelab.gui.theme import colours, themes
 from forcelab.signals.synchronising import Proposal
 
 __all__ = ["AlignmentPlot"]
+
+#: Height of the times below the curves, in pixels.
+NUMBER = 12.0
 
 
 class AlignmentPlot(QWidget):
@@ -57,9 +61,7 @@ class AlignmentPlot(QWidget):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Move the cursor to where the click was."""
         if event.button() == Qt.MouseButton.LeftButton and self._proposal is not None:
-            box, (start, end) = self._box(), self.document.bounds
-            share = (event.position().x() - box.left()) / max(box.width(), 1.0)
-            self.document.seek(start + min(max(share, 0.0), 1.0) * (end - start))
+            self.document.seek(self._axis(self._box()).value(event.position().x()))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything."""
@@ -97,9 +99,9 @@ class AlignmentPlot(QWidget):
 
     def _paint_signals(self, painter: QPainter, box: QRectF, proposal: Proposal) -> None:
         """The curves, the taps, the cursor, the axis and the names."""
-        c = colours()
+        c, axis = colours(), self._axis(box)
         middle, high = box.center().y(), box.height() / 2.0 - 4.0
-        self._paint_axis(painter, box)
+        self._paint_times(painter, box, axis)
         painter.save()
         painter.setClipRect(box)
         painter.setPen(QPen(QColor(c.frame), 1))
@@ -110,90 +112,68 @@ class AlignmentPlot(QWidget):
             (seen, motion[1], c.curves[0], -1.0),
             (force[0], force[1], c.curves[1], 1.0),
         ):
-            shape = self._outline(times, values, box, middle, way * high)
             painter.setPen(QPen(QColor(colour), 1))
-            fill = QColor(colour)
-            fill.setAlpha(110)
-            painter.setBrush(fill)
-            painter.drawPolygon(shape)
+            painter.setBrush(translucent(colour, 0.43))
+            painter.drawPolygon(_outline(times, values, axis, middle, way * high))
         painter.setPen(QPen(QColor(c.hint), 1.5, Qt.PenStyle.DashLine))
         for tap in self._taps:
-            x = self._x(tap, box)
+            x = axis.at(tap)
             painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
         painter.setPen(QPen(QColor(c.cursor), 1))
-        x = self._x(self.document.cursor, box)
+        x = axis.at(self.document.cursor)
         painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
         painter.restore()
         left = box.left() + 2.0
-        for text, colour in (
+        for name, colour in (
             (self.tr("up: motion in the video"), c.curves[0]),
             (self.tr("down: change of the force"), c.curves[1]),
             (self.tr("dashed: taps"), c.hint),
         ):
-            left = self._paint_name(painter, left, text, colour)
+            left = self._paint_name(painter, left, name, colour)
 
-    def _paint_name(self, painter: QPainter, left: float, text: str, colour: str) -> float:
+    def _paint_name(self, painter: QPainter, left: float, name: str, colour: str) -> float:
         """A name with its colour above the curves; gives where the next one stands."""
         metrics = self.fontMetrics()
         side = 0.6 * metrics.ascent()
         painter.fillRect(QRectF(left, 2 + metrics.ascent() - side, side, side), QColor(colour))
         painter.setPen(QColor(colours().text))
-        painter.drawText(QPointF(left + 1.6 * side, 2 + metrics.ascent()), text)
-        return left + 1.6 * side + metrics.horizontalAdvance(text) + 2.5 * side
+        painter.drawText(QPointF(left + 1.6 * side, 2 + metrics.ascent()), name)
+        return left + 1.6 * side + metrics.horizontalAdvance(name) + 2.5 * side
 
-    def _paint_axis(self, painter: QPainter, box: QRectF) -> None:
+    def _paint_times(self, painter: QPainter, box: QRectF, axis: Axis) -> None:
         """Times below, with thin lines upwards."""
-        c = colours()
-        start, end = self.document.bounds
-        metrics = self.fontMetrics()
-        step = _round_step((end - start) * 4.0 * metrics.horizontalAdvance("000.0") / box.width())
-        digits = max(0, -math.floor(math.log10(step) + 1e-9))
-        tick = math.ceil(start / step) * step
-        while tick <= end:
-            x = self._x(tick, box)
+        c, face = colours(), text.font(NUMBER)
+        y = box.bottom() + 2 + self.fontMetrics().height() / 2
+        for time, number in axis.marks(NUMBER, upright=False):
+            x = axis.at(time)
             painter.setPen(QPen(QColor(c.grid), 1))
             painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-            text = f"{tick:.{digits}f} s"
-            wide = metrics.horizontalAdvance(text)
-            left = min(max(x - wide / 2.0, 0.0), self.width() - wide)
-            painter.setPen(QColor(c.muted))
-            painter.drawText(QPointF(left, box.bottom() + 2 + metrics.ascent()), text)
-            tick += step
+            label = self.tr("{0} s").format(number)
+            half = text.width(label, face) / 2  # at the ends they move inwards, not to be cut
+            x = min(max(x, half), self.width() - half)
+            text.put(painter, x, y, label, face=face, ink=QColor(c.muted), align=0.5)
 
-    def _x(self, time: float, box: QRectF) -> float:
-        """Where a force time (s) stands."""
-        start, end = self.document.bounds
-        return box.left() + (time - start) / max(end - start, 1e-9) * box.width()
-
-    def _outline(
-        self,
-        times: NDArray[np.float64],
-        values: NDArray[np.float64],
-        box: QRectF,
-        middle: float,
-        high: float,
-    ) -> QPolygonF:
-        """The largest value of each pixel as the edge of an area that stands on the middle line."""
-        start, end = self.document.bounds
-        wide = max(int(box.width()), 1)
-        pixel = np.floor((times - start) / max(end - start, 1e-9) * wide).astype(np.int64)
-        inside = (pixel >= 0) & (pixel < wide)
-        tops = np.zeros(wide)
-        np.maximum.at(tops, pixel[inside], values[inside])
-        places = np.arange(wide)
-        if inside.any():  # a curve drawn with fewer points than pixels has no holes
-            known = np.unique(pixel[inside])
-            tops = np.interp(places, known, tops[known], left=0.0, right=0.0)
-        points = [QPointF(box.left(), middle)]
-        points += [
-            QPointF(box.left() + x + 0.5, middle + high * y)
-            for x, y in zip(places.tolist(), tops.tolist(), strict=True)
-        ]
-        points.append(QPointF(box.right(), middle))
-        return QPolygonF(points)
+    def _axis(self, box: QRectF) -> Axis:
+        """From seconds on the force clock to pixels."""
+        return Axis(*self.document.bounds, box.left(), max(box.right(), box.left() + 1.0))
 
 
-def _round_step(least: float) -> float:
-    """The next of 1, 2, 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(max(least, 1e-6)))
-    return next(power * m for m in (1.0, 2.0, 5.0, 10.0) if power * m >= least * (1 - 1e-9))
+def _outline(
+    times: NDArray[np.float64], values: NDArray[np.float64], axis: Axis, middle: float, high: float
+) -> QPolygonF:
+    """The largest value of each pixel as the edge of an area that stands on the middle line."""
+    wide = max(int(axis.finish - axis.begin), 1)
+    share = (times - axis.start) / (axis.end - axis.start)
+    pixel = np.floor(share * wide).astype(np.int64)
+    inside = (pixel >= 0) & (pixel < wide)
+    tops = np.zeros(wide)
+    np.maximum.at(tops, pixel[inside], values[inside])
+    places = np.arange(wide)
+    if inside.any():  # a curve drawn with fewer points than pixels has no holes
+        known = np.unique(pixel[inside])
+        tops = np.interp(places, known, tops[known], left=0.0, right=0.0)
+    edge = [
+        QPointF(axis.begin + x + 0.5, middle + high * y)
+        for x, y in zip(places.tolist(), tops.tolist(), strict=True)
+    ]
+    return QPolygonF([QPointF(axis.begin, middle), *edge, QPointF(axis.finish, middle)])

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QRectF, Qt
-from PySide6.QtGui import (
-    QAction,
-    QColor,
-    QContextMenuEvent,
-    QHelpEvent,
-    QPainter,
-)
+from PySide6.QtGui import QAction, QColor, QContextMenuEvent, QHelpEvent, QPainter
 from PySide6.QtWidgets import QMenu, QToolTip
 
 from forcelab.gui.document import Document
@@ -19,22 +13,17 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.force_axes import (
-    ALONE,
-    BESIDE,
     curve_colour,
     paint_axis,
+    paint_gaps,
     paint_ground,
     paint_groups,
-    paint_names,
     paint_notes,
-    paint_tag,
-    paint_values,
-    tagged,
 )
 from forcelab.gui.label.force_channels import ForceChannels
 from forcelab.gui.label.force_curves import Canvas, Curve
-from forcelab.gui.label.force_gaps import paint_gaps
-from forcelab.gui.label.force_lanes import Lane, axis_of, lanes, spanning
+from forcelab.gui.label.force_lanes import Lane, axis_of, lanes, span_of, spanning
+from forcelab.gui.label.force_names import ALONE, BESIDE, LaneTexts
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import Colours, colours
 from forcelab.signals.columns import Columns
@@ -52,13 +41,6 @@ Real = NDArray[np.float64]
 
 class ForcePanel(TimePanel):
     """All channels on the common time axis, each on its own vertical axis or one for each unit.
-
-    Parameters
-    ----------
-    document : Document
-        What is shown.
-    jobs : Jobs
-        Runs the reading of long demonstrations.
 
     Attributes
     ----------
@@ -165,29 +147,30 @@ class ForcePanel(TimePanel):
         named = {lane.group: self._sensor(lane.group) for lane in strips}
         paint_groups(painter, strips, named, now)
         for lane, axis in self._axes:
-            taken = paint_names(painter, lane, self.source.channels, box, self._left, now)
+            taken = self._texts(lane, axis).paint_names(painter)
             paint_axis(painter, lane, axis, box.right(), taken, now)
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Write the values at the cursor."""
-        values, channels = self.source.values_at(self.document.cursor), self.source.channels
-        x, now = self.x_at(self.document.cursor), colours()
+        cursor = self.document.cursor
+        values, x = self.source.values_at(cursor), self.x_at(cursor)
         for lane, axis in self._axes:
-            paint_values(painter, lane, axis, channels, values, self._left, self.GUTTER, now)
-            if self._tagged(lane) and plot.left() <= x <= plot.right():
-                paint_tag(painter, lane, axis, channels, values, x, plot, now)
+            texts = self._texts(lane, axis)
+            texts.paint_values(painter, values)
+            if texts.tagged and plot.left() <= x <= plot.right():
+                texts.paint_tag(painter, values, x, plot)
 
     # Inside
 
     @property
     def _notes_left(self) -> bool:
         """Whether notes give way to the values at the cursor."""
-        tags = bool(self._axes) and self._tagged(self._axes[0][0])
+        tags = bool(self._axes) and self._texts(*self._axes[0]).tagged
         return tags and self.x_at(self.document.cursor) > self.plot.right() - NOTES
 
-    def _tagged(self, lane: Lane) -> bool:
-        """Whether the values of a lane stand at the cursor."""
-        return tagged(lane, self.source.channels, self._left, self.GUTTER)
+    def _texts(self, lane: Lane, axis: Axis) -> LaneTexts:
+        """What is written of a lane."""
+        return LaneTexts(lane, axis, self.source.channels, self._left, self.GUTTER, colours())
 
     def _marks_moved(self, *_: object) -> None:
         """Put the notes to the other side when the cursor comes to where they are."""
@@ -213,15 +196,7 @@ class ForcePanel(TimePanel):
         whole = None
         if not self.source.autoscale and self.source.read >= 1.0:
             whole = spanning(self.source.envelope(name).range for name in names)
-        if whole is not None:
-            return whole
-        visible = []
-        for name in names:
-            known = ~np.isnan(found[name].low)
-            if known.any():
-                low, high = found[name].low[known], found[name].high[known]
-                visible.append((float(low.min()), float(high.max())))
-        return spanning(visible)
+        return whole or spanning(span_of(found[name]) for name in names)
 
     def _paint_samples(self, canvas: Canvas, columns: Columns, i: int, curve: Curve) -> None:
         """Draw a dot at each of the few samples that are visible."""

@@ -6,10 +6,13 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from forcelab.demonstration import Channel
 from forcelab.gui.figures.axes import Axis
+from forcelab.signals.envelope import Extremes
 
-__all__ = ["Lane", "axis_of", "group_of", "lanes", "spanning"]
+__all__ = ["Lane", "axis_of", "group_of", "lanes", "span_of", "spanning"]
 
 #: Names such as fx1, Fx_left, force z 2; and such as x_acc.
 _AXIS_LAST = re.compile(r"^(?P<kind>[a-z]+?)[ _.\-]?[xyz](?:[ _.\-]?(?P<sensor>\w+))?$", re.I)
@@ -102,6 +105,14 @@ def lanes(
         found.append(Lane(members, group, channels[members[0]].unit, top, top + each))
         top += each
     return tuple(found)
+
+
+def span_of(found: Extremes) -> tuple[float, float] | None:
+    """The least and the greatest value of a curve; None where it has none."""
+    known = ~np.isnan(found.low)
+    if not known.any():
+        return None
+    return float(found.low[known].min()), float(found.high[known].max())
 
 
 def spanning(ranges: Iterable[tuple[float, float] | None]) -> tuple[float, float] | None:

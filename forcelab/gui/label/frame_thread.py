@@ -110,9 +110,9 @@ class FrameThread:
         self._sketches = Sketches(self.path, reader.index)
         if self._sketches.worthwhile:
             self._sketching = self._sketches.sketching()
-        size = reader.size  # asked for once, as it takes a look at the first frame
-        self._pixels = size[0] * size[1]
-        self._tell("opened", reader.times, size)
+        width, height = reader.size  # asked for once, as it takes a look at the first frame
+        self._pixels = width * height
+        self._tell("opened", reader.times)
         if reader.remark:
             self._tell("remarked", reader.remark)
         while not self._ended:

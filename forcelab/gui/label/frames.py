@@ -22,9 +22,8 @@ class Frames(QObject):
 
     Attributes
     ----------
-    opened : Signal(ndarray, tuple)
-        The video can be shown: timestamps of its frames in seconds, shape (n,), on its own clock;
-        width and height in pixels.
+    opened : Signal(ndarray)
+        The video can be shown: timestamps of its frames in seconds, shape (n,), on its own clock.
     failed : Signal(str)
         It cannot be shown at all, and why.
     remarked : Signal(str)
@@ -40,7 +39,7 @@ class Frames(QObject):
         A frame that cannot be decoded, and why.
     """
 
-    opened = Signal(object, object)
+    opened = Signal(object)
     failed = Signal(str)
     remarked = Signal(str)
     indexed = Signal(int, int)

@@ -4,27 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QModelIndex, QRectF, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QColor, QFont, QHideEvent, QKeyEvent, QPainter, QPalette, QShowEvent
+from PySide6.QtCore import QModelIndex, QRectF, QSize, QTimer
+from PySide6.QtGui import QColor, QFont, QHideEvent, QPainter, QPalette, QShowEvent
 from PySide6.QtWidgets import (
-    QAbstractItemView,
     QHBoxLayout,
     QLabel,
-    QListView,
-    QStackedWidget,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import PageOrNote
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.indexes import Index
 from forcelab.gui.label.history_model import HistoryModel, Standing, clock
+from forcelab.gui.label.side_lists import RowList, SideList, write_row
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["HistoryView"]
@@ -33,7 +30,7 @@ __all__ = ["HistoryView"]
 PAUSE = 60
 
 
-class HistoryView(QWidget):
+class HistoryView(SideList):
     """Every edit of the coder's track, newest first; what was undone is greyed.
 
     Double click or Enter on an edit undoes what came after it, or redoes up to it. While the view
@@ -41,46 +38,32 @@ class HistoryView(QWidget):
     """
 
     def __init__(self, document: Document) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.setAccessibleName(self.tr("History"))
         self.model = HistoryModel(document, self)
-        self.list = _List(self.model)
+        self.list = RowList(self.model)
+        self.list.setItemDelegate(_Delegate(self.model, self.list))
         self.list.setAccessibleName(self.tr("Edits of your track, newest first"))
         self.list.doubleClicked.connect(self._chosen)
-        self.list.entered_on.connect(self._chosen)
+        self.list.opened.connect(self._chosen)
         self.undo = self._button("undo", self.tr("Undo"), document.undo)
         self.redo = self._button("redo", self.tr("Redo"), document.redo)
         self._reach = QLabel()
         self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self._empty = placeholder(self.tr("Nothing was edited here yet. Every edit can be undone."))
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self.list)
-        self._pages.addWidget(self._empty)
+        self._pages = PageOrNote(self.list)
         bar = QHBoxLayout()
         bar.setSpacing(2)
         bar.addWidget(self.undo)
         bar.addWidget(self.redo)
         bar.addWidget(self._reach, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addLayout(bar)
-        column.addWidget(self._pages, 1)
+        self.column.addLayout(bar)
+        self.column.addWidget(self._pages, 1)
         self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.refresh)
         document.tracks_changed.connect(self._refresh_soon)
         document.demonstration_changed.connect(self.refresh)
         themes().changed.connect(self.list.viewport().update)
         self._show_reach()
-
-    def sizeHint(self) -> QSize:
-        """Room for some edits."""
-        return QSize(300, 220)
-
-    def minimumSizeHint(self) -> QSize:
-        """Room for two."""
-        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Read what there is by now."""
@@ -130,7 +113,8 @@ class HistoryView(QWidget):
     def _show_reach(self) -> None:
         """Say what undo and redo would do."""
         rows = range(len(self.model.rows))
-        self._pages.setCurrentIndex(0 if rows else 1)
+        nothing = self.tr("Nothing was edited here yet. Every edit can be undone.")
+        self._pages.say("" if rows else nothing)
         done = next((row for row in rows if self.model.standing(row) == Standing.DONE), None)
         undone = [row for row in rows if self.model.standing(row) == Standing.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
@@ -150,30 +134,6 @@ class HistoryView(QWidget):
         button.setAutoRaise(True)
         button.clicked.connect(lambda _=False: verb())
         return button
-
-
-class _List(QListView):
-    """The rows; keys that label and play are left to the window."""
-
-    entered_on = Signal(QModelIndex)
-
-    def __init__(self, model: HistoryModel) -> None:
-        super().__init__()
-        self.setModel(model)
-        self.setItemDelegate(_Delegate(model, self))
-        self.setUniformItemSizes(True)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter is a double click."""
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
-            self.entered_on.emit(self.currentIndex())
-        elif event.text().isprintable() and event.text():
-            event.ignore()
-        else:
-            super().keyPressEvent(event)
 
 
 class _Delegate(QStyledItemDelegate):
@@ -205,20 +165,8 @@ class _Delegate(QStyledItemDelegate):
         font = QFont(option.font)
         font.setStrikeOut(standing == Standing.ABANDONED)
         font.setItalic(standing != Standing.DONE)
-        metrics = option.fontMetrics
-        when = clock(edit.time)
-        width = metrics.horizontalAdvance(when) + self.PADDING
         inner = box.adjusted(self.PADDING, 0, -self.PADDING, 0)
-        middle = Qt.AlignmentFlag.AlignVCenter
-        painter.setPen(aside)
-        painter.drawText(inner, middle | Qt.AlignmentFlag.AlignRight, when)
-        room = inner.adjusted(0, 0, -width, 0)
-        painter.setPen(ink)
-        painter.setFont(font)
-        said = painter.fontMetrics().elidedText(
-            edit.what, Qt.TextElideMode.ElideRight, int(room.width())
-        )
-        painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, said)
+        write_row(painter, inner, (edit.what, clock(edit.time)), (ink, aside), font)
         above = row > 0 and self._model.standing(row - 1) == Standing.UNDONE
         if above and standing == Standing.DONE:
             painter.fillRect(QRectF(box.left(), box.top(), box.width(), 2), QColor(theme.accent))

@@ -1,124 +1,46 @@
-"""The overview: the whole demonstration, and the visible span as a window to take hold of."""
+"""The overview: the visible span of the whole demonstration as a window to take hold of."""
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QLineF, QPointF, QRectF, QSize, Qt, QTimer
-from PySide6.QtGui import (
-    QColor,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QPixmap,
-    QResizeEvent,
-    QWheelEvent,
-)
-from PySide6.QtWidgets import QApplication, QSizePolicy, QWidget
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.document import Document
-from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
-from forcelab.gui.figures.shades import translucent
-from forcelab.gui.kept import Kept
 from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.force_axes import curve_colour
-from forcelab.gui.label.force_curves import Canvas, Curve
-from forcelab.gui.label.force_lanes import Lane, axis_of, spanning
-from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
-from forcelab.gui.label.track_painting import paint_row
-from forcelab.gui.panel import ZOOM_STEP, TimePanel
-from forcelab.gui.theme import colours, themes
+from forcelab.gui.label.overview_picture import OverviewPicture
+from forcelab.gui.panel import ZOOM_STEP
 
 __all__ = ["Overview"]
 
-#: Height of the overview, and of the strip with the coder's track, in pixels.
-HEIGHT = 58
-STRIP = 10.0
 #: How far from an edge of the window it can still be taken hold of, in pixels.
 REACH = 6.0
-#: Milliseconds from an edit to the strip that shows it: the track itself is painted first.
-PAUSE = 40
-#: A window narrower than this is drawn so wide.
-NARROWEST = 3.0
 
 Handle = Literal["start", "end", "body", "new"]
 
 
-class Overview(QWidget):
-    """The whole demonstration in small.
+class Overview(OverviewPicture):
+    """The whole demonstration in small, and what can be done with it by mouse.
 
     Dragging the window pans, dragging its edges zooms, dragging elsewhere shows another span; a
     click centres the window there and moves the cursor.
-
-    Parameters
-    ----------
-    document : Document
-        What is shown.
-    force : ForcePanel
-        Whose channels are drawn, those that are shown there.
     """
 
     def __init__(self, document: Document, force: ForcePanel) -> None:
-        super().__init__()
-        self.document = document
-        self._source = force.source
-        #: What is drawn without the coder's track, and with it.
-        self._curves, self._whole = Kept(), Kept()
+        super().__init__(document, force)
         self._held: Handle | None = None
         self._press = QPointF()
         self._span = (0.0, 1.0)
         self._moved = False
-        self._band: tuple[float, float] | None = None
-        self.setAccessibleName(self.tr("Overview of the whole demonstration"))
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setFixedHeight(HEIGHT)
-        # Every pixel is painted here; what lies below need not be.
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setMouseTracking(True)
-        for stale in (
-            document.demonstration_changed,
-            self._source.choices_changed,
-            self._source.grown,
-            themes().changed,
-        ):
-            stale.connect(self.invalidate)
-        self._repainting = QTimer(self, singleShot=True, interval=PAUSE)
-        self._repainting.timeout.connect(self._tracks_changed)
-        for painted in (document.tracks_changed, document.vocabulary_changed):
-            painted.connect(self._repainting.start)
-        document.span_changed.connect(self._moved_on)
-        document.cursor_moved.connect(self._moved_on)
-
-    # Where things are
-
-    @property
-    def plot(self) -> QRectF:
-        """The area of the whole demonstration, below the panels' time axis, in pixels."""
-        width = max(self.width() - TimePanel.GUTTER - TimePanel.RIGHT, 1)
-        return QRectF(TimePanel.GUTTER, 0.0, width, self.height())
-
-    @property
-    def axis(self) -> Axis:
-        """From seconds to pixels."""
-        return Axis(*self.document.bounds, self.plot.left(), self.plot.right())
 
     def time_at(self, x: float) -> float:
         """The time in seconds of a pixel, within the demonstration."""
         low, high = self.document.bounds
-        share = (x - self.plot.left()) / self.plot.width()
-        return low + min(max(share, 0.0), 1.0) * (high - low)
-
-    @property
-    def window_box(self) -> QRectF:
-        """The visible span, in pixels; narrow ones are drawn wider."""
-        left, right = self.axis.at(self.document.start), self.axis.at(self.document.end)
-        spare = max(NARROWEST - (right - left), 0.0) / 2
-        return QRectF(left - spare, 0.0, right - left + 2 * spare, self.height())
+        return min(max(self.axis.value(x), low), high)
 
     def handle_at(self, x: float) -> Handle:
         """What is taken hold of at a pixel."""
@@ -130,134 +52,6 @@ class Overview(QWidget):
             return "end"
         whole = self.document.end - self.document.start >= np.ptp(self.document.bounds)
         return "body" if box.left() < x < box.right() and not whole else "new"
-
-    def sizeHint(self) -> QSize:
-        """As wide as the panels, of fixed height."""
-        return QSize(900, HEIGHT)
-
-    # Drawing
-
-    def invalidate(self, *_: object) -> None:
-        """Say that the picture is stale."""
-        self._curves.forget()
-        self._tracks_changed()
-
-    def _tracks_changed(self) -> None:
-        """Say that the coder's track is another one."""
-        self._whole.forget()
-        self.update()
-
-    def changeEvent(self, event: QEvent) -> None:
-        """Draw anew when fonts or the palette change."""
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange):
-            self.invalidate()
-        super().changeEvent(event)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Draw anew."""
-        self.invalidate()
-        super().resizeEvent(event)
-
-    def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the kept picture, the window and the cursor."""
-        size, ratio = self.size(), self.devicePixelRatioF()
-        curves = self._curves.picture(size, ratio, None, self._draw)
-        whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
-        painter = QPainter(self)
-        painter.drawPixmap(0, 0, whole)
-        if self.document.demonstration is not None:
-            painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
-            self._paint_window(painter)
-        painter.end()
-
-    def _draw(self, painter: QPainter) -> None:
-        """Draw everything but the track."""
-        now, plot = colours(), self.plot
-        painter.fillRect(self.rect(), QColor(now.panel))
-        painter.fillRect(plot, QColor(now.background))
-        if self.document.demonstration is not None:
-            self._paint_curves(painter, QRectF(plot.left(), 0, plot.width(), HEIGHT - STRIP - 2))
-            low, high = self.document.bounds
-            face = text.font(10)
-            length = f"{high - low:.1f}"
-            short = high - low <= LONGEST_IN_SECONDS
-            length = self.tr("{0} s").format(length) if short else clock_time(high - low)
-            lines = (self.tr("whole"), length)
-            for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
-                text.put(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
-        painter.setPen(QPen(QColor(now.panel_edge), 1))
-        painter.drawLine(QLineF(0, 0.5, self.width(), 0.5))
-
-    def _draw_with_track(self, curves: QPixmap, painter: QPainter) -> None:
-        """Draw the same with the coder's track, which is all that a stroke changes."""
-        painter.drawPixmap(0, 0, curves)
-        document, plot = self.document, self.plot
-        if document.demonstration is not None:
-            strip = QRectF(plot.left(), HEIGHT - STRIP - 1, plot.width(), STRIP)
-            paint_row(
-                painter,
-                strip,
-                self.axis,
-                document.segments,
-                vocabulary=document.vocabulary,
-                theme=colours(),
-                size=8.0,
-            )
-
-    def _paint_curves(self, painter: QPainter, box: QRectF) -> None:
-        """Draw the envelopes over each other, those of one unit on one scale."""
-        source = self._source
-        canvas = Canvas(box, painter.device().devicePixelRatioF())
-        low, high = self.document.bounds
-        share = (canvas.edges() - box.left()) / box.width()
-        columns = source.columns(low + share * (high - low))
-        wanted = [i for i, name in enumerate(source.names) if name in source.shown]
-        lane = Lane(tuple(wanted), "", "", box.top(), box.bottom())
-        for unit in {source.channels[i].unit for i in wanted}:
-            alike = [i for i in wanted if source.channels[i].unit == unit]
-            found = [source.envelope(source.names[i]).drawn(columns) for i in alike]
-            axis = axis_of(lane, spanning(_range(one.low, one.high) for one in found))
-            edges, now = (box.top(), box.bottom()), colours()
-            canvas.draw(
-                [
-                    Curve(one, axis, curve_colour(i, now), edges)
-                    for i, one in zip(alike, found, strict=True)
-                ]
-            )
-        painter.setOpacity(0.75)
-        canvas.paint(painter)
-        painter.setOpacity(1.0)
-
-    def _paint_window(self, painter: QPainter) -> None:
-        """Draw what is visible, what is being chosen, and the cursor."""
-        now, plot, box = colours(), self.plot, self.window_box
-        veil = translucent(now.panel, 0.6)
-        painter.fillRect(QRectF(plot.left(), 1, box.left() - plot.left(), HEIGHT), veil)
-        painter.fillRect(QRectF(box.right(), 1, plot.right() - box.right(), HEIGHT), veil)
-        accent = QColor(now.accent)
-        frame = QRectF(QPointF(round(box.left()), 0), QPointF(round(box.right()), HEIGHT))
-        painter.setPen(QPen(accent, 2))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(frame.adjusted(1, 1, -1, -1))
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(accent)
-        apart = max(8.0 - frame.width() / 2, 0.0)  # handles of a narrow window stand beside it
-        for x in (frame.left() + 1 - apart, frame.right() - 1 + apart):
-            painter.drawRoundedRect(QRectF(x - 3, HEIGHT / 2 - 9, 6, 18), 2, 2)
-        if self._band is not None:
-            wash = translucent(now.range, 0.25)
-            left, right = (self.axis.at(time) for time in self._band)
-            painter.fillRect(QRectF(left, 0, right - left, HEIGHT), wash)
-        painter.setPen(QPen(QColor(now.cursor), 1))
-        x = round(self.axis.at(self.document.cursor)) + 0.5
-        painter.drawLine(QLineF(x, 0, x, HEIGHT))
-
-    def _moved_on(self, *_: object) -> None:
-        """Draw window and cursor where they are now."""
-        if self.isVisible():
-            self.update()
-
-    # Mouse
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of the window, of one of its edges, or begin another span."""
@@ -330,9 +124,3 @@ class Overview(QWidget):
             "new": Qt.CursorShape.CrossCursor,
         }
         self.setCursor(shapes[self.handle_at(x)])
-
-
-def _range(low: NDArray[np.float64], high: NDArray[np.float64]) -> tuple[float, float] | None:
-    """The least and the greatest value of a curve; None where there is none."""
-    known = ~np.isnan(low)
-    return (float(low[known].min()), float(high[known].max())) if known.any() else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import (
     QDoubleSpinBox,
@@ -113,19 +113,16 @@ class VideoPreview(QWidget):
     def _controls(self) -> tuple[QWidget, ...]:
         return (self.slider, self.spin, self.back, self.on)
 
-    def _opened(self, times: NDArray[np.float64], _: tuple[int, int]) -> None:
+    def _opened(self, times: NDArray[np.float64]) -> None:
         """The video can be shown: begin at the frame that was asked for."""
         self.times = times
         for widget in self._controls:
             widget.setEnabled(True)
-        self.slider.blockSignals(True)
-        self.slider.setRange(0, times.size - 1)
-        self.slider.setPageStep(max(times.size // 20, 1))
-        self.slider.blockSignals(False)
-        self.spin.blockSignals(True)
-        self.spin.setRange(float(times[0]), float(np.ceil(1000 * times[-1]) / 1000))
-        self.spin.setSingleStep(float(np.median(np.diff(times))) if times.size > 1 else 1.0)
-        self.spin.blockSignals(False)
+        with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
+            self.slider.setRange(0, times.size - 1)
+            self.slider.setPageStep(max(times.size // 20, 1))
+            self.spin.setRange(float(times[0]), float(np.ceil(1000 * times[-1]) / 1000))
+            self.spin.setSingleStep(float(np.median(np.diff(times))) if times.size > 1 else 1.0)
         self.show_time(self._wanted)
 
     def _shown(self, number: int, image: QImage) -> None:
@@ -136,12 +133,9 @@ class VideoPreview(QWidget):
 
     def _tell(self) -> None:
         """Put slider and number where the frame is."""
-        for widget in (self.slider, self.spin):
-            widget.blockSignals(True)
-        self.slider.setValue(self.number)
-        self.spin.setValue(self.time)
-        for widget in (self.slider, self.spin):
-            widget.blockSignals(False)
+        with QSignalBlocker(self.slider), QSignalBlocker(self.spin):
+            self.slider.setValue(self.number)
+            self.spin.setValue(self.time)
 
 
 class _Picture(PictureView):

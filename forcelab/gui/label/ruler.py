@@ -55,13 +55,7 @@ def clock_marks(axis: Axis, size: float) -> tuple[tuple[float, str], ...]:
 
 
 class Ruler(TimePanel):
-    """The time axis of all panels below it; dragging on it moves the cursor.
-
-    Parameters
-    ----------
-    document : Document
-        What is shown.
-    """
+    """The time axis of all panels below it; dragging on it moves the cursor."""
 
     #: The tag with the cursor's time, which at the ends stands beside it.
     beside_cursor = 150.0
@@ -78,12 +72,6 @@ class Ruler(TimePanel):
     def sizeHint(self) -> QSize:
         """As wide as the panels, of fixed height."""
         return QSize(900, HEIGHT)
-
-    @property
-    def axis(self) -> Axis:
-        """From seconds to pixels."""
-        plot = self.plot
-        return Axis(self.document.start, self.document.end, plot.left(), plot.right())
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw numbers and their marks."""

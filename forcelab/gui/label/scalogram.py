@@ -46,14 +46,10 @@ BUTTON = 24
 class ScalogramPanel(TimePanel):
     """One channel's scalogram on the common time axis.
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-        Runs the computing.
-
     Attributes
     ----------
+    channel : str
+        The one that is shown; empty without a demonstration.
     picture : Scalogram or None
         The newest picture.
     """
@@ -62,7 +58,7 @@ class ScalogramPanel(TimePanel):
         self.picture: Scalogram | None = None
         super().__init__(document)
         self.setAccessibleName(self.tr("Scalogram"))
-        self._channel = ""
+        self.channel = ""
         self._phase = False
         self._steady = True
         self._layers = Layers()
@@ -71,7 +67,6 @@ class ScalogramPanel(TimePanel):
         self._owed = False  # a picture that was not asked for while the window was minimised
         self._asking = Asking(jobs, self._wish, self)
         self._asking.came.connect(self._take)
-        self._asking.done.connect(self.invalidate)  # what is settled is drawn smoothly
         self._asking.refused.connect(self._refused)
         self._button = ScalogramButton(self)
         self._button.channel_chosen.connect(self.set_channel)
@@ -95,24 +90,14 @@ class ScalogramPanel(TimePanel):
         return (*names, *rest)
 
     @property
-    def channel(self) -> str:
-        """The channel that is shown; empty without a demonstration."""
-        return self._channel
-
-    @property
-    def phase(self) -> bool:
-        """Whether phases are shown instead of magnitudes."""
-        return self._phase
-
-    @property
     def settled(self) -> bool:
         """Whether what is shown is what was asked for."""
         return not self._asking.wanted
 
     def set_channel(self, name: str) -> None:
         """Show another channel."""
-        if name != self._channel and name in self.channels:
-            self._channel = name
+        if name != self.channel and name in self.channels:
+            self.channel = name
             self._forget()
 
     def set_phase(self, phase: bool) -> None:
@@ -176,72 +161,53 @@ class ScalogramPanel(TimePanel):
         """Draw the pictures where their time is now, then the cone and the scales."""
         if self._owed:
             self._ask()  # not every platform says so when a minimised window comes back
-        now = colours()
-        start, end = self.document.start, self.document.end
-        self._layers.paint(painter, plot, start, end, smooth=self.settled)
-        rows = self._rows(plot)
-        if rows is None:
-            return
-        drawing.draw_cone(
-            painter,
-            plot,
-            rows,
-            now,
-            span=(self.document.start, self.document.end),
-            bounds=self.document.bounds,
-            e_folding=scales.E_FOLDING,
-        )
-        heights = [rows.y(scale) for scale in scales.MARKED]
-        drawing.draw_marks(painter, plot, heights, now)
+        now, rows, document = colours(), self._rows, self.document
+        span = document.start, document.end
+        self._layers.paint(painter, plot, *span, smooth=self.settled)
+        drawing.draw_cone(painter, plot, rows, now, span=span, bounds=document.bounds)
+        drawing.draw_marks(painter, plot, [rows.y(scale) for scale in scales.MARKED], now)
 
     def gutter_shows(self) -> object:
         """The axis in Hz, and what stands at the legend's ends."""
-        return self._rows(self.plot), self._ends(), self._phase
+        return self._rows, self._ends(), self._phase
 
     def paint_gutter(self, painter: QPainter, box: QRectF) -> None:
         """Draw the axis in Hz and the legend of the colours."""
         painter.fillRect(box, QColor(colours().panel))
-        rows, ends = self._rows(self.plot), self._ends()
-        if rows is None:
-            return
-        drawing.draw_frequencies(painter, box.right(), rows, colours(), BUTTON + 8.0)
+        drawing.draw_frequencies(painter, box.right(), self._rows, colours(), BUTTON + 8.0)
         bar = QRectF(4.5, BUTTON + 10.5, 6, box.bottom() - BUTTON - 18)
+        ends = self._ends()
         if bar.height() >= 40 and ends is not None:
             drawing.draw_bar(painter, bar, ends, self._phase, colours())
 
     def paint_overlay(self, painter: QPainter, plot: QRectF) -> None:
         """Say what is under the pointer, and what was approximated or went wrong."""
         if self._trouble:
-            line = self._trouble
-            drawing.plate(painter, plot.topLeft(), line, colours(), plot)
+            drawing.plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
         note = "" if self.picture is None else reading.note(self.picture)
         if note:
-            corner = QPointF(plot.right(), plot.top())
-            drawing.plate(painter, corner, note, colours(), plot, quiet=True)
+            drawing.plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
         if self._pointer is not None and plot.contains(self._pointer):
             line = self.value_at(self._pointer.x(), self._pointer.y())
             if line:
-                corner = self._pointer + QPointF(12, 14)
-                drawing.plate(painter, corner, line, colours(), plot)
+                drawing.plate(painter, self._pointer + QPointF(12, 14), line, colours(), plot)
 
     def value_at(self, x: float, y: float) -> str:
         """What is known at a point of the panel, such as ``12.3 Hz at 4.250 s: 0.42 N``."""
-        rows = self._rows(self.plot)
-        if self.picture is None or rows is None:
+        if self.picture is None:
             return ""
-        return reading.value(self.picture, rows, self.time_at(x), y)
+        return reading.value(self.picture, self._rows, self.time_at(x), y)
 
     # Computing
 
-    def _rows(self, plot: QRectF) -> drawing.Rows | None:
-        """The vertical axis."""
-        demonstration = self.document.demonstration
-        if demonstration is None:
-            return None
-        view = self._asking.view
+    @property
+    def _rows(self) -> drawing.Rows:
+        """The vertical axis, while there is a demonstration."""
+        demonstration, view = self.document.demonstration, self._asking.view
+        assert demonstration is not None
         rate = view.source.rate if view is not None else 1.0 / demonstration.period
-        top, bottom = plot.top() + 1, plot.bottom() - 1
+        top, bottom = self.plot.top() + 1, self.plot.bottom() - 1
         return drawing.Rows(
             top, bottom, scales.SMALLEST, scales.LARGEST, scales.FOURIER_FACTOR, rate
         )
@@ -249,8 +215,8 @@ class ScalogramPanel(TimePanel):
     def _demonstration_changed(self) -> None:
         """Keep the channel where the new demonstration has it, too."""
         names = self.channels
-        if self._channel not in names:
-            self._channel = names[0] if names else ""
+        if self.channel not in names:
+            self.channel = names[0] if names else ""
         self._forget()
 
     def _forget(self) -> None:
@@ -270,13 +236,13 @@ class ScalogramPanel(TimePanel):
 
     def _write_button(self) -> None:
         """Print the channel on the button, and mark in its menu what is chosen."""
-        self._button.offer(self.channels, self._channel, self._phase, self._steady)
+        self._button.offer(self.channels, self.channel, self._phase, self._steady)
 
     def _ask(self, *_: object) -> None:
         """Have a picture of what is seen made, once the span has come to rest."""
         # To Qt the panels of a minimised window are visible.
         self._owed = self.window().isMinimized()
-        if self.isVisible() and self._channel and not self._owed:
+        if self.isVisible() and self.channel and not self._owed:
             self._asking.ask()
         else:
             self._asking.stop()
@@ -292,7 +258,7 @@ class ScalogramPanel(TimePanel):
         share = (span[1] - span[0]) / (self.document.end - self.document.start)
         return Wish(
             demonstration,
-            self._channel,
+            self.channel,
             span,
             int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
             max(1, round(self.plot.width() * ratio * share)),

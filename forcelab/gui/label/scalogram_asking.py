@@ -38,14 +38,11 @@ class Asking(QObject):
         Whether a picture is waited for.
     came : Signal(Scalogram)
         A picture, the coarse one first where there is one.
-    done : Signal()
-        The last one of a wish was told.
     refused : Signal(str)
         Why there is none.
     """
 
     came = Signal(object)
-    done = Signal()
     refused = Signal(str)
 
     def __init__(self, jobs: Jobs, wish: Callable[[], Wish | None], parent: QObject) -> None:
@@ -89,7 +86,6 @@ class Asking(QObject):
         def done(picture: Scalogram) -> None:
             self.wanted = self._timer.isActive()  # the span may have changed again
             self._tell(picture)
-            self.done.emit()
 
         def failed(error: Exception) -> None:
             self.wanted = self._timer.isActive()

@@ -16,6 +16,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import LogAxis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.colourmaps import magnitude_colours, phase_colours
+from forcelab.gui.label.scalogram_scales import E_FOLDING
 from forcelab.gui.theme import Colours
 from forcelab.signals.wavelet import cone_of_influence
 
@@ -125,14 +126,13 @@ def draw_cone(
     *,
     span: tuple[float, float],
     bounds: tuple[float, float],
-    e_folding: float,
 ) -> None:
     """Hatch where the ends of the recording bear upon the coefficients."""
     per_pixel = (span[1] - span[0]) / plot.width()
     xs = np.arange(plot.left(), plot.right() + 2, 2.0)
     times = span[0] + (xs - plot.left()) * per_pixel
     # Beyond the recording there is none.
-    scales = np.maximum(cone_of_influence(times, bounds, e_folding) * rows.rate, 1e-3)
+    scales = np.maximum(cone_of_influence(times, bounds, E_FOLDING) * rows.rate, 1e-3)
     if float(scales.min()) >= rows.largest:
         return
     shares = np.log(scales / rows.smallest) / math.log(rows.largest / rows.smallest)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QCoreApplication
 
+from forcelab.gui.figures.text import signed
 from forcelab.gui.label.scalogram_drawing import Rows, amount
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
         return where
     here = float(picture.values[row, column])
     if picture.phase:
-        return translate("forcelab", "{0}: {1:.2f} rad").format(where, here)
+        return translate("forcelab", "{0}: {1} rad").format(where, signed(f"{here:.2f}"))
     return translate("forcelab", "{0}: |W| = {1:.3g}").format(where, 10.0**here)
 
 

@@ -9,14 +9,9 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from operator import attrgetter
-from typing import Any, ClassVar
+from typing import Any
 
-from PySide6.QtCore import (
-    QAbstractTableModel,
-    QCoreApplication,
-    QObject,
-    Qt,
-)
+from PySide6.QtCore import QAbstractTableModel, QCoreApplication, QObject, Qt
 
 from forcelab.gui.document import Document
 from forcelab.gui.indexes import NOWHERE, Index
@@ -27,12 +22,10 @@ from forcelab.splicing import splice
 
 translate = QCoreApplication.translate
 
-__all__ = ["ACTION", "CURRENT", "DURATION", "END", "NUMBER", "START", "SegmentModel", "as_typed"]
+__all__ = ["ACTION", "DURATION", "END", "NUMBER", "START", "SegmentModel"]
 
 #: The columns.
 NUMBER, ACTION, START, END, DURATION = range(5)
-#: The role that tells whether a row's segment lies under the cursor.
-CURRENT = Qt.ItemDataRole.UserRole
 
 _SHOWN = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 _EDITABLE = _SHOWN | Qt.ItemFlag.ItemIsEditable
@@ -58,9 +51,6 @@ class SegmentModel(QAbstractTableModel):
     origins : mapping of Segment to Origin
         Those of the track's segments that a model proposed.
     """
-
-    #: Alignment of the columns' contents.
-    NUMBERS: ClassVar[frozenset[int]] = frozenset({NUMBER, START, END, DURATION})
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -184,7 +174,8 @@ class SegmentModel(QAbstractTableModel):
         if orientation != Qt.Orientation.Horizontal:
             return None
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(section)
+            side = Qt.AlignmentFlag.AlignLeft if section == ACTION else Qt.AlignmentFlag.AlignRight
+            return side | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole and section >= START:
             return translate("forcelab", "In seconds")
         if role == Qt.ItemDataRole.DisplayRole:
@@ -205,13 +196,11 @@ class SegmentModel(QAbstractTableModel):
         if role == Qt.ItemDataRole.DisplayRole:
             return self.shown(index.row(), column)
         if role == Qt.ItemDataRole.EditRole:
-            return segment.action if column == ACTION else as_typed(_time(segment, column))
-        if role == Qt.ItemDataRole.TextAlignmentRole:
-            return _alignment(column)
+            return segment.action if column == ACTION else _as_typed(_time(segment, column))
         if role in (Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleDescriptionRole):
             tip = role == Qt.ItemDataRole.ToolTipRole
             return self._more(segment, with_action=tip and column == ACTION)
-        return self.under_cursor(segment) if role == CURRENT else None
+        return None
 
     def _more(self, segment: Segment, with_action: bool) -> str | None:
         """Who proposed a segment, below the action where that may be cut off in its cell."""
@@ -268,7 +257,7 @@ class SegmentModel(QAbstractTableModel):
         return self.document.move_edge(number, "start" if column == START else "end", time)
 
 
-def as_typed(time: float) -> str:
+def _as_typed(time: float) -> str:
     """A time as one would type it: to the microsecond, without zeros at the end."""
     return f"{time:.6f}".rstrip("0").rstrip(".")
 
@@ -278,10 +267,3 @@ def _time(segment: Segment, column: int) -> float:
     if column == START:
         return segment.start
     return segment.end if column == END else segment.end - segment.start
-
-
-def _alignment(column: int) -> Qt.AlignmentFlag:
-    """Numbers are flush right."""
-    right = column in SegmentModel.NUMBERS
-    side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
-    return side | Qt.AlignmentFlag.AlignVCenter

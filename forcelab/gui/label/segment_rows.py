@@ -23,14 +23,7 @@ from forcelab.gui.figures.shades import translucent
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.indexes import Index
 from forcelab.gui.label.proposed import MARK, paint_proposed
-from forcelab.gui.label.segment_model import (
-    ACTION,
-    DURATION,
-    END,
-    NUMBER,
-    START,
-    SegmentModel,
-)
+from forcelab.gui.label.segment_model import ACTION, DURATION, END, NUMBER, START, SegmentModel
 from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.theme import colours
 
@@ -99,18 +92,14 @@ class SegmentRows(QTableView):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Leave keys that label and play to the window; others move about in the table."""
-        text = event.text()
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not self.isPersistent():
+        text, editing = event.text(), self.state() == QAbstractItemView.State.EditingState
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not editing:
             here = self.currentIndex()
             self.edit(here if here.column() != NUMBER else here.siblingAtColumn(START))
         elif (text and text.isprintable()) or event.key() == Qt.Key.Key_Delete:
             event.ignore()
         else:
             super().keyPressEvent(event)
-
-    def isPersistent(self) -> bool:
-        """Whether a cell is being edited."""
-        return self.state() == QAbstractItemView.State.EditingState
 
 
 class _Header(QHeaderView):

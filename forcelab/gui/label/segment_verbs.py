@@ -9,10 +9,12 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable
 from operator import attrgetter
+from typing import Literal
 
 from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.snapping import SAME
 from forcelab.gui.label.track_hits import index_at
 from forcelab.labels import Segment
 
@@ -27,6 +29,7 @@ __all__ = [
     "fill_range",
     "merge",
     "next_segment",
+    "nudge",
     "on_segment",
     "previous_segment",
     "say_no",
@@ -37,8 +40,6 @@ __all__ = [
     "zoom_to",
 ]
 
-#: Times closer than this are the same, in seconds.
-SAME = 1e-9
 #: What is left free on either side of a segment that is zoomed to, as a share of it.
 MARGIN = 0.25
 
@@ -202,6 +203,32 @@ def end_to_cursor(document: Document) -> bool:
     if index < 0:
         return say_no(document, translate("forcelab", "There is no segment before the cursor."))
     return document.move_edge(index, "end", document.cursor)
+
+
+def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
+    """Move an edge of the segment, or all of it, by a step; the cursor goes with the edge."""
+    index = the_segment(document)
+    if index is None:
+        return say_no(
+            document,
+            translate("forcelab", "Select the segment to change: click it, or use K and L."),
+        )
+    old = document.segments[index]
+    at = old.end if what == "end" else old.start
+    low, high = document.bounds
+    time = min(
+        max(document.stepped(at, count), low), high - (old.duration if what == "both" else 0)
+    )
+    if what == "both":
+        done = document.move_segment(index, time)
+    else:
+        done = document.move_edge(index, what, time)
+    if done:
+        document.seek(time)
+        # What it grew over may have gone, so that it has another number now.
+        edge = _end if what == "end" else _start
+        document.select(bisect_left(document.segments, time - SAME, key=edge))
+    return done
 
 
 def zoom_selection(document: Document) -> bool:

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from functools import partial
-
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSize, Qt
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt
 from PySide6.QtGui import QContextMenuEvent, QHideEvent, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import QMenu, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMenu
 
-from forcelab.gui.arranging import placeholder, search_field
+from forcelab.gui.arranging import PageOrNote, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.segment_model import NUMBER, SegmentModel
 from forcelab.gui.label.segment_rows import SegmentRows
 from forcelab.gui.label.segment_verbs import on_segment
+from forcelab.gui.label.side_lists import SideList
+from forcelab.gui.label.track_menu import relabel_menu, shown_name
 from forcelab.gui.theme import themes
-from forcelab.labels import Segment
 from forcelab.painting import SLIVER
 
 __all__ = ["SegmentTable"]
 
 
-class SegmentTable(QWidget):
+class SegmentTable(SideList):
     """The coder's segments, one row each.
 
     Choosing a row selects its segment and moves the cursor to its start; the segment under the
@@ -29,8 +28,7 @@ class SegmentTable(QWidget):
     """
 
     def __init__(self, document: Document) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.setAccessibleName(self.tr("Segments"))
         self.model = SegmentModel(document, self)
         self.filter = search_field(self.tr("Filter by action"), self.tr("Filter by action"))
@@ -39,16 +37,11 @@ class SegmentTable(QWidget):
         self.table.setAccessibleName(self.tr("Segments of your track"))
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
-        self._empty = placeholder()
-        self._empty.setMargin(4)  # in a small window there is room for two lines
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self.table)
-        self._pages.addWidget(self._empty)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addWidget(self.filter)
-        column.addWidget(self._pages, 1)
+        self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
+        self._pages = PageOrNote(self.table)
+        self._pages.note.setMargin(4)  # in a small window there is room for two lines
+        self.column.addWidget(self.filter)
+        self.column.addWidget(self._pages, 1)
         self._syncing = False
         document.tracks_changed.connect(self._refresh)
         document.selection_changed.connect(self._show_selection)
@@ -58,14 +51,6 @@ class SegmentTable(QWidget):
         document.demonstration_changed.connect(self._refresh)
         themes().changed.connect(self._repaint)
         self._say_empty()
-
-    def sizeHint(self) -> QSize:
-        """Room for all columns and some rows."""
-        return QSize(300, 220)
-
-    def minimumSizeHint(self) -> QSize:
-        """Less than the columns need; then one scrolls."""
-        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""
@@ -113,17 +98,15 @@ class SegmentTable(QWidget):
     def _say_empty(self) -> None:
         """Say why there is nothing to see, where there is nothing."""
         if self.model.rows:
-            self._pages.setCurrentIndex(0)
-            return
-        if self.document.demonstration is None:
+            text = ""
+        elif self.document.demonstration is None:
             text = self.tr("No demonstration is open.")
         elif self.document.segments and self.filter.text().strip():
             text = self.tr("No segment's action contains '{0}'.").format(self.filter.text().strip())
         else:
             # The track itself says how to begin.
             text = self.tr("No segments yet: what you label is listed here.")
-        self._empty.setText(text)
-        self._pages.setCurrentIndex(1)
+        self._pages.say(text)
 
     def _show_selection(self) -> None:
         """Choose the row of the selected segment, and bring it into view."""
@@ -190,20 +173,13 @@ class SegmentTable(QWidget):
             return None
         document, segment = self.document, self.document.segments[number]
         menu = QMenu(self)
-        relabel = menu.addMenu(self.tr("Relabel"))
-        for name in document.vocabulary.names:
-            if name != segment.action:
-                action = relabel.addAction(name)
-                action.triggered.connect(partial(self._relabel, segment, name))
+        relabel_menu(menu, document, segment)
         fill = menu.addAction(self.tr("Mark as range"))
         fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
-        only = menu.addAction(icon("search"), self.tr("Show only '{0}'").format(segment.action))
+        show_only = self.tr("Show only '{0}'").format(shown_name(menu, segment.action))
+        only = menu.addAction(icon("search"), show_only)
         only.triggered.connect(lambda: self.filter.setText(segment.action))
         menu.addSeparator()
         delete = menu.addAction(icon("trash"), self.tr("Delete"))
         delete.triggered.connect(lambda: on_segment(document, segment, document.delete))
         return menu
-
-    def _relabel(self, segment: Segment, name: str, _checked: bool = False) -> None:
-        """Give a segment another action, if it is still there when that is chosen in the menu."""
-        on_segment(self.document, segment, lambda now: self.document.relabel(now, name))

@@ -21,8 +21,10 @@ from forcelab.labels import Segments
 if TYPE_CHECKING:
     from forcelab.gui.document import Document
 
-__all__ = ["REACH", "Targets", "rounded", "snap", "targets_of"]
+__all__ = ["SAME", "Targets", "on_target", "rounded", "snap", "snapped", "targets_of"]
 
+#: Times closer than this are the same, in seconds.
+SAME = 1e-9
 #: How near the pointer must come to a target, in pixels.
 REACH = 8.0
 #: Samples closer than this many pixels are not told apart by hand: none of them is offered.
@@ -141,6 +143,21 @@ def rounded(time: float, targets: Targets) -> float:
     candidates = [sample, *(m for m in targets.marks if m > targets.samples[-1])]
     nearest = min(candidates, key=lambda candidate: abs(candidate - time))
     return nearest if abs(nearest - time) <= targets.period else time
+
+
+def snapped(time: float, pixels_per_second: float, targets: Targets) -> float:
+    """The time that is taken for one: that of the target in reach, or else it is rounded."""
+    found = snap(time, pixels_per_second, targets)
+    return rounded(time, targets) if found is None else found.time
+
+
+def on_target(time: float, targets: Targets) -> bool:
+    """Whether a time is exactly that of an edge, a contact event, a frame or a sample."""
+    near = [
+        _nearest(kind, time, ()) for kind in (targets.contacts, targets.frames, targets.samples)
+    ]
+    near.append(_nearest_edge(time, targets, ()))
+    return any(at is not None and abs(at - time) <= SAME for at in near)
 
 
 def _nearest_edge(time: float, targets: Targets, exclude: Collection[float]) -> float | None:

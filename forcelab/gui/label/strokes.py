@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenuBar, QWidget
@@ -13,16 +12,12 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenuBar, QWidget
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.label.segment_verbs import fill_range
-from forcelab.gui.label.snapping import rounded, snap, targets_of
-from forcelab.gui.label.track_hits import index_at
+from forcelab.gui.label.snapping import SAME, on_target, rounded, snapped, targets_of
 from forcelab.gui.repeats import Repeats
 from forcelab.gui.typing_guard import kept, typing
 from forcelab.vocabulary import KEYS
 
 __all__ = ["KeyStrokes"]
-
-#: Times closer than this are the same, in seconds.
-SAME = 1e-9
 
 
 class KeyStrokes(QObject):
@@ -89,7 +84,7 @@ class KeyStrokes(QObject):
         document = self.document
         action = self._action(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
-            document.say(
+            document.say_here(
                 self.tr("There is no action for a key to paint: add one under Actions first."), True
             )
         if action is None or document.demonstration is None:
@@ -99,17 +94,10 @@ class KeyStrokes(QObject):
             fill_range(document, action)
         elif document.stroke is not None:
             self._press_again(action, key)
-        elif (index := self._chosen()) is not None:
-            document.relabel(index, action)
+        elif not document.playing and document.selected is not None:
+            document.relabel(document.selected, action)
         else:
             self._begin(action, key, self._position())
-        return True
-
-    def release(self, key: str) -> bool:
-        """A key was let go; gives whether it is the one that had begun a stroke."""
-        if not self._holds(key):
-            return False
-        self._let_up(key, self._clock(), self.document.cursor, self._position())
         return True
 
     def cancel(self) -> bool:
@@ -159,7 +147,7 @@ class KeyStrokes(QObject):
     def _key_release(self, event: QKeyEvent) -> bool:
         """A key seems to be up; where the segment ends is what it is now, however sure that is."""
         key = _name(event)
-        if not self._holds(key):
+        if self._held is None or self._held[0] != key:
             return False
         now, cursor, position = self._clock(), self.document.cursor, self._position()
         self._repeats.released(event, lambda: self._let_up(key, now, cursor, position))
@@ -208,13 +196,9 @@ class KeyStrokes(QObject):
         self.document.begin_stroke(action, position)
         self._held = key, self._clock(), self.document.cursor
 
-    def _holds(self, key: str) -> bool:
-        """Whether a key that began the stroke is still down."""
-        return self._held is not None and self._held[0] == key
-
     def _let_up(self, key: str, now: float, cursor: float, position: float) -> None:
         """End the stroke of a key that was held."""
-        if self._held is None or not self._holds(key):
+        if self._held is None or self._held[0] != key:
             return
         _, pressed, began = self._held
         self._held = None
@@ -222,44 +206,19 @@ class KeyStrokes(QObject):
         if held and cursor != began and self.document.stroke is not None:
             self.document.end_stroke(position)
 
-    def _chosen(self) -> int | None:
-        """The selected segment, if nothing is playing."""
-        return None if self.document.playing else self.document.selected
-
     def _position(self) -> float:
         """The time that is meant, in seconds."""
         document = self.document
+        targets = targets_of(document)
         if document.playing:
             late = settings.reaction_ms() / 1000 * document.speed
             earliest = document.bounds[0] if document.stroke is None else document.stroke.start
             # A stroke begun while paused was not late: it must not be turned around.
             meant = max(document.cursor - late, min(earliest, document.cursor))
-            return rounded(meant, targets_of(document)) if document.snapping else meant
-        if not document.snapping or self._sent_there():
+            return rounded(meant, targets) if document.snapping else meant
+        if not document.snapping or on_target(document.cursor, targets):
             return document.cursor
-        targets = targets_of(document)
-        found = snap(document.cursor, self._scale(), targets)
-        return rounded(document.cursor, targets) if found is None else found.time
-
-    def _sent_there(self) -> bool:
-        """Whether the cursor stands exactly on a sample, a frame or an edge."""
-        document, cursor = self.document, self.document.cursor
-        demonstration = document.demonstration
-        if demonstration is None or cursor in document.bounds:
-            return True
-        for times in (demonstration.times, document.frame_times, document.contacts):
-            if times is not None and len(times):
-                near = int(np.searchsorted(times, cursor - SAME))
-                if near < len(times) and times[near] - cursor <= SAME:
-                    return True
-        for track in (document.segments, *document.others.values()):
-            for place in (index_at(track, cursor + SAME), index_at(track, cursor - SAME)):
-                if place is None:
-                    continue
-                segment = track[place]
-                if min(abs(segment.start - cursor), abs(segment.end - cursor)) <= SAME:
-                    return True
-        return False
+        return snapped(document.cursor, self._scale(), targets)
 
 
 def _name(event: QKeyEvent) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QTableWidgetItem, QWidget
 
@@ -15,7 +15,6 @@ from forcelab.gui.document import Document
 from forcelab.gui.figures.text import signed
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.synchronising_form import SynchroniseForm
-from forcelab.gui.label.synchronising_words import seconds, told
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
 from forcelab.signals.synchronising import Proposal, proposing_for
@@ -66,7 +65,6 @@ class SynchroniseDialog(SynchroniseForm):
         assert demonstration is not None
         assert demonstration.video is not None
         self._id = document.id
-        self._filling = False
         self.stored = demonstration.video.clock
         self.rows: tuple[TapRow, ...] = ()
         self.candidate: ClockMap | None = None
@@ -88,7 +86,7 @@ class SynchroniseDialog(SynchroniseForm):
         document.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self._leave_if_other)
         self._follow()
-        self._show_note(self._hint())
+        self._show_hint()
         self._refresh()
 
     # Verbs
@@ -100,8 +98,7 @@ class SynchroniseDialog(SynchroniseForm):
 
     def mark_force(self) -> None:
         """Take the time of the cursor, or of the contact event beside it."""
-        time = self.document.cursor
-        contacts = self.document.contacts
+        time, contacts = self.document.cursor, self.document.contacts
         if self.snap.isChecked() and contacts.size:
             nearest = float(contacts[np.argmin(np.abs(contacts - time))])
             time = nearest if abs(nearest - time) <= SNAP else time
@@ -133,14 +130,13 @@ class SynchroniseDialog(SynchroniseForm):
             return
         self.propose_button.setEnabled(False)
         self.trouble.clear()
-        self.jobs.run(
-            proposing_for(demonstration), self._proposed, self._failed, self._progress, KEY
-        )
+        search = proposing_for(demonstration)
+        self.jobs.run(search, self._proposed, self._failed, self._progress, KEY)
 
     def reset(self) -> None:
         """Forget everything marked and proposed; the stored clock stays."""
         self.proposal = None
-        self._show_note(self._hint())
+        self._show_hint()
         self.set_rows(())
 
     def accept(self) -> None:
@@ -175,23 +171,20 @@ class SynchroniseDialog(SynchroniseForm):
         """Say why nothing was found."""
         self.propose_button.setEnabled(True)
         self.trouble.setText(str(error))
-        self._show_note(self._hint())
+        self._show_hint()
 
     def _progress(self, progress: Progress) -> None:
         """Say how far the search is."""
         share = 100.0 * progress.done / max(progress.total, 1)
         if self.proposal is None:
-            self._show_note(f"{progress.text}  {share:.0f} %")
+            self.plot.show_signals(None, f"{progress.text}  {share:.0f} %")
 
     # Inside
 
     def _fitted(self, whole: list[tuple[float, float]]) -> tuple[ClockMap, float]:
         """The clock through events (video s, force s), and its residual (s).
 
-        Raises
-        ------
-        InputError
-            If they lie at one time, or time would run backwards.
+        Times that are one, or a clock that would run backwards, are an InputError.
         """
         seen, felt = (np.array(times) for times in zip(*whole, strict=True))
         if len(whole) > 1 and self.fit_rate.isChecked():
@@ -203,7 +196,7 @@ class SynchroniseDialog(SynchroniseForm):
 
     def _look_at(self, number: int) -> None:
         """Show the frame and the force of an event that was chosen."""
-        if self._filling or not 0 <= number < len(self.rows):
+        if not 0 <= number < len(self.rows):
             return
         row = self.rows[number]
         if row.video is not None:
@@ -227,54 +220,53 @@ class SynchroniseDialog(SynchroniseForm):
 
     def _follow(self) -> None:
         """The cursor has moved."""
-        self.force_time.blockSignals(True)
-        self.force_time.setValue(self.document.cursor)
-        self.force_time.blockSignals(False)
+        with QSignalBlocker(self.force_time):
+            self.force_time.setValue(self.document.cursor)
 
     def _leave_if_other(self) -> None:
         """Close when another demonstration is open."""
         if self.document.id != self._id:
             self.reject()
 
-    def _hint(self) -> str:
-        """Both ways to a clock, while nothing is proposed."""
-        return self.tr(
+    def _show_hint(self) -> None:
+        """Tell both ways to a clock in place of the curves, while nothing is proposed."""
+        hint = self.tr(
             "Propose compares the motion in the video with the force. Or by hand: find a moment "
             "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
             "mark that."
         )
-
-    def _show_note(self, note: str) -> None:
-        """Show a sentence in place of the curves."""
-        self.plot.show_signals(None, note)
+        self.plot.show_signals(None, hint)
 
     def _refresh(self, proposed: bool = False) -> None:
         """Show what is marked, what follows from it and what would be stored."""
         clock = self.candidate or self.stored
-        self._filling = True
-        self.table.setRowCount(len(self.rows))
-        for number, row in enumerate(self.rows):
-            away = ""
-            if row.video is not None and row.force is not None and self.candidate is not None:
-                away = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
-            for column, text in enumerate((seconds(row.video), seconds(row.force), away)):
-                item = QTableWidgetItem(text)
-                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                self.table.setItem(number, column, item)
-        if self.rows:
-            self.table.setCurrentCell(len(self.rows) - 1, 0)
-        self._filling = False
+        with QSignalBlocker(self.table):  # nobody has chosen an event
+            self._fill_table(clock)
         self.remove_button.setEnabled(bool(self.rows))
         taps = tuple(row.force for row in self.rows if row.force is not None)
         self.plot.show_clock(clock, taps)
-        self.stored_label.setText(told(self.stored))
-        self.new_label.setText("–" if self.candidate is None else told(self.candidate))
+        self.stored_label.setText(_told(self.stored))
+        self.new_label.setText("–" if self.candidate is None else _told(self.candidate))
         self.residual_label.setText(self._residual(proposed))
         self.confidence_label.setText(self._confidence() if proposed else "–")
         doubtful = proposed and self.proposal is not None and self.proposal.doubtful
         colour = colours().warning if doubtful else colours().text
         self.confidence_label.setStyleSheet(f"color: {colour}")
         self.accept_button.setEnabled(self.candidate is not None)
+
+    def _fill_table(self, clock: ClockMap) -> None:
+        """List what is marked, the last event chosen, and how far each is from a new clock."""
+        self.table.setRowCount(len(self.rows))
+        for number, row in enumerate(self.rows):
+            away = ""
+            if row.video is not None and row.force is not None and self.candidate is not None:
+                away = signed(f"{1000 * (float(clock.to_force(row.video)) - row.force):+.1f}")
+            for column, text in enumerate((_seconds(row.video), _seconds(row.force), away)):
+                item = QTableWidgetItem(text)
+                item.setTextAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                self.table.setItem(number, column, item)
+        if self.rows:
+            self.table.setCurrentCell(len(self.rows) - 1, 0)
 
     def _residual(self, proposed: bool) -> str:
         """How far the events lie from the new clock, and what that tells."""
@@ -296,3 +288,14 @@ class SynchroniseDialog(SynchroniseForm):
         if self.proposal.doubtful:
             return self.tr("{0} – low: compare the frames at a tap before accepting").format(value)
         return self.tr("{0} of 1").format(value)
+
+
+def _seconds(time: float | None) -> str:
+    """A time of the table; a dash where it is still to be marked."""
+    return "–" if time is None else signed(f"{time:.3f}")
+
+
+def _told(clock: ClockMap) -> str:
+    """A clock for people."""
+    words = QCoreApplication.translate("forcelab", "offset {0} s, rate {1} ppm")
+    return words.format(signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}"))

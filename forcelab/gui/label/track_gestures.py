@@ -7,14 +7,18 @@ while dragging is what is there after the release.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Literal
+
+from PySide6.QtCore import QPointF
 
 from forcelab.gui.document import Document, Snap
 from forcelab.gui.label.snapping import Targets, rounded, snap
+from forcelab.gui.label.track_hits import Hit
 from forcelab.labels import Segments
 from forcelab.painting import SLIVER, move_edge, move_segment, paint
 
-__all__ = ["Brushing", "Gesture", "Marking", "MovingEdge", "MovingSegment"]
+__all__ = ["Brushing", "Drag", "Gesture", "Marking", "MovingEdge", "MovingSegment", "begun"]
 
 #: A segment's edge stops this far from its other edge where the sample period is not known, in s.
 SHORTEST = 1e-3
@@ -206,3 +210,47 @@ class MovingSegment(Gesture):
         if self.at == self.handles[0]:
             return False
         return document.move_segment(self.index, self.at)
+
+
+@dataclass(slots=True)
+class Drag:
+    """A drag that is on, and what there was when it began."""
+
+    gesture: Gesture
+    pressed: QPointF
+    targets: Targets
+    #: Demonstration, author and segments.
+    track: tuple[str, str, Segments]
+    #: What was marked.
+    range: tuple[float, float] | None
+    #: Where the pointer is in pixels, and whether it has gone far enough to be dragging.
+    pointer: float = 0.0
+    live: bool = False
+
+
+def begun(document: Document, time: float, there: Hit, meant: float, *, moving: bool) -> Gesture:
+    """The drag that a press on the coder's track begins, should the pointer move.
+
+    Parameters
+    ----------
+    document : Document
+        What is painted on.
+    time : float
+        Where the pointer went down.
+    there : Hit
+        What lies there.
+    meant : float
+        The time that is taken for that one, where a stretch begins.
+    moving : bool
+        Whether a segment is taken hold of, and not painted over.
+    """
+    segments, bounds = document.segments, document.bounds
+    if there.index is not None and there.edge is not None:
+        demonstration = document.demonstration
+        shortest = 0.0 if demonstration is None else demonstration.period
+        return MovingEdge(time, segments, there.index, there.edge, bounds, shortest)
+    if there.index is not None and moving:
+        return MovingSegment(time, segments, there.index, bounds)
+    if document.action is not None:
+        return Brushing(time, meant, document.action, bounds)
+    return Marking(time, meant, bounds)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication
+from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
@@ -15,13 +15,25 @@ from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.label.track_hits import gap_at, index_at
 from forcelab.gui.label.vocabulary_model import entries
 from forcelab.gui.naming import settled_name
+from forcelab.labels import Segment
 
 translate = QCoreApplication.translate
 
-__all__ = ["ask_action", "ask_longest_gap", "copy_menu", "other_menu", "own_menu", "range_menu"]
+__all__ = [
+    "ask_action",
+    "ask_longest_gap",
+    "copy_menu",
+    "other_menu",
+    "own_menu",
+    "range_menu",
+    "relabel_menu",
+    "shown_name",
+]
 
 #: The longest gap that is offered to be filled at first, in seconds.
 GAP = 0.1
+#: How many letters of a name are shown, about.
+LONGEST = 48
 
 
 def own_menu(
@@ -44,12 +56,12 @@ def own_menu(
         fill = menu.addMenu(translate("forcelab", "Fill the range with"))
         _actions(fill, document, lambda name: verbs.fill_range(document, name))
         _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
-    entry = _entry(
+    _entry(
         menu,
         translate("forcelab", "Fill short gaps…"),
-        lambda: ask_longest_gap(menu.parentWidget(), document),
+        lambda: ask_longest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
+        len(document.segments) > 1,
     )
-    entry.setEnabled(len(document.segments) > 1)
     _copies(menu, document, time)
     return menu
 
@@ -65,22 +77,18 @@ def other_menu(
     menu = QMenu(author, parent)
     segments = document.others.get(author, ())
     index = index_at(segments, time)
-    if index is not None:
-        start, end = segments[index].start, segments[index].end
+    segment = None if index is None else segments[index]
+    if segment is not None:
         label = translate("forcelab", "Copy this segment to mine")
-        _entry(menu, label, lambda: document.copy_from(author, start, end))
+        _entry(menu, label, lambda: document.copy_from(author, segment.start, segment.end))
     if document.range is not None:
         low, high = document.range
         label = translate("forcelab", "Copy the range to mine")
         _entry(menu, label, lambda: document.copy_from(author, low, high))
     label = translate("forcelab", "Copy the whole track to mine")
     _entry(menu, label, lambda: document.copy_from(author, *document.bounds))
-    if index is not None:
-        menu.addSeparator()
-        _entry(menu, translate("forcelab", "Play it"), lambda: play(start, end))
-        _entry(
-            menu, translate("forcelab", "Zoom to it"), lambda: verbs.zoom_to(document, start, end)
-        )
+    if segment is not None:
+        _look_entries(menu, document, segment, play)
     return menu
 
 
@@ -93,15 +101,19 @@ def range_menu(parent: QWidget, document: Document) -> QMenu:
     lacking = [name for name in entries() if name not in names]
     more = menu.addMenu(translate("forcelab", "More actions")) if names and lacking else menu
     for name in lacking:
-        _entry(more, _plain(name), partial(verbs.fill_range, document, name))
-    _entry(menu, translate("forcelab", "Another action…"), partial(ask_action, parent, document))
+        _entry(more, shown_name(more, name), partial(verbs.fill_range, document, name))
+    _entry(
+        menu,
+        translate("forcelab", "Another action…"),
+        lambda: ask_action(menu.parentWidget(), document),  # as above
+    )
     if document.range is not None and _labelled(document, *document.range):
         menu.addSeparator()
         _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
     return menu
 
 
-def ask_action(parent: QWidget, document: Document) -> QInputDialog:
+def ask_action(parent: QWidget | None, document: Document) -> QInputDialog:
     """Ask for an action that is new, and fill the range with it; nothing waits for the answer."""
     dialog = QInputDialog(parent)
     dialog.setWindowTitle(translate("forcelab", "Another action"))
@@ -116,6 +128,16 @@ def ask_action(parent: QWidget, document: Document) -> QInputDialog:
     dialog.finished.connect(dialog.deleteLater)
     dialog.open()
     return dialog
+
+
+def relabel_menu(menu: QMenu, document: Document, segment: Segment) -> None:
+    """Offer the other actions that one of the coder's segments can be given."""
+
+    def relabel(name: str) -> None:
+        verbs.on_segment(document, segment, lambda now: document.relabel(now, name))
+
+    others = menu.addMenu(translate("forcelab", "Relabel with"))
+    _actions(others, document, relabel, but=segment.action)
 
 
 def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
@@ -165,31 +187,32 @@ def _segment_entries(
     segment = document.segments[index]
     # Another window may have edited the track by the time that an entry is chosen.
     on_it = partial(verbs.on_segment, document, segment)
-    relabel = menu.addMenu(translate("forcelab", "Relabel with"))
-    _actions(
-        relabel,
-        document,
-        lambda name: on_it(lambda now: document.relabel(now, name)),
-        but=segment.action,
-    )
+    relabel_menu(menu, document, segment)
     _entry(menu, translate("forcelab", "Split here"), lambda: document.split(time))
-    before = _entry(
+    _entry(
         menu,
         translate("forcelab", "Merge with the previous"),
         lambda: on_it(lambda now: document.merge(now - 1, now)),
+        index > 0,
     )
-    before.setEnabled(index > 0)
-    after = _entry(
+    _entry(
         menu,
         translate("forcelab", "Merge with the next"),
         lambda: on_it(lambda now: document.merge(now, now + 1)),
+        index + 1 < len(document.segments),
     )
-    after.setEnabled(index + 1 < len(document.segments))
     _entry(menu, translate("forcelab", "Delete"), lambda: on_it(document.delete))
+    _look_entries(menu, document, segment, play)
+
+
+def _look_entries(
+    menu: QMenu, document: Document, segment: Segment, play: Callable[[float, float], None]
+) -> None:
+    """How a segment can be looked at, whoever's it is."""
+    start, end = segment.start, segment.end
     menu.addSeparator()
-    _entry(menu, translate("forcelab", "Play it"), lambda: play(segment.start, segment.end))
-    zoom = lambda: verbs.zoom_to(document, segment.start, segment.end)  # noqa: E731
-    _entry(menu, translate("forcelab", "Zoom to it"), zoom)
+    _entry(menu, translate("forcelab", "Play it"), partial(play, start, end))
+    _entry(menu, translate("forcelab", "Zoom to it"), partial(verbs.zoom_to, document, start, end))
 
 
 def _actions(
@@ -199,7 +222,7 @@ def _actions(
     for action in document.vocabulary:
         if action.name == but:
             continue
-        name = _plain(action.name)
+        name = shown_name(menu, action.name)
         label = f"&{action.key.upper()}  {name}" if action.key else name
         entry = _entry(menu, label, partial(chosen, action.name))
         entry.setIcon(swatch_icon(action.colour, action.texture))
@@ -213,22 +236,25 @@ def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
         stretch = verbs.to_copy(document, author, time)
         copy = _entry(
             menu,
-            translate("forcelab", "Copy from {0}").format(_plain(author)),
+            translate("forcelab", "Copy from {0}").format(shown_name(menu, author)),
             partial(document.copy_from, author, *(stretch or ())),
+            stretch is not None,
         )
-        copy.setEnabled(stretch is not None)
         if stretch is not None:
             found[author] = copy
     return found
 
 
-def _plain(words: str) -> str:
-    """Words as they are: an ampersand in a menu marks a key."""
-    return words.replace("&", "&&")
+def shown_name(menu: QMenu, name: str) -> str:
+    """A name as an entry shows it: cut if it is very long, and with its ampersands, if any."""
+    metrics, middle = menu.fontMetrics(), Qt.TextElideMode.ElideMiddle
+    cut = metrics.elidedText(name, middle, LONGEST * metrics.averageCharWidth())
+    return cut.replace("&", "&&")  # a single one would mark a key
 
 
-def _entry(menu: QMenu, label: str, done: Callable[[], object]) -> QAction:
+def _entry(menu: QMenu, label: str, done: Callable[[], object], possible: bool = True) -> QAction:
     """One entry of a menu."""
     action = menu.addAction(label)
+    action.setEnabled(possible)
     action.triggered.connect(lambda _checked=False: done())
     return action

@@ -160,7 +160,7 @@ def paint_row(
             painter.setPen(edge)
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRect(bar.adjusted(0.5, 0.5, -0.5, -0.5))
-        if width < 2 * PADDING:
+        if width < 2 * PADDING or bar.height() < size:  # the letters would be cut
             return
         name, needed = fitting(action, known, size, int(width - 2 * PADDING))
         if name:

@@ -10,16 +10,10 @@ from PySide6.QtWidgets import QSizePolicy, QToolTip
 
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.proposed import origin_words
 from forcelab.gui.label.track_hits import hit
-from forcelab.gui.label.track_painting import (
-    outline,
-    paint_row,
-    put_plate,
-    visible,
-)
+from forcelab.gui.label.track_painting import outline, paint_row, put_plate, visible
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import colours
 from forcelab.labels import MODEL_PREFIX, Segment, Segments, is_model
@@ -48,13 +42,7 @@ class Row:
 
 
 class TrackRows(TimePanel):
-    """One row for each author, to look at.
-
-    Parameters
-    ----------
-    document : Document
-        What is shown.
-    """
+    """One row for each author, to look at."""
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
@@ -218,7 +206,7 @@ class TrackRows(TimePanel):
         paint_row(
             painter,
             row.box,
-            self._axis,
+            self.axis,
             seen,
             vocabulary=document.vocabulary,
             theme=colours(),
@@ -245,7 +233,8 @@ class TrackRows(TimePanel):
         """Draw a frame around the selected segment."""
         selected = self.document.selected
         if selected is not None and selected < len(own.segments):
-            outline(painter, self._bar(own.box, own.segments[selected]), colours())
+            segment = own.segments[selected]
+            outline(painter, self._bar(own.box, segment.start, segment.end), colours())
 
     def _paint_stroke(self, painter: QPainter, own: Row) -> None:
         """Draw what a key has begun, up to the cursor."""
@@ -255,19 +244,20 @@ class TrackRows(TimePanel):
         if end <= start:
             return
         growing = (Segment(start, end, stroke.action),)
-        bar = self._bar(own.box, growing[0])
+        bar = self._bar(own.box, start, end)
         painter.save()
         painter.setClipRect(bar, Qt.ClipOperation.IntersectClip)
         self._paint_row(painter, own, growing)
         painter.restore()
         outline(painter, bar, colours())
 
-    def _bar(self, box: QRectF, segment: Segment) -> QRectF:
-        """Where a segment lies in a row, at least so wide that its outline is seen."""
-        left, right = self.x_at(segment.start), self.x_at(segment.end)
-        bar = QRectF(left, box.top(), max(right - left, 4.0), box.height())
+    def _bar(self, box: QRectF, start: float, end: float) -> QRectF:
+        """Where a stretch lies in a row, at least so wide that its outline is seen."""
         # What is far outside is cut: its frame must be straight at any zoom.
-        return bar.intersected(box.adjusted(-10, 0, 10, 0))
+        left, right = (
+            min(max(self.x_at(time), box.left() - 10), box.right() + 10) for time in (start, end)
+        )
+        return QRectF(left, box.top(), max(right - left, 4.0), box.height())
 
     def _word(self, kind: str) -> str:
         """What a snap target is called on screen."""
@@ -278,12 +268,6 @@ class TrackRows(TimePanel):
             "sample": self.tr("sample"),
         }
         return words[kind]
-
-    @property
-    def _axis(self) -> Axis:
-        """From seconds to pixels."""
-        document, plot = self.document, self.plot
-        return Axis(document.start, document.end, plot.left(), plot.right())
 
     def _tracks_changed(self) -> None:
         """Draw anew, with room for every row."""

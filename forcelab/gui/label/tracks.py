@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from weakref import ref
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QMenu
 
 from forcelab.gui.document import Document
 from forcelab.gui.label import track_menu
 from forcelab.gui.label.segment_verbs import zoom_to
-from forcelab.gui.label.snapping import Targets, rounded, snap, targets_of
-from forcelab.gui.label.track_gestures import (
-    Brushing,
-    Gesture,
-    Marking,
-    MovingEdge,
-    MovingSegment,
-)
+from forcelab.gui.label.snapping import snap, snapped, targets_of
+from forcelab.gui.label.track_gestures import Drag, Marking, MovingEdge, MovingSegment, begun
 from forcelab.gui.label.track_hits import Hit, hit, index_at
 from forcelab.gui.label.track_painting import beside, outline, put_plate
 from forcelab.gui.label.track_rows import Row, TrackRows
@@ -46,11 +40,6 @@ class TrackPanel(TrackRows):
     click, double click        selects the segment and seeks; zooms to it
     right click                everything else
     =========================  ====================================================================
-
-    Parameters
-    ----------
-    document : Document
-        What is shown and painted on.
     """
 
     #: Somebody wants a stretch to be played: start and end in seconds.
@@ -59,22 +48,14 @@ class TrackPanel(TrackRows):
     def __init__(self, document: Document) -> None:
         super().__init__(document)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)  # its menu is for the keyboard, too
-        #: The drag that is on, and whether it has gone far enough to be one.
-        self._gesture: Gesture | None = None
-        self._live = False
-        self._pressed: QPointF | None = None
-        self._pointer = 0.0
-        #: As they were when the drag began.
-        self._targets: Targets | None = None
-        self._dragged: tuple[str, str, Segments] = self._track
-        self._range_before: tuple[float, float] | None = None
+        self._drag: Drag | None = None
         #: The menu that was opened last.
         self.menu: QMenu | None = None
 
     @property
     def dragging(self) -> bool:
         """Whether a drag is on."""
-        return self._gesture is not None
+        return self._drag is not None
 
     # Mouse
 
@@ -84,36 +65,37 @@ class TrackPanel(TrackRows):
         if event.button() != Qt.MouseButton.LeftButton or row is None or not row.own:
             super().mousePressEvent(event)
             return
-        time = self.time_at(event.position().x())
-        modifiers = event.modifiers()
-        self._pressed, self._live = event.position(), False
-        self._targets = targets_of(self.document)
-        self._dragged = self._track
-        self._range_before = self.document.range
-        self._gesture = self._begun(row.segments, time, modifiers)
+        document, time = self.document, self.time_at(event.position().x())
+        alt = bool(event.modifiers() & _ALT)
+        meant = self._meant(time, snapping=not alt)
+        gesture = begun(document, time, self._hit(row, time), meant, moving=alt)
+        targets = targets_of(document)
+        self._drag = Drag(gesture, event.position(), targets, self._track, document.range)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Go on with a drag; without one, show what a press would do."""
-        if self._gesture is None or self._pressed is None:
+        drag = self._drag
+        if drag is None:
             super().mouseMoveEvent(event)
             if not event.buttons():
                 self._hover(event.position(), event.modifiers())
             return
-        far = abs(event.position().x() - self._pressed.x()) >= CLICK
-        self._live = self._live or far
-        if self._live:
-            self._drag(event)
+        far = abs(event.position().x() - drag.pressed.x()) >= CLICK
+        drag.live = drag.live or far
+        if drag.live:
+            self._follow(drag, event)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag, or a click."""
-        gesture, live = self._gesture, self._live
-        if event.button() != Qt.MouseButton.LeftButton or gesture is None:
+        drag = self._drag
+        if event.button() != Qt.MouseButton.LeftButton or drag is None:
             super().mouseReleaseEvent(event)
             return
-        if live:
-            self._drag(event)
+        gesture = drag.gesture
+        if drag.live:
+            self._follow(drag, event)
         self._forget_drag()
-        if not live:
+        if not drag.live:
             self._click(event)
         elif isinstance(gesture, Marking):
             gesture.commit(self.document)
@@ -143,7 +125,7 @@ class TrackPanel(TrackRows):
 
     def leaveEvent(self, event: QEvent) -> None:
         """Nothing is offered any more."""
-        if self._gesture is None:
+        if self._drag is None:
             self.document.set_hint(None)
         super().leaveEvent(event)
 
@@ -179,7 +161,7 @@ class TrackPanel(TrackRows):
 
     def keeps(self, event: QKeyEvent) -> bool:
         """Esc is for the drag that is on, whatever else it is bound to."""
-        return event.key() == Qt.Key.Key_Escape and self._gesture is not None
+        return event.key() == Qt.Key.Key_Escape and self._drag is not None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Esc ends a drag as if nothing had happened."""
@@ -206,12 +188,14 @@ class TrackPanel(TrackRows):
 
     def cancel_drag(self) -> None:
         """End a drag as if nothing had happened."""
-        marking = isinstance(self._gesture, Marking) and self._live
+        drag = self._drag
         self._forget_drag()
-        if marking and self._range_before is None:
+        if drag is None or not drag.live or not isinstance(drag.gesture, Marking):
+            return
+        if drag.range is None:
             self.document.clear_range()
-        elif marking and self._range_before is not None:
-            self.document.set_range(*self._range_before)
+        else:
+            self.document.set_range(*drag.range)
 
     # Inside
 
@@ -224,31 +208,14 @@ class TrackPanel(TrackRows):
         """What is under the pointer in a row."""
         return hit(row.segments, time, self.seconds_per_pixel)
 
-    def _begun(self, segments: Segments, time: float, modifiers: Qt.KeyboardModifier) -> Gesture:
-        """The drag that a press begins, should the pointer move."""
-        document, alt = self.document, bool(modifiers & _ALT)
-        there = hit(segments, time, self.seconds_per_pixel)
-        if there.index is not None and there.edge is not None:
-            demonstration = document.demonstration
-            shortest = 0.0 if demonstration is None else demonstration.period
-            return MovingEdge(time, segments, there.index, there.edge, document.bounds, shortest)
-        if there.index is not None and alt:
-            return MovingSegment(time, segments, there.index, document.bounds)
-        begun = self._meant(time, snapping=not alt)
-        if document.action is not None:
-            return Brushing(time, begun, document.action, document.bounds)
-        return Marking(time, begun, document.bounds)
-
-    def _drag(self, event: QMouseEvent) -> None:
+    def _follow(self, drag: Drag, event: QMouseEvent) -> None:
         """Follow the pointer."""
-        gesture = self._gesture
-        assert gesture is not None
+        gesture = drag.gesture
         free = _CTRL if isinstance(gesture, MovingSegment) else _ALT
         snapping = self.document.snapping and not event.modifiers() & free
-        self._pointer = event.position().x()
-        time = self.time_at(self._pointer)
-        scale = 1 / self.seconds_per_pixel
-        found = gesture.follow(time, scale, self._targets if snapping else None)
+        drag.pointer = event.position().x()
+        time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
+        found = gesture.follow(time, scale, drag.targets if snapping else None)
         self.document.set_hint(found)
         self.document.set_peek(gesture.at)
         if isinstance(gesture, Marking):
@@ -275,9 +242,7 @@ class TrackPanel(TrackRows):
         time = min(max(time, low), high)
         if not (snapping and self.document.snapping):
             return time
-        targets = targets_of(self.document)
-        found = snap(time, 1 / self.seconds_per_pixel, targets)
-        return rounded(time, targets) if found is None else found.time
+        return snapped(time, 1 / self.seconds_per_pixel, targets_of(self.document))
 
     def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         """Show by pointer and hint what a press would do."""
@@ -303,35 +268,31 @@ class TrackPanel(TrackRows):
 
     def _forget_drag(self) -> None:
         """No drag is on any more."""
-        self._gesture, self._live, self._pressed = None, False, None
+        self._drag = None
         self.document.set_hint(None)
         self.document.set_peek(None)
         self.update()
 
     def _tracks_changed(self) -> None:
         """Draw anew; a drag ends when what was being dragged may not be there any more."""
-        if self._gesture is not None and self._track != self._dragged:
+        if self._drag is not None and self._track != self._drag.track:
             self._forget_drag()
         super()._tracks_changed()
 
     def _paint_marked(self, painter: QPainter, own: Row) -> None:
-        """Draw what a drag would make of the track, or else the selection."""
-        if self._gesture is not None and self._live:
-            self._paint_drag(painter, own, self._gesture)
-        else:
+        """Draw what a drag would make of the track and how long that is, or else the selection."""
+        drag = self._drag
+        if drag is None or not drag.live:
             super()._paint_marked(painter, own)
-
-    def _paint_drag(self, painter: QPainter, own: Row, gesture: Gesture) -> None:
-        """Draw the track as the drag would make it, and how long what is dragged is."""
+            return
+        gesture = drag.gesture
         after = gesture.preview(own.segments)
         start, end = gesture.stretch
         if after is not own.segments:
             self._paint_row(painter, own, after)
         if end > start:
-            bar = QRectF(own.box)
-            bar.setLeft(self.x_at(start))
-            bar.setRight(self.x_at(end))
+            bar = self._bar(own.box, start, end)
             outline(painter, bar, colours())
             words = f"{gesture.action} {start:.3f}–{end:.3f} s   {end - start:.3f} s".lstrip()
-            at = beside(bar, words, self._pointer, own.box)
+            at = beside(bar, words, drag.pointer, own.box)
             put_plate(painter, at, words, colours(), own.box)

@@ -56,9 +56,13 @@ class Transport(QWidget):
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._rows.setContentsMargins(6, 3, 6, 3)
         self._rows.setSpacing(4)
-        self._rows.addLayout(self._playing())
-        self._rows.addWidget(_line())
-        self._rows.addLayout(self._painting(), 1)
+        self._line = QFrame()
+        self._line.setFrameShape(QFrame.Shape.VLine)
+        self._line.setForegroundRole(QPalette.ColorRole.Mid)
+        self._groups = self._playing(), self._painting()
+        self._rows.addLayout(self._groups[0])
+        self._rows.addWidget(self._line)
+        self._rows.addLayout(self._groups[1], 1)
         document.cursor_moved.connect(self._show_time)
         document.demonstration_changed.connect(self._show)
         document.frame_times_changed.connect(self._show_time)
@@ -74,10 +78,7 @@ class Transport(QWidget):
 
     def minimumSizeHint(self) -> QSize:
         """Two rows need less width than one."""
-        playing, painting = self._rows.itemAt(0), self._rows.itemAt(2)
-        assert playing is not None
-        assert painting is not None
-        wide = max(playing.minimumSize().width(), painting.minimumSize().width())
+        wide = max(group.minimumSize().width() for group in self._groups)
         return QSize(wide + 12, self._rows.minimumSize().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -88,10 +89,7 @@ class Transport(QWidget):
         direction = directions.LeftToRight if wide else directions.TopToBottom
         if direction != self._rows.direction():
             self._rows.setDirection(direction)
-            line = self._rows.itemAt(1)
-            assert line is not None
-            if (rule := line.widget()) is not None:
-                rule.setVisible(wide)
+            self._line.setVisible(wide)
             self.updateGeometry()
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -255,11 +253,3 @@ class Transport(QWidget):
 def _speed_text(speed: float) -> str:
     """A speed as it is shown."""
     return f"{speed:g}×"
-
-
-def _line() -> QFrame:
-    """A thin line between two groups."""
-    line = QFrame()
-    line.setFrameShape(QFrame.Shape.VLine)
-    line.setForegroundRole(QPalette.ColorRole.Mid)
-    return line

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.label import segment_verbs
-from forcelab.gui.label.nudges import nudge
 from forcelab.gui.label.track_menu import ask_longest_gap, copy_menu
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.player import Player
@@ -60,8 +59,8 @@ def handlers(
     }
     for what in ("start", "end", "both"):
         name = "move" if what == "both" else what
-        made[f"{name}_earlier"] = partial(nudge, document, what, -1)
-        made[f"{name}_later"] = partial(nudge, document, what, 1)
+        made[f"{name}_earlier"] = partial(segment_verbs.nudge, document, what, -1)
+        made[f"{name}_later"] = partial(segment_verbs.nudge, document, what, 1)
     return {
         **made,
         "play": player.toggle,

@@ -112,7 +112,7 @@ class VideoPanel(PictureView):
         if self._period:
             over = self._here > times[-1] + OVER * self._period
             rate = f"{1 / self._period:.4g}/s"
-            parts.append(self.tr("the video is over") if over else rate)
+            parts.append(self.tr("ended") if over else rate)  # short: the panel is narrow
         return " · ".join(parts)
 
     @property
@@ -225,7 +225,7 @@ class VideoPanel(PictureView):
 
     # The decoder
 
-    def _opened(self, times: Array, _: tuple[int, int]) -> None:
+    def _opened(self, times: Array) -> None:
         self._times = times
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._wanted = -1

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QModelIndex, QPoint, QSize, Qt, QTimer
-from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QApplication,
-    QCompleter,
-    QHBoxLayout,
-    QMenu,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QModelIndex, Qt, QTimer
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QApplication, QCompleter, QHBoxLayout, QMenu, QToolButton
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.arranging import placeholder, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
+from forcelab.gui.label.renaming import rename
 from forcelab.gui.label.segment_verbs import fill_range
+from forcelab.gui.label.side_lists import SideList
 from forcelab.gui.label.vocabulary_dialogs import KeyDialog, ask_name, colour_menu
 from forcelab.gui.label.vocabulary_model import VocabularyModel, entries
 from forcelab.gui.label.vocabulary_rows import ActionRows
@@ -34,7 +28,7 @@ __all__ = ["VocabularyView"]
 PAUSE = 80
 
 
-class VocabularyView(QWidget):
+class VocabularyView(SideList):
     """The actions of the open demonstration's task.
 
     Clicking an action (or Enter on it) makes it the brush, and once more puts the brush down; while
@@ -42,12 +36,12 @@ class VocabularyView(QWidget):
     """
 
     def __init__(self, document: Document) -> None:
-        super().__init__()
-        self.document = document
+        super().__init__(document)
         self.setAccessibleName(self.tr("Actions"))
         self.model = VocabularyModel(document, self)
-        self.list = _List(self.model, self)
+        self.list = ActionRows(self.model, self.menu)
         self.list.clicked.connect(self._clicked)
+        self.list.opened.connect(self._clicked)
         self.entry = search_field(self.tr("Add an action"), self.tr("Name of an action to add"))
         self.entry.returnPressed.connect(self._add_typed)
         completer = QCompleter(list(entries()), self)
@@ -68,13 +62,9 @@ class VocabularyView(QWidget):
         bar.setSpacing(2)
         bar.addWidget(self.entry, 1)
         bar.addWidget(add)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addWidget(self.list, 1)
-        column.addWidget(self.suggestions, 1)
-        column.addWidget(self.nothing, 1)
-        column.addLayout(bar)
+        for widget in (self.list, self.suggestions, self.nothing):
+            self.column.addWidget(widget, 1)
+        self.column.addLayout(bar)
         self._striking = -1
         self._counting = QTimer(self, singleShot=True, interval=PAUSE)
         self._counting.timeout.connect(self._count)
@@ -96,14 +86,6 @@ class VocabularyView(QWidget):
         for row in {self._striking, now} - {-1}:
             self.list.update(self.list.model().index(row, 0))
         self._striking = now
-
-    def sizeHint(self) -> QSize:
-        """Room for eight actions."""
-        return QSize(300, 260)
-
-    def minimumSizeHint(self) -> QSize:
-        """Room for two."""
-        return QSize(180, 88)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Count what was painted while it was hidden."""
@@ -135,12 +117,8 @@ class VocabularyView(QWidget):
         return self.document.add_actions(name)
 
     def rename(self, name: str, new: str) -> bool:
-        """Give an action that no segment has another name."""
-        if self._painted(
-            name, self.tr("relabel those first, or add '{0}' as an action").format(new)
-        ):
-            return False
-        return self._change(lambda: self.document.vocabulary.renamed(name, new))
+        """Give an action another name, in all segments of the coder's that have it."""
+        return rename(self.document, name, new, self)
 
     def recolour(self, name: str, colour: str) -> bool:
         """Give an action another colour."""
@@ -148,7 +126,7 @@ class VocabularyView(QWidget):
 
     def remove(self, name: str) -> bool:
         """Take an action that no segment has out of the vocabulary."""
-        if self._painted(name, self.tr("relabel or delete those first")):
+        if self._painted(name, self.tr("rename it to the action they should be, or delete those")):
             return False
         return self._change(lambda: self.document.vocabulary.removed(name))
 
@@ -168,8 +146,8 @@ class VocabularyView(QWidget):
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         menu.addMenu(colour_menu(current, lambda colour: self.recolour(name, colour), self))
-        rename = menu.addAction(icon("pencil"), self.tr("Rename…"))
-        rename.triggered.connect(lambda: self._ask_name(name))
+        other = menu.addAction(icon("pencil"), self.tr("Rename…"))
+        other.triggered.connect(lambda: self._ask_name(name))
         remove = menu.addAction(icon("trash"), self.tr("Remove"))
         remove.triggered.connect(lambda: self.remove(name))
         return menu
@@ -205,9 +183,8 @@ class VocabularyView(QWidget):
         """Let a key be pressed for an action."""
         dialog = KeyDialog(self.document.vocabulary, name, self)
         dialog.exec()
-        if dialog.changed is not None:
-            key = dialog.changed[name].key
-            # Made anew: the vocabulary may have changed elsewhere while the dialog was open.
+        if (key := dialog.key) is not None:
+            # The vocabulary may have changed elsewhere while the dialog was open.
             self._change(lambda: self.document.vocabulary.rebound(name, key))
         dialog.deleteLater()
 
@@ -223,7 +200,7 @@ class VocabularyView(QWidget):
             self.list.scrollToBottom()
 
     def _clicked(self, index: QModelIndex) -> None:
-        """Use the action that was clicked."""
+        """Use the action that was clicked, or on which Enter was pressed."""
         if (name := self.model.name(index.row())) is not None:
             self.use(name)
 
@@ -274,35 +251,3 @@ class VocabularyView(QWidget):
         """Count the coder's segments."""
         if self.isVisible():
             self.model.count()
-
-
-class _List(ActionRows):
-    """The rows with their keys and their menu."""
-
-    def __init__(self, model: VocabularyModel, view: VocabularyView) -> None:
-        super().__init__(model)
-        self._view = view
-        self.setAccessibleName(self.tr("Actions: Enter takes up the brush"))
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter uses an action, Delete removes it; keys that label are left to the window."""
-        name = self.actions_model.name(self.currentIndex().row())
-        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and name is not None:
-            self._view.use(name)
-        elif event.text() and event.text().isprintable():
-            event.ignore()
-        else:
-            super().keyPressEvent(event)
-
-    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """Offer what can be done with the action that was pointed at or chosen."""
-        by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
-        index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
-        name = self.actions_model.name(index.row())
-        if name is None:
-            return
-        below = QPoint(8, self.visualRect(index).bottom())
-        at = event.globalPos() if by_mouse else self.viewport().mapToGlobal(below)
-        menu = self._view.menu(name)
-        menu.exec(at)
-        menu.deleteLater()

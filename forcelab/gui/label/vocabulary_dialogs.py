@@ -38,14 +38,14 @@ class KeyDialog(QDialog):
 
     Attributes
     ----------
-    changed : Vocabulary or None
-        The vocabulary with the new key, once one was accepted.
+    key : str or None
+        The one that was accepted; empty for no key any more.
     """
 
     def __init__(self, vocabulary: Vocabulary, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._vocabulary, self._name = vocabulary, name
-        self.changed: Vocabulary | None = None
+        self.key: str | None = None
         self.setWindowTitle(self.tr("Key of '{0}'").format(name))
         ask = QLabel(
             self.tr("Press the key that paints '{0}'. Backspace takes its key away.").format(name)
@@ -76,10 +76,11 @@ class KeyDialog(QDialog):
         elif not key or not key.isprintable():
             return
         try:
-            self.changed = self._vocabulary.rebound(self._name, key)
+            self._vocabulary.rebound(self._name, key)
         except InputError as error:
             self.trouble.setText(str(error))
             return
+        self.key = key
         self.accept()
 
 

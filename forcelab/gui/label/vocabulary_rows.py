@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen
-from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QListView,
-    QStyle,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
-    QWidget,
-)
+from collections.abc import Callable
+
+from PySide6.QtCore import QCoreApplication, QPoint, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QContextMenuEvent, QFont, QPainter, QPen
+from PySide6.QtWidgets import QMenu, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
 from forcelab.gui.indexes import Index
+from forcelab.gui.label.side_lists import RowList, write_row
 from forcelab.gui.label.swatches import look_of, paint_key, paint_swatch
 from forcelab.gui.label.vocabulary_model import VocabularyModel
 from forcelab.gui.theme import colours
@@ -23,19 +19,27 @@ translate = QCoreApplication.translate
 __all__ = ["ActionRows"]
 
 
-class ActionRows(QListView):
-    """A list view of actions."""
+class ActionRows(RowList):
+    """A list of actions, with the menu of each."""
 
-    def __init__(self, model: VocabularyModel) -> None:
-        super().__init__()
-        self.actions_model = model
-        self.setModel(model)
+    def __init__(self, model: VocabularyModel, menu: Callable[[str], QMenu]) -> None:
+        super().__init__(model)
+        self._model, self._menu = model, menu
+        self.setAccessibleName(self.tr("Actions: Enter takes up the brush"))
         self.setItemDelegate(_Delegate(model, self))
-        self.setUniformItemSizes(True)
         self.setMouseTracking(True)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer what can be done with the action that was pointed at or chosen."""
+        by_mouse = event.reason() == QContextMenuEvent.Reason.Mouse
+        index = self.indexAt(event.pos()) if by_mouse else self.currentIndex()
+        name = self._model.name(index.row())
+        if name is None:
+            return
+        below = QPoint(8, self.visualRect(index).bottom())
+        menu = self._menu(name)
+        menu.exec(event.globalPos() if by_mouse else self.viewport().mapToGlobal(below))
+        menu.deleteLater()
 
 
 class _Delegate(QStyledItemDelegate):
@@ -76,42 +80,11 @@ class _Delegate(QStyledItemDelegate):
         swatch = QRectF(round(cap.right() + 6), round(box.center().y() - unit * 0.45), unit, unit)
         swatch.setSize(QSize(round(unit * 1.5), round(unit * 0.9)).toSizeF())
         paint_swatch(painter, swatch, look_of(document.vocabulary, action.name))
-        self._write(
-            painter,
-            option,
-            box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0),
-            ink,
-            aside,
-            action.name,
-            brush,
-        )
-        painter.restore()
-
-    def _write(
-        self,
-        painter: QPainter,
-        option: QStyleOptionViewItem,
-        room: QRectF,
-        ink: QColor,
-        aside: QColor,
-        name: str,
-        brush: bool,
-    ) -> None:
-        """Write the name, and flush right how much there is where that leaves room for it."""
-        number, seconds = self._model.counts.get(name, (0, 0.0))
-        middle = Qt.AlignmentFlag.AlignVCenter
+        number, seconds = self._model.counts.get(action.name, (0, 0.0))
         amount = translate("forcelab", "{0} · {1:.1f} s").format(number, seconds) if number else ""
-        width = option.fontMetrics.horizontalAdvance(amount) + 8
-        if amount and room.width() - width > 5 * option.fontMetrics.averageCharWidth():
-            painter.setPen(aside)
-            painter.setFont(option.font)
-            painter.drawText(room, middle | Qt.AlignmentFlag.AlignRight, amount)
-            room = room.adjusted(0, 0, -width, 0)
+        room = box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0)
         font = QFont(option.font)
         font.setBold(brush)
-        painter.setFont(font)
-        painter.setPen(ink)
-        elided = painter.fontMetrics().elidedText(
-            name, Qt.TextElideMode.ElideMiddle, int(room.width())
-        )
-        painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, elided)
+        middle = Qt.TextElideMode.ElideMiddle
+        write_row(painter, room, (action.name, amount), (ink, aside), font, middle)
+        painter.restore()

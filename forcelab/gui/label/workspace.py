@@ -8,12 +8,7 @@ from functools import partial
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import (
-    QDockWidget,
-    QMainWindow,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.arranging import placeholder
@@ -67,12 +62,6 @@ class LabelWorkspace(QMainWindow):
         self.history = HistoryView(document)
         self.overview = Overview(document, self.force)
         self.transport = Transport(document, self.player)
-        self.strokes = KeyStrokes(
-            document,
-            self.window(),
-            lambda: 1 / self.tracks.seconds_per_pixel,
-            shown=self._stack_shown,
-        )
         self.tracks.play_requested.connect(self.player.play_stretch)
         self.toggles: dict[str, QAction] = {}
         self._sought = ""
@@ -86,6 +75,12 @@ class LabelWorkspace(QMainWindow):
         self._stack.addWidget(self._nothing())
         self._stack.addWidget(self._timeline)
         self.setCentralWidget(self._stack)
+        self.strokes = KeyStrokes(
+            document,
+            self.window(),
+            lambda: 1 / self.tracks.seconds_per_pixel,
+            shown=self._stack.isVisible,  # here or where it was lent to
+        )
         self._docks: dict[str, QDockWidget] = {}
         self._add_dock("video", self.tr("Video"), self.video)
         self._add_dock("actions", self.tr("Actions"), self.vocabulary)
@@ -224,10 +219,6 @@ class LabelWorkspace(QMainWindow):
         for name, dock in self._docks.items():
             wanted = name != "video" or self.video.wanted
             dock.setVisible(wanted and self.toggles[name].isChecked())
-
-    def _stack_shown(self) -> bool:
-        """Whether the tracks can be painted on, here or where they were lent to."""
-        return self._stack.isVisible()
 
     def _nothing(self) -> QWidget:
         """What is said while no demonstration is open."""

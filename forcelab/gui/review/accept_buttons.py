@@ -23,10 +23,6 @@ class AcceptButtons(QWidget):
     """Take over what is predicted at the cursor, in view, or with a probability.
 
     Each can be pressed only where there is something to take over.
-
-    Parameters
-    ----------
-    document : Document
     """
 
     def __init__(self, document: Document) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QPalette, QResizeEvent
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
+    QApplication,
     QCheckBox,
     QHBoxLayout,
-    QLabel,
     QMenu,
     QProgressBar,
     QPushButton,
@@ -16,16 +16,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import toned
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
-from forcelab.gui.review.bar_texts import progress_text, run_text, standing_text
+from forcelab.gui.review.bar_texts import progress_text, run_text
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.learning import Learning
 from forcelab.gui.review.run_choice import RunChoice
 from forcelab.gui.review.task_list import TaskList
 from forcelab.gui.review.whose_line import WhoseLine
 from forcelab.gui.shortcuts import keys
-from forcelab.gui.theme import colours, themes
 
 __all__ = ["TrainBar"]
 
@@ -37,13 +37,7 @@ ROOMY = 1200
 
 
 class TrainBar(QWidget):
-    """One row; what has no room in it is found in the menu at its end.
-
-    Parameters
-    ----------
-    document : Document
-    learning : Learning
-    """
+    """One row; what has no room in it is found in the menu at its end."""
 
     compare_asked = Signal()
 
@@ -84,9 +78,7 @@ class TrainBar(QWidget):
         document.project_changed.connect(self.refresh)
         document.tracks_changed.connect(self._show_labels)
         keys().changed.connect(self._name_keys)
-        themes().changed.connect(self._colour)
         self._name_keys()
-        self._colour()
         self._count_runs()
         self.refresh()
 
@@ -138,8 +130,7 @@ class TrainBar(QWidget):
 
     def _make_trouble(self) -> None:
         """The row in which a refusal stands."""
-        self.trouble = QLabel()
-        self.trouble.setWordWrap(True)
+        self.trouble = toned("trouble")
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.dismiss = QToolButton()
         self.dismiss.setIcon(icon("cross"))
@@ -176,7 +167,8 @@ class TrainBar(QWidget):
     def refresh(self) -> None:
         """Show how it stands."""
         learning = self.learning
-        held = self.train.hasFocus() or self.cancel.hasFocus()
+        now = QApplication.focusWidget()
+        held = now is not None and self.isAncestorOf(now)
         self.task.refresh()
         self.automatic.blockSignals(True)
         self.automatic.setChecked(learning.automatic)
@@ -188,7 +180,7 @@ class TrainBar(QWidget):
         self.trouble.setText(learning.trouble)
         self.trouble_row.setVisible(bool(learning.trouble))
         self._fit()
-        if held:
+        if held and QApplication.focusWidget() is not now:  # which is hidden from now on
             (self.cancel if learning.training else self.train).setFocus()
 
     def _show_labels(self) -> None:
@@ -196,7 +188,8 @@ class TrainBar(QWidget):
         learning = self.learning
         before = self.whose.text, self.standing.text
         self.whose.show_coder(learning.whose if learning.ready else None)
-        self.standing.set_text(*standing_text(learning.edits, learning.learnt_from))
+        stands = learning.stands
+        self.standing.set_text(*stands)
         if (self.whose.text, self.standing.text) != before:
             self._name_keys()
             self._fit()
@@ -286,12 +279,6 @@ class TrainBar(QWidget):
         text = f"{text}. {whose}" if whose else text
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)
-
-    def _colour(self) -> None:
-        """The theme's colours."""
-        self.trouble.setStyleSheet(f"color: {colours().trouble}")
-        for label in (self.whose, self.standing, self.told):
-            label.setForegroundRole(QPalette.ColorRole.WindowText)
 
     def open_settings(self) -> None:
         """Let the coder choose how recognisers are trained."""

@@ -17,7 +17,9 @@ __all__ = ["progress_text", "run_text", "standing_text"]
 translate = QCoreApplication.translate
 
 
-def standing_text(edits: int | None, coder: str = "") -> tuple[str, str]:
+def standing_text(
+    edits: int | None, coder: str = "", *, kept: bool = True, resettled: bool = False
+) -> tuple[str, str]:
     """How up to date what is reviewed is, at length and in short.
 
     Parameters
@@ -26,30 +28,42 @@ def standing_text(edits: int | None, coder: str = "") -> tuple[str, str]:
         Edits and new demonstrations since it was trained; None where nothing is.
     coder : str, optional
         Whose labels it was trained on, where the next training takes another coder's.
+    kept : bool
+        Whether there is a recogniser; an evaluation leaves none.
+    resettled : bool
+        Whether the next training takes other settings.
     """
     if edits is None:
         return translate("forcelab", "not trained yet"), ""
     if coder:
         told = translate("forcelab", "trained on the labels of {0}")
         return told.format(coder), translate("forcelab", "trained on {0}").format(coder)
-    if not edits:
+    if not edits and kept and resettled:
+        told = translate("forcelab", "trained with other settings")
+        return told, translate("forcelab", "other settings")
+    if not edits and kept:
         return translate("forcelab", "up to date"), ""
+    if not edits:
+        told = translate("forcelab", "up to date, no recogniser kept")
+        if resettled:
+            told = translate("forcelab", "of other settings, no recogniser kept")
+        return told, translate("forcelab", "no recogniser kept")
+    trained = translate("forcelab", "this recogniser was trained")
+    since = trained if kept else translate("forcelab", "this run")
+    told = translate("forcelab", "{0} edits or new demonstrations since {1}")
+    short = translate("forcelab", "{0} changes since")
     if edits == 1:
-        return (
-            translate("forcelab", "1 edit or new demonstration since this recogniser was trained"),
-            translate("forcelab", "1 change since"),
-        )
-    told = translate(
-        "forcelab", "{0} edits or new demonstrations since this recogniser was trained"
-    )
-    return told.format(edits), translate("forcelab", "{0} changes since").format(edits)
+        told = translate("forcelab", "{0} edit or new demonstration since {1}")
+        short = translate("forcelab", "{0} change since")
+    return told.format(edits, since), short.format(edits)
 
 
 def run_text(kept: Kept) -> str:
     """A run in a list: its number, what, how, how good, and when."""
     here = kept.time.astimezone()
-    today = here.date() == datetime.now(here.tzinfo).date()
-    when = here.strftime("%H:%M" if today else "%d %b %H:%M")
+    now = datetime.now(here.tzinfo)
+    day = "" if here.date() == now.date() else "%d %b " if here.year == now.year else "%d %b %Y "
+    when = here.strftime(f"{day}%H:%M")
     score = "" if kept.f1 is None else f" · F1 {100 * kept.f1:.0f} %"
     preset = f" · {kept.preset}" if kept.preset else ""
     return f"{kept.number}: {kept.title}{preset}{score} · {when}"

@@ -8,21 +8,16 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QStackedLayout,
-    QTabWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QComboBox, QTabBar, QWidget
 
-from forcelab.gui.arranging import placeholder, scrolled
+from forcelab.gui.arranging import PageOrNote, column, scrolled
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.coders_alone import AloneView
 from forcelab.gui.review.coders_matrix import CoderMatrix, word
 from forcelab.gui.review.coders_pair import PairDetails, sentence
 from forcelab.gui.review.consensus_bar import ConsensusBar
+from forcelab.gui.review.fitting_tabs import FittingTabs
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.wanted import shown_task
 from forcelab.jobs import Progress
@@ -43,11 +38,6 @@ class CodersView(QWidget):
 
     Compared in a job, and only while this can be seen. Demonstrations that whoever looks is to
     label blind are left out, and it is said how many.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -64,26 +54,15 @@ class CodersView(QWidget):
         self.matrix, self.pair = CoderMatrix(), PairDetails(document)
         self.matrix.chosen.connect(self._show_pair)
         self.alone, self.consensus = AloneView(document), ConsensusBar(document)
-        self.empty = placeholder()
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
+        self.pages = FittingTabs()
         self.pages.setAccessibleName(self.tr("Coders"))
         self.pages.addTab(self._agreement_page(), self.tr("Agreement"))
         self.pages.addTab(scrolled(self.consensus), self.tr("Consensus"))
         self.pages.addTab(scrolled(self.alone), self.tr("Each coder"))
-        room = QWidget()
-        self._stack = QStackedLayout(room)
-        self._stack.addWidget(self.pages)
-        self._stack.addWidget(self.empty)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addWidget(self.task)
-        column.addWidget(self.note)
-        column.addWidget(room, 1)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(PAUSE)
+        self.pages.currentChanged.connect(self.take_keyboard)
+        self.room = PageOrNote(self.pages)
+        column(self, self.task, self.note, self.room, growing=self.room, margin=4, spacing=4)
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.refresh)
         document.project_changed.connect(self._project_changed)
         document.author_changed.connect(self._author_changed)
@@ -124,16 +103,19 @@ class CodersView(QWidget):
             key="coders",
         )
 
+    def take_keyboard(self) -> None:
+        """Let the keys of the consensus hold, where somebody has come to it by a tab."""
+        by_arrows = isinstance(QApplication.focusWidget(), QTabBar)  # which go on to other tabs
+        if self.consensus.isVisible() and not by_arrows:
+            self.consensus.setFocus()
+
     # Inside
 
     def _agreement_page(self) -> QWidget:
         """Summary, matrix and the chosen pair, as high as they need."""
         page = QWidget()
-        column = QVBoxLayout(page)
-        column.setContentsMargins(6, 6, 6, 6)
-        for widget in (self.summary, self.matrix, self.counts, self.pair):
-            column.addWidget(widget)
-        column.setStretchFactor(self.pair, 1)
+        parts = self.summary, self.matrix, self.counts, self.pair
+        column(page, *parts, growing=self.pair, margin=6, spacing=6)
         return scrolled(page)
 
     def _project_changed(self) -> None:
@@ -222,17 +204,16 @@ class CodersView(QWidget):
         self.note.setText(one if hidden == 1 else text.format(hidden))
         self.note.setVisible(hidden > 0)
         if found is None or not found.pairs:
-            self.empty.setText(self._missing())
-            self._stack.setCurrentIndex(1)
+            self.room.say(self._missing())
             return
-        self._stack.setCurrentIndex(0)
+        self.room.say("")
         names = {one.id: one.name for one in found.coded}
         self.summary.setText(self._summed_up(found))
         self.counts.setText(_counted(found))
+        self.consensus.show_coded(found.coded, names)  # before a pair of them is chosen
         self.matrix.setVisible(True)
         self.matrix.show_agreement(found)
         self.alone.show_agreement(found, names)
-        self.consensus.show_coded(found.coded, names)
 
     def _missing(self) -> str:
         """Why there is nothing to compare, and what to do about it."""
@@ -260,6 +241,8 @@ class CodersView(QWidget):
         """Show the pair that was chosen in the matrix."""
         self.pair.setVisible(pair is not None)
         if pair is not None and self.found is not None:
+            if not self.consensus.isVisible():  # not while somebody decides
+                self.consensus.choice.choose(pair.a, pair.b)
             self.pair.show_pair(pair, {one.id: one.name for one in self.found.coded})
 
 

@@ -22,12 +22,7 @@ __all__ = ["AloneView"]
 
 
 class AloneView(QWidget):
-    """How consistent a coder is.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """How consistent a coder is."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QFont, QPalette
+from PySide6.QtGui import QPalette
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
+from forcelab.gui.arranging import copyable, stress
 from forcelab.gui.document import Document
 from forcelab.gui.review.coders_histogram import ActionBars, OffsetHistogram
 from forcelab.gui.review.coders_matrix import word
@@ -26,10 +27,7 @@ MOST = 2000
 
 def sentence(muted: bool = False) -> QLabel:
     """A label that wraps; its text can be selected with the mouse."""
-    label = QLabel()
-    label.setWordWrap(True)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+    label = copyable()
     label.setFocusPolicy(Qt.FocusPolicy.NoFocus)
     if muted:
         label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
@@ -37,12 +35,7 @@ def sentence(muted: bool = False) -> QLabel:
 
 
 class PairDetails(QWidget):
-    """What two coders agree on, and where they do not.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """What two coders agree on, and where they do not."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,9 +43,7 @@ class PairDetails(QWidget):
         self._pair: PairAgreement | None = None
         self._names: Mapping[str, str] = {}
         self.title = sentence()
-        bold = QFont(self.font())
-        bold.setBold(True)
-        self.title.setFont(bold)
+        stress(self.title)
         self.frames, self.alone = sentence(), sentence()
         self.each, self.bars = sentence(), ActionBars()
         self.offsets, self.histogram = sentence(), OffsetHistogram()

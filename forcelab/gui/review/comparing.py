@@ -20,16 +20,17 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.arranging import muted, resize_on_screen
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.bar_texts import run_text
 from forcelab.gui.review.comparing_table import (
     by_demonstration,
     by_metric,
     columns_of,
     settings_text,
 )
-from forcelab.gui.review.confusion_switches import choice
+from forcelab.gui.review.confusion_switches import stage_choice
 from forcelab.gui.review.metric_words import Metric, events, rates
 from forcelab.gui.review.narrow_list import NarrowList
-from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
+from forcelab.gui.review.rows import TextModel, TextRows, copy_text
 from forcelab.gui.review.seen import blind_to
 from forcelab.gui.review.training_jobs import BACKGROUND, Kept, Work
 from forcelab.gui.theme import themes
@@ -70,11 +71,7 @@ class ComparingDialog(QDialog):
         self.one, self.other = NarrowList(), NarrowList()
         self.one.setAccessibleName(self.tr("First run"))
         self.other.setAccessibleName(self.tr("Second run"))
-        self.stage = choice(
-            self.tr("Prediction"),
-            {self.tr("Filtered"): "filtered", self.tr("Raw"): "raw"},
-            self.tr("Predictions after the filters, or as the classifier gave them"),
-        )
+        self.stage = stage_choice()
         self.settings = QLabel()
         self.settings.setAccessibleName(self.tr("Settings that differ"))
         self.settings.setWordWrap(True)
@@ -99,12 +96,6 @@ class ComparingDialog(QDialog):
         """What is compared."""
         return (*rates(), *(metric for metric in events() if metric.better))
 
-    def copy(self) -> None:
-        """Copy the table of metrics as lines of cells with tabs between them."""
-        lines = [[column.name for column in self.model.columns]]
-        lines += [list(row.cells) for row in self.model.rows]
-        copy_text(as_tsv(lines))
-
     def done(self, result: int) -> None:
         """Nothing is computed any more when it closes."""
         for key in (LISTING, COMPARING):
@@ -120,15 +111,14 @@ class ComparingDialog(QDialog):
         runs.addWidget(QLabel("→"))
         runs.addWidget(self.other, 1)
         runs.addWidget(self.stage)
-        tables = QSplitter(Qt.Orientation.Vertical)
-        tables.setChildrenCollapsible(False)
+        tables = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         tables.addWidget(self.table)
         tables.addWidget(self.each)
         tables.setSizes([2000, 1000])
         copy = QPushButton(self.tr("Copy"))
         copy.setToolTip(self.tr("Copy the table as text for a spreadsheet"))
         copy.setAutoDefault(False)
-        copy.clicked.connect(self.copy)
+        copy.clicked.connect(lambda: copy_text(self.model.as_tsv()))
         close = QPushButton(self.tr("Close"))
         close.setAutoDefault(False)
         close.clicked.connect(self.accept)
@@ -160,7 +150,7 @@ class ComparingDialog(QDialog):
         for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
             box.blockSignals(True)
             for run in runs:
-                box.addItem(self._name(run), run.number)
+                box.addItem(run_text(run), run.number)
             box.setCurrentIndex(chosen)
             box.blockSignals(False)
         self._compare()
@@ -174,12 +164,6 @@ class ComparingDialog(QDialog):
         alike = [i for i, run in enumerate(runs) if run.title == runs[other].title and i != other]
         one = next((i for i in alike if i > other), alike[0] if alike else (other + 1) % len(runs))
         return max(one, other), min(one, other)
-
-    def _name(self, run: Kept) -> str:
-        """A run in a list."""
-        time = run.time.astimezone().strftime("%Y-%m-%d %H:%M")
-        score = "" if run.f1 is None else f", F1@50 {100 * run.f1:.1f} %"
-        return self.tr("Run {0}: {1}, {2}").format(run.number, run.title, time) + score
 
     def _compare(self) -> None:
         """Read both runs and compare them in the background."""

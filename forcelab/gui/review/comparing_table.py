@@ -97,7 +97,8 @@ def _row(metric: Metric, name: str, one: float | None, other: float | None) -> R
     colour = None
     if difference is not None and metric.better and shown.strip("+\u22120.,"):
         better = (difference > 0) == (metric.better > 0)
-        colour = colours().accent if better else colours().trouble
+        # Not the accent: text on it can be read, but hardly text in it on dark ground.
+        colour = colours().range if better else colours().trouble
         words = translate("forcelab", "better") if better else translate("forcelab", "worse")
         shown = f"{words}  {shown}"
     cells = (name, metric.text(one), metric.text(other), shown)

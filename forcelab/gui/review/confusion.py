@@ -5,21 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from PySide6.QtCore import QSize, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QHideEvent, QPalette, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QScrollArea,
     QSizePolicy,
     QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import placeholder, scrolled
+from forcelab.gui.arranging import PageOrNote, column, scrolled
 from forcelab.gui.document import Document
 from forcelab.gui.figures.canvas import LIGHT
 from forcelab.gui.figures.confusion import ConfusionMatrix, Words
@@ -30,7 +27,7 @@ from forcelab.gui.review.confusion_switches import Switches
 from forcelab.gui.review.confusion_words import as_text, missing, sentence
 from forcelab.gui.review.rows import copy_text
 from forcelab.gui.review.seen import seen_of
-from forcelab.gui.saving import ask_picture
+from forcelab.gui.saving import ask_picture, save_picture
 from forcelab.gui.theme import colours, themes
 from forcelab.review.cells import Cells, crossing
 from forcelab.review.outcome import Outcome
@@ -46,11 +43,6 @@ class ConfusionView(QWidget):
     """The confusion matrix of the outcome, and the places that a cell is counted from.
 
     While it is hidden nothing is counted.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
@@ -63,9 +55,8 @@ class ConfusionView(QWidget):
         self._wanted: tuple[tuple[str, ...], str] = ((), "")
         self.switches = Switches()
         self.canvas = MatrixCanvas()
-        self.sentence = QLabel()
+        self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
         self.sentence.setAccessibleName(self.tr("The cell"))
-        self.sentence.setWordWrap(True)
         self.sentence.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.list = PlacesList(document)
         self._area = QScrollArea()
@@ -74,7 +65,6 @@ class ConfusionView(QWidget):
         self._area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._area.setBackgroundRole(QPalette.ColorRole.Base)
         self._area.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)
-        self._empty = placeholder()
         self._lay_out()
         self.switches.stage_changed.connect(self._refresh)
         self.switches.changed.connect(self._changed)
@@ -86,14 +76,6 @@ class ConfusionView(QWidget):
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._refresh)
         themes().changed.connect(self._draw)
-
-    def sizeHint(self) -> QSize:
-        """Room for a matrix and some rows."""
-        return QSize(480, 520)
-
-    def minimumSizeHint(self) -> QSize:
-        """Less than a matrix needs; then it scrolls."""
-        return QSize(200, 160)
 
     @property
     def figure(self) -> ConfusionMatrix | None:
@@ -113,16 +95,9 @@ class ConfusionView(QWidget):
             self.save(chosen)
 
     def save(self, path: Path) -> None:
-        """Write the matrix as a figure, in the format that the suffix names."""
-        figure = self.figure
-        if figure is None:
-            return
-        try:
-            figure.save(path)
-        except ForcelabError as error:
-            self.document.say(str(error), True)
-        else:
-            self.document.say(self.tr("Saved '{0}'.").format(path.name))
+        """Write the matrix as a figure in the background, in the format that the suffix names."""
+        if (figure := self.figure) is not None:
+            save_picture(figure, path, self.document, self._jobs)
 
     # Qt
 
@@ -149,32 +124,19 @@ class ConfusionView(QWidget):
     def _lay_out(self) -> None:
         """Switches above the matrix, the sentence and the list below it."""
         upper = QWidget()
-        column = QVBoxLayout(upper)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self._area, 1)
-        row = QHBoxLayout()
-        row.setContentsMargins(8, 2, 8, 4)
-        row.addWidget(self.sentence)
-        column.addLayout(row)
+        self.sentence.setContentsMargins(8, 2, 8, 4)
+        column(upper, self._area, self.sentence, growing=self._area, spacing=2)
         upper.setMinimumHeight(LINES * self.fontMetrics().height())
-        self._split = QSplitter(Qt.Orientation.Vertical)
-        self._split.setChildrenCollapsible(False)
+        self._split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         self._split.addWidget(upper)
         self._split.addWidget(self.list)
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([3000, 1000])
         self._split.splitterMoved.connect(self._draw)
-        self._pages = QStackedWidget()
         self._page = scrolled(self._split)
-        self._pages.addWidget(self._page)
-        self._pages.addWidget(self._empty)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(self.switches)
-        whole.addWidget(self._pages, 1)
+        self._pages = PageOrNote(self._page)
+        column(self, self.switches, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now, counting it if that was not done."""
@@ -212,7 +174,7 @@ class ConfusionView(QWidget):
             self._show_empty(self.tr("This run kept no raw predictions; choose 'Filtered'."))
             self.switches.show()
             return
-        self._pages.setCurrentIndex(0)
+        self._pages.say("")
         self.switches.show()
         self._draw()
         self._relist()
@@ -222,8 +184,7 @@ class ConfusionView(QWidget):
         self.cells = None
         self.canvas.show_figure(None)
         self.list.clear()
-        self._empty.setText(text)
-        self._pages.setCurrentIndex(1)
+        self._pages.say(text)
         self.switches.hide()
 
     def _figure(self, *, headed: bool) -> ConfusionMatrix:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
-from forcelab.gui.arranging import muted
+from forcelab.gui.arranging import column, muted
 from forcelab.gui.document import Document
 from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.review.places import Place
@@ -17,10 +17,6 @@ __all__ = ["PlacesList"]
 
 class PlacesList(QWidget):
     """Places, the longest and most confident first; choosing one shows it in the window.
-
-    Parameters
-    ----------
-    document : Document
 
     Attributes
     ----------
@@ -38,11 +34,7 @@ class PlacesList(QWidget):
         self.hint = muted()
         self.hint.setMargin(8)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.hint)
-        column.addWidget(self.table, 1)
+        column(self, self.hint, self.table, growing=self.table)
         self._filling = False
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import cast
 
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import QCoreApplication, QSize, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QComboBox, QHBoxLayout, QPushButton, QWidget
 
 from forcelab.review.cells import Share, Unit
 
-__all__ = ["Switches", "choice"]
+__all__ = ["Switches", "choice", "stage_choice"]
+
+translate = QCoreApplication.translate
 
 
 class Switches(QWidget):
@@ -23,11 +25,7 @@ class Switches(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.stage_box = choice(
-            self.tr("Prediction"),
-            {self.tr("Filtered"): "filtered", self.tr("Raw"): "raw"},
-            self.tr("Predictions after the filters, or as the classifier gave them"),
-        )
+        self.stage_box = stage_choice()
         self.unit_box = choice(
             self.tr("What is counted"),
             {self.tr("Time"): "time", self.tr("Segments"): "segments"},
@@ -104,6 +102,15 @@ def _row(*widgets: QWidget) -> QHBoxLayout:
     for widget in widgets:
         row.addWidget(widget)
     return row
+
+
+def stage_choice() -> QComboBox:
+    """Which prediction is meant: ``"filtered"`` or ``"raw"``."""
+    return choice(
+        translate("forcelab", "Prediction"),
+        {translate("forcelab", "Filtered"): "filtered", translate("forcelab", "Raw"): "raw"},
+        translate("forcelab", "Predictions after the filters, or as the classifier gave them"),
+    )
 
 
 def choice(name: str, items: dict[str, str], tip: str = "") -> QComboBox:

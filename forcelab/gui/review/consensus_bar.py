@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent, QShowEvent
-from PySide6.QtWidgets import QMenu, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QMenu, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.review.coders_pair import sentence
 from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
@@ -31,10 +32,6 @@ class ConsensusBar(QWidget):
     """Makes one track of two; every decision is stored at once, as an edit of its author's track.
 
     The keys on the buttons hold while the keyboard is in here and nowhere else.
-
-    Parameters
-    ----------
-    document : Document
     """
 
     def __init__(self, document: Document) -> None:
@@ -55,12 +52,8 @@ class ConsensusBar(QWidget):
     def _lay_out(self) -> None:
         """Put choices above, decisions below them, the list at the bottom."""
         self.places.hideColumn(0)  # it is the same one throughout
-        column = QVBoxLayout(self)
-        column.setContentsMargins(6, 6, 6, 6)
-        column.setSpacing(6)
-        for widget in (self.choice, self.state, self.now, self.buttons):
-            column.addWidget(widget)
-        column.addWidget(self.places, 1)
+        parts = self.choice, self.state, self.now, self.buttons, self.places
+        column(self, *parts, growing=self.places, margin=6, spacing=6)
 
     def _connect(self) -> None:
         """Listen to what is pressed, and to the document."""
@@ -201,8 +194,16 @@ class ConsensusBar(QWidget):
     def _go_to(self, difference: Disagreement) -> None:
         """Look at a difference."""
         self.current = difference
+        had = self._has_keyboard()
         self.document.examine(difference.place(self.choice.id))
+        if had and not self._has_keyboard():  # another demonstration's track, which was opened, has
+            self.setFocus()
         self._show()
+
+    def _has_keyboard(self) -> bool:
+        """Whether keys that are pressed come here."""
+        now = QApplication.focusWidget()
+        return now is not None and (now is self or self.isAncestorOf(now))
 
     def _place_wanted(self, place: Place) -> None:
         """Look at the difference of a row."""

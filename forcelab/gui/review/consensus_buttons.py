@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
@@ -16,8 +16,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.review.consensus_keys import CTRL, SHIFT, KeyedButtons
-
 if TYPE_CHECKING:
     from forcelab.review.consensus import Consensus, Disagreement
 
@@ -25,6 +23,57 @@ __all__ = ["ConsensusButtons"]
 
 #: How many letters wide a button is around "Take NAME": its key and its edges.
 AROUND = 8
+NONE = Qt.KeyboardModifier.NoModifier
+CTRL = Qt.KeyboardModifier.ControlModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+
+
+class _Verb(NamedTuple):
+    """What a button and its key do."""
+
+    button: QPushButton
+    key: Qt.Key
+    modifiers: Qt.KeyboardModifier
+    do: Callable[[], object]
+
+
+class _KeyedButtons:
+    """Buttons that show their key; the keys hold while the keyboard is near them."""
+
+    def __init__(self) -> None:
+        self._verbs: list[_Verb] = []
+
+    def add(
+        self,
+        text: str,
+        key: Qt.Key,
+        do: Callable[[], object],
+        modifiers: Qt.KeyboardModifier = NONE,
+    ) -> QPushButton:
+        """A new button with a key, a letter or a digit."""
+        button = QPushButton()
+        button.setMinimumWidth(40)
+        button.clicked.connect(lambda _=False: do())
+        self._verbs.append(_Verb(button, key, modifiers, do))
+        self.name(button, text)
+        return button
+
+    def name(self, button: QPushButton, text: str, whole: str = "") -> None:
+        """Write a button's text, which may be cut from a whole one, and its key on it."""
+        verb = next(verb for verb in self._verbs if verb.button is button)
+        held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
+        button.setText(f"{text}  [{held}{chr(verb.key)}]".replace("&", "&&"))
+        button.setAccessibleName(whole or text)
+        button.setToolTip(whole or text)
+
+    def does(self, event: QKeyEvent) -> Callable[[], object] | None:
+        """What a key does: nothing where its button cannot be pressed, None where it is no key."""
+        modifiers = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        pressed = (Qt.Key(event.key()), modifiers)
+        verb = next((v for v in self._verbs if (v.key, v.modifiers) == pressed), None)
+        if verb is None:
+            return None
+        return verb.do if verb.button.isEnabled() else lambda: None
 
 
 class ConsensusButtons(QWidget):
@@ -56,7 +105,7 @@ class ConsensusButtons(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._coders = ("", "")
-        self._keys = KeyedButtons()
+        self._keys = _KeyedButtons()
         verb, key = self._keys.add, Qt.Key
         # It stands apart, beside what is chosen; see ConsensusChoice.
         self.begin = verb(self.tr("Take what both say"), key.Key_B, self.begun.emit)

@@ -45,6 +45,7 @@ class ConsensusChoice(QWidget):
         super().__init__()
         self._known = known
         self._coded: tuple[Coded, ...] = ()
+        self._asked = ("", "")
         self.first, self.second, self.demonstration = NarrowList(), NarrowList(), NarrowList()
         self.first.setAccessibleName(self.tr("First coder"))
         self.second.setAccessibleName(self.tr("Second coder"))
@@ -98,6 +99,15 @@ class ConsensusChoice(QWidget):
             index = box.findText(kept) if kept else -1
             box.setCurrentIndex(index if index >= 0 else min(fallback, len(authors) - 1))
         self._offer_demonstrations(self.id or at_first)
+
+    def choose(self, a: str, b: str) -> None:
+        """Choose two coders that are offered; the same two once more change nothing."""
+        if (a, b) == self._asked:
+            return
+        self._asked = a, b
+        for box, name in ((self.first, a), (self.second, b)):
+            box.setCurrentIndex(max(box.findText(name), 0))
+        self._offer_demonstrations()
 
     def _offer_demonstrations(self, kept: str = "") -> None:
         """List the demonstrations that both chosen coders labelled."""

@@ -52,9 +52,7 @@ class EditCount(QObject):
         self._document, self._of = document, count
         self._at = 0.0
         self._track = self._painted()
-        self._later = QTimer(self)
-        self._later.setSingleShot(True)
-        self._later.setInterval(COUNTING)
+        self._later = QTimer(self, singleShot=True, interval=COUNTING)
         self._later.timeout.connect(self.count)
         document.tracks_changed.connect(self._tracks_changed)
         document.outcome_changed.connect(self.count)

@@ -6,11 +6,29 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QMenu, QTabWidget, QToolButton
+from PySide6.QtWidgets import QMenu, QTabBar, QTabWidget, QToolButton
 
 from forcelab.gui.icons import icon
+from forcelab.gui.review.moving import ARROWS, plain
 
 __all__ = ["FittingTabs"]
+
+
+class _Arrows(QTabBar):
+    """While it has the keyboard, arrows go through all tabs; Qt stops at those that are hidden."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Whether a key is one of these arrows, which are the window's too."""
+        return event.key() in (Qt.Key.Key_Left, Qt.Key.Key_Right) and plain(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Bring the tab beside the one in front to the front."""
+        tabs = self.parentWidget()
+        if not self.keeps(event) or not isinstance(tabs, QTabWidget):
+            super().keyPressEvent(event)
+            return
+        step = ARROWS[Qt.Key(event.key())][1]
+        tabs.setCurrentIndex(min(max(tabs.currentIndex() + step, 0), tabs.count() - 1))
 
 
 class FittingTabs(QTabWidget):
@@ -18,6 +36,7 @@ class FittingTabs(QTabWidget):
 
     def __init__(self) -> None:
         super().__init__()
+        self.setTabBar(_Arrows())
         self.setDocumentMode(True)
         self.more = QToolButton()
         self.more.setIcon(icon("more"))

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from forcelab.errors import ForcelabError
+from forcelab.errors import ForcelabError, InputError
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import remembered
+from forcelab.gui.review.bar_texts import standing_text
 from forcelab.gui.review.edit_count import EditCount
 from forcelab.gui.review.runs import LISTING, LOADING, Runs
 from forcelab.gui.review.training_jobs import BACKGROUND, Work
@@ -65,9 +66,7 @@ class Learning(Runs):
         self._counter = EditCount(document, work.edits, self)
         self._counter.counted.connect(self.changed)
         self._counter.edited.connect(self._edited)
-        self._quiet = QTimer(self)
-        self._quiet.setSingleShot(True)
-        self._quiet.setInterval(QUIET)
+        self._quiet = QTimer(self, singleShot=True, interval=QUIET)
         self._quiet.timeout.connect(self._train_by_itself)
         self._unasked = Unasked(document)
         self._forget()
@@ -97,6 +96,23 @@ class Learning(Runs):
     def edits(self) -> int | None:
         """How many edits were made since what is reviewed was trained; None where nothing is."""
         return self._counter.edits
+
+    @property
+    def kept(self) -> bool:
+        """Whether the project has the recogniser of what is reviewed; an evaluation keeps none."""
+        project, outcome = self.document.project, self.document.outcome
+        if project is None or outcome is None:
+            return False
+        try:
+            project.recogniser_path(outcome.recogniser)
+        except InputError:
+            return False
+        return True
+
+    @property
+    def stands(self) -> tuple[str, str]:
+        """How up to date what is reviewed is, at length and in short."""
+        return standing_text(self.edits, self.learnt_from, kept=self.kept, resettled=self.resettled)
 
     @property
     def _outdated(self) -> bool:

@@ -13,14 +13,14 @@ from PySide6.QtGui import (
     QHideEvent,
     QPainter,
     QPaintEvent,
-    QPalette,
     QPen,
     QPolygonF,
     QShowEvent,
 )
-from PySide6.QtWidgets import QLabel, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.arranging import muted, toned
 from forcelab.gui.document import Document
 from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
 from forcelab.gui.review.learning import Learning
@@ -59,7 +59,7 @@ def losses(steps: Sequence[Step]) -> tuple[Curve, ...]:
 
 
 class LossCurves(QWidget):
-    """The curves themselves: the fold at work is bold, the final fit has the accent's colour."""
+    """The curves themselves: the fold at work is bold, the final fit has the range's blue."""
 
     def __init__(self, learning: Learning) -> None:
         super().__init__()
@@ -111,7 +111,7 @@ class LossCurves(QWidget):
         working = self._learning.training
         for number, (final, _, points) in enumerate(self.curves):
             current = working and number == len(self.curves) - 1
-            ink = QColor(theme.accent if final else theme.text if current else theme.muted)
+            ink = QColor(theme.range if final else theme.text if current else theme.muted)
             if not (final or current):
                 ink.setAlphaF(0.7)
             width = 2.5 if current else 2.0 if final else 1.0
@@ -141,7 +141,7 @@ class LossCurves(QWidget):
         if any(not final for final, _, _ in self.curves):
             texts.append((self.tr("folds"), theme.muted))
         if any(final for final, _, _ in self.curves):
-            texts.append((self.tr("final fit"), theme.accent))
+            texts.append((self.tr("final fit"), theme.range))
         face = QFont(self.font())
         face.setPixelSize(11)
         painter.setFont(face)
@@ -181,11 +181,6 @@ class LossView(QWidget):
     """The curves, and below them how long what took and what was left out.
 
     While it is hidden nothing is computed.
-
-    Parameters
-    ----------
-    document : Document
-    learning : Learning
     """
 
     def __init__(self, document: Document, learning: Learning) -> None:
@@ -193,11 +188,8 @@ class LossView(QWidget):
         self.document, self.learning = document, learning
         self.setAccessibleName(self.tr("Training"))
         self.curves = LossCurves(learning)
-        self.times = QLabel()
-        self.times.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self.remarks = QLabel()
+        self.times, self.remarks = muted(), toned("warning")
         for label in (self.times, self.remarks):
-            label.setWordWrap(True)
             label.setContentsMargins(8, 0, 8, 2)
             label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         column = QVBoxLayout(self)
@@ -206,9 +198,7 @@ class LossView(QWidget):
         column.addWidget(self.curves, 1)
         column.addWidget(self.times)
         column.addWidget(self.remarks)
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(PAUSE)
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.refresh)
         learning.losses_changed.connect(self._refresh_soon)
         learning.changed.connect(self._refresh_soon)
@@ -245,7 +235,6 @@ class LossView(QWidget):
         remarks = self._remarks()
         self.remarks.setText(remarks)
         self.remarks.setVisible(bool(remarks))
-        self.remarks.setStyleSheet(f"color: {colours().warning}")
 
     def _remarks(self) -> str:
         """What the run says besides, as far as the coder may know it."""

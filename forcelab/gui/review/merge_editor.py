@@ -11,24 +11,21 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QCompleter,
     QHeaderView,
-    QLabel,
     QLineEdit,
     QStyledItemDelegate,
     QStyleOptionViewItem,
     QTableWidget,
     QTableWidgetItem,
-    QVBoxLayout,
     QWidget,
 )
 
 from forcelab.errors import InputError
-from forcelab.gui.arranging import muted
+from forcelab.gui.arranging import column, muted, toned
 from forcelab.gui.icons import icon
 from forcelab.gui.indexes import Index
 from forcelab.gui.review.settings_editors import Editor
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_field import Field
-from forcelab.gui.theme import colours, themes
 from forcelab.merging import MergeMap
 
 __all__ = ["MergeEditor"]
@@ -58,16 +55,9 @@ class MergeEditor(Editor):
                 "line is left out."
             )
         )
-        self.remark = QLabel()
-        self.remark.setWordWrap(True)
+        self.remark = toned("warning")
         self.remark.hide()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(self.table)
-        column.addWidget(self.hint)
-        column.addWidget(self.remark)
-        themes().changed.connect(self._flag)
+        column(self, self.table, self.hint, self.remark, spacing=2)
         self.set_value(MergeMap())
 
     def value(self) -> MergeMap:
@@ -76,14 +66,17 @@ class MergeEditor(Editor):
         Raises
         ------
         InputError
-            If a line names only one of the two, a spelling stands twice, or a chain of merges.
+            If a line names only one of the two, a spelling stands twice, a chain of merges, or
+            a merge into no action.
         """
         targets: dict[str, str] = {}
         for source, target in self.lines():
             if source in targets:
                 raise InputError(f"'{source}' is merged twice; keep one of the two lines.")
             targets[source] = target
-        return MergeMap(targets)
+        merge = MergeMap(targets)
+        merge.check_targets()
+        return merge
 
     def set_value(self, value: Any) -> None:
         """Show a map."""
@@ -144,7 +137,6 @@ class MergeEditor(Editor):
                 item.setToolTip(self.tr("Nobody labelled this here.") if strange else "")
         self.table.blockSignals(False)
         self.remark.setVisible(bool(unknown))
-        self.remark.setStyleSheet(f"color: {colours().warning}")
         self.remark.setText(self.tr("Nobody labelled here: {0}").format(", ".join(unknown)))
 
 

@@ -76,6 +76,17 @@ def rates() -> tuple[Metric, ...]:
         "forcelab",
         "F1@{0} with all unlabelled time cut out: a segment that goes on behind it is one.",
     )
+    off = translate(
+        "forcelab",
+        "{0} % of the edges of matched segments are no further off than this. At unlabelled time "
+        "every edge counts as right.",
+    )
+    cut_out = translate(
+        "forcelab",
+        "{0} % of the edges of matched segments are no further off than this, with all unlabelled "
+        "time cut out; the first and the last edge are left out.",
+    )
+    ms = ("ms", -1)
     return (
         Metric(
             "accuracy",
@@ -134,49 +145,19 @@ def rates() -> tuple[Metric, ...]:
             ),
             "%",
         ),
-        Metric(
-            "boundary_ms.median",
-            translate("forcelab", "Boundary median"),
-            translate(
-                "forcelab",
-                "Half of the edges of matched segments are no further off than this. At unlabelled "
-                "time every edge counts as right.",
-            ),
-            "ms",
-            -1,
-        ),
-        Metric(
-            "boundary_ms.p90",
-            translate("forcelab", "Boundary 90 %"),
-            translate(
-                "forcelab",
-                "Nine in ten edges of matched segments are no further off than this. At unlabelled "
-                "time every edge counts as right.",
-            ),
-            "ms",
-            -1,
-        ),
+        Metric("boundary_ms.median", translate("forcelab", "Boundary median"), off.format(50), *ms),
+        Metric("boundary_ms.p90", translate("forcelab", "Boundary 90 %"), off.format(90), *ms),
         Metric(
             "boundary_labelled_ms.median",
             translate("forcelab", "Boundary median labelled"),
-            translate(
-                "forcelab",
-                "Half of the edges of matched segments are no further off than this, with all "
-                "unlabelled time cut out; the first and the last edge are left out.",
-            ),
-            "ms",
-            -1,
+            cut_out.format(50),
+            *ms,
         ),
         Metric(
             "boundary_labelled_ms.p90",
             translate("forcelab", "Boundary 90 % labelled"),
-            translate(
-                "forcelab",
-                "Nine in ten edges of matched segments are no further off than this, with all "
-                "unlabelled time cut out; the first and the last edge are left out.",
-            ),
-            "ms",
-            -1,
+            cut_out.format(90),
+            *ms,
         ),
     )
 

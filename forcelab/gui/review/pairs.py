@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtGui import QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QLabel, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
-from forcelab.errors import InputError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import PageOrNote, column
 from forcelab.gui.document import Document
 from forcelab.gui.figures.legend import looks_in_order
 from forcelab.gui.figures.timelines import TimelinePairs
@@ -17,19 +17,13 @@ from forcelab.gui.figures.tracks import Look
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.colouring import painted_by
 from forcelab.gui.review.pairs_area import PairsArea
-from forcelab.gui.review.pairs_export import figure_of, saving
 from forcelab.gui.review.pairs_hits import Hit, place_of
 from forcelab.gui.review.pairs_reading import CurrentTracks, other_coders
-from forcelab.gui.review.pairs_rows import (
-    Entry,
-    arranged,
-    entries_of,
-    entry_of,
-)
+from forcelab.gui.review.pairs_rows import Entry, arranged, entries_of, entry_of
 from forcelab.gui.review.pairs_tools import AxisStrip, LegendRoom, LegendStrip, PairsTools
 from forcelab.gui.review.pairs_words import Looks, actions_of, missing
 from forcelab.gui.review.seen import blind_to
-from forcelab.gui.saving import ask_picture
+from forcelab.gui.saving import ask_picture, save_picture
 from forcelab.gui.shortcuts import keys
 from forcelab.review.looks import vocabulary_of
 from forcelab.review.outcome import Outcome
@@ -71,37 +65,24 @@ class PairsView(QWidget):
         self.note = QLabel()
         self.note.setWordWrap(True)
         self.note.setContentsMargins(12, 2, 12, 2)
-        self._empty = placeholder()
         self._lay_out()
         self._connect()
 
     # Verbs
 
-    def figure(self) -> TimelinePairs:
-        """What is shown, as a figure: the same pairs in the same order.
-
-        Raises
-        ------
-        InputError
-            If no pair is shown.
-        """
+    def figure(self) -> TimelinePairs | None:
+        """What is shown, as a figure: the same pairs in the same order; None where none is."""
         outcome = self.document.outcome
         if outcome is None or not self.area.entries:
-            raise InputError(self.tr("No timeline pair is shown that could be saved."))
-        stretched = self.tools.stretched.isChecked()
-        return figure_of(
-            outcome.title, self.area.entries, self._vocabulary, tuple(self._looks), stretched
+            return None
+        return TimelinePairs(
+            outcome.title,
+            tuple(replace(entry.pair, note=_note(entry)) for entry in self.area.entries),
+            self._vocabulary,
+            tuple(self._looks),
+            note_key="At the right: accuracy after the filters.",
+            stretched=self.tools.stretched.isChecked(),
         )
-
-    def save(self, path: Path) -> None:
-        """Save what is shown as .svg, .pdf or .png.
-
-        Raises
-        ------
-        InputError
-            If no pair is shown, or the file cannot be written.
-        """
-        self.figure().save(path)
 
     def export(self) -> None:
         """Ask where to save the pairs, and save them in the background."""
@@ -111,38 +92,20 @@ class PairsView(QWidget):
 
     def export_to(self, path: Path) -> None:
         """Save the pairs in the background, and say when that is done."""
-        try:
-            figure = self.figure()
-        except InputError as error:
-            self.document.say(str(error), True)
-            return
-        self._jobs.run(
-            saving(figure, path),
-            lambda _: self.document.say(self.tr("Saved {0}.").format(path.name)),
-            lambda error: self.document.say(str(error), True),
-            key="pairs export",
-        )
+        figure = self.figure()
+        if figure is None:
+            self.document.say(self.tr("No timeline pair is shown that could be saved."), True)
+        else:
+            save_picture(figure, path, self.document, self._jobs)
 
     # Inside
 
     def _lay_out(self) -> None:
         """Tools and legend above, the rows, the time axis below."""
-        self._rows = QWidget()
-        rows = QVBoxLayout(self._rows)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(0)
-        for widget in (LegendRoom(self.legend), self.area, self.strip):
-            rows.addWidget(widget)
-        rows.setStretchFactor(self.area, 1)
-        self._stack = QStackedWidget()
-        self._stack.addWidget(self._rows)
-        self._stack.addWidget(self._empty)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.tools)
-        column.addWidget(self.note)
-        column.addWidget(self._stack, 1)
+        rows = QWidget()
+        column(rows, LegendRoom(self.legend), self.area, self.strip, growing=self.area)
+        self._pages = PageOrNote(rows)
+        column(self, self.tools, self.note, self._pages, growing=self._pages)
 
     def _connect(self) -> None:
         """Listen to the document, and to what is pressed."""
@@ -259,8 +222,7 @@ class PairsView(QWidget):
             hidden=bool(self._hidden),
             shown=bool(shown),
         )
-        self._empty.setText(words)
-        self._stack.setCurrentIndex(1 if words else 0)
+        self._pages.say(words)
         self.tools.setHidden(not self._entries)
         count = 0
         if outcome is not None and self._entries:
@@ -319,3 +281,10 @@ class PairsView(QWidget):
         ):
             self._build()
             self._read_all()
+
+
+def _note(entry: Entry) -> str:
+    """What is said beside a pair in the figure."""
+    if entry.human is None:
+        return "proposed"
+    return "" if entry.share is None else f"{100 * entry.share:.1f} %"

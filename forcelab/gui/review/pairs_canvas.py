@@ -72,9 +72,7 @@ class PairsCanvas(QAbstractScrollArea):
         self._opened = document.id
         self._scrolled = False
         self._skipped: set[str] = set()
-        self._ahead = QTimer(self)
-        self._ahead.setSingleShot(True)
-        self._ahead.setInterval(0)
+        self._ahead = QTimer(self, singleShot=True, interval=0)
         self._ahead.timeout.connect(self._paint_ahead)
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
         self.setAccessibleName(self.tr("Timeline pairs"))

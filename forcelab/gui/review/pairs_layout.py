@@ -65,7 +65,7 @@ class Layout:
             caption
             for entry in self.entries
             if entry.lanes
-            for _, caption in captions(self._boxes(entry, 0.0), entry.sketch, *self.names)
+            for _, caption in captions(self._boxes(entry), entry.sketch, *self.names)
         }
         return min(text.widest(found, text.font(CAPTION)), CAPTION_ROOM) + 12 if found else 0.0
 
@@ -140,6 +140,6 @@ class Layout:
         entry = self.entries[row]
         return MEASURES.boxes(entry.sketch, self.axis(entry), AIR)
 
-    def _boxes(self, entry: Entry, top: float) -> PairBoxes:
+    def _boxes(self, entry: Entry) -> PairBoxes:
         """Where the bars of an entry lie up and down."""
-        return MEASURES.boxes(entry.sketch, Axis(*self.span, 0.0, 1.0), top)
+        return MEASURES.boxes(entry.sketch, Axis(*self.span, 0.0, 1.0), 0.0)

@@ -9,7 +9,6 @@ from PySide6.QtGui import QAction, QColor, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
-    QLineEdit,
     QMenu,
     QScrollArea,
     QSizePolicy,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings
+from forcelab.gui.arranging import search_field
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom
 from forcelab.gui.figures.legend import Legend
@@ -52,10 +52,8 @@ class PairsTools(QWidget):
         super().__init__()
         self._wanted = set(settings.strings(ROWS))
         self.coders: tuple[str, ...] = ()
-        self.search = QLineEdit()
-        self.search.setPlaceholderText(self.tr("Filter by name or task"))
-        self.search.setAccessibleName(self.tr("Filter timeline pairs by name or task"))
-        self.search.setClearButtonEnabled(True)
+        name = self.tr("Filter timeline pairs by name or task")
+        self.search = search_field(self.tr("Filter by name or task"), name)
         self.search.setMinimumWidth(60)
         self.order = choice(
             self.tr("Order of the timeline pairs"),
@@ -205,12 +203,7 @@ class LegendStrip(QWidget):
 
 
 class LegendRoom(QScrollArea):
-    """The room of the legend: that of some lines, beyond which it scrolls.
-
-    Parameters
-    ----------
-    legend : LegendStrip
-    """
+    """The room of the legend: that of some lines, beyond which it scrolls."""
 
     #: Pixels: as many lines as leave room for the pairs, and the first line.
     MOST, LEAST = 76, 30

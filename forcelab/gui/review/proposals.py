@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QModelIndex, QSize, Qt
-from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import (
-    QHeaderView,
-    QStackedWidget,
-    QTableView,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import QModelIndex, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QShowEvent
+from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
-from forcelab.gui.arranging import muted, placeholder, whole_rows
+from forcelab.gui.arranging import PageOrNote, column, muted
 from forcelab.gui.document import Document
+from forcelab.gui.indexes import Index
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import spans_of
 from forcelab.gui.review.accept_buttons import AcceptButtons
-from forcelab.gui.review.proposals_model import NAME, UNCERTAINTY, BarDelegate, ProposalModel
+from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.gui.review.seen import blind_to
-from forcelab.gui.theme import themes
+from forcelab.gui.theme import colours
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -32,6 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["ProposalsView"]
 
 KEY = "proposals"
+#: The column with a bar, and how wide it is in pixels, so that bars can be compared.
+UNCERTAINTY, WIDE = 1, 140
+#: Of its length; the rest is mostly time without any action.
+LABELLED = 0.9
 
 
 class ProposalsView(QWidget):
@@ -40,49 +40,35 @@ class ProposalsView(QWidget):
     A row leads to the most uncertain stretch of its demonstration. Nothing is computed while the
     view is hidden, and nothing is shown of what is coded blind.
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-
     Attributes
     ----------
     accepting : AcceptButtons
         Take predictions over.
+    rows : tuple of Proposal
+        What is listed.
     """
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document, self.jobs = document, jobs
         self.setAccessibleName(self.tr("Proposals"))
-        self.model = ProposalModel(self)
+        self.model = TextModel(self)
+        self.rows: tuple[Proposal, ...] = ()
         self._shown: Outcome | None = None
         self._found: tuple[Proposal, ...] = ()
         self.table = self._table()
         self.order = muted()
-        self._empty = placeholder()
         self.accepting = AcceptButtons(document)
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self.table)
-        self._pages.addWidget(self._empty)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addWidget(self.order)
-        column.addWidget(self._pages, 1)
-        column.addWidget(self.accepting)
+        self._pages = PageOrNote(self.table)
+        parts = self.order, self._pages, self.accepting
+        column(self, *parts, growing=self._pages, margin=4, spacing=4)
         document.outcome_changed.connect(self._refresh)
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._listing_changed)
         document.tracks_changed.connect(self._follow)
         document.outcome_changed.connect(self._follow)
         document.demonstration_changed.connect(self._follow)
-        themes().changed.connect(self.table.viewport().update)
         self._say_empty()
-
-    def sizeHint(self) -> QSize:
-        """Room for some rows."""
-        return QSize(420, 260)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""
@@ -90,28 +76,25 @@ class ProposalsView(QWidget):
         self._refresh()
         self._follow()
 
-    # What it is made of
-
-    def _table(self) -> QTableView:
+    def _table(self) -> TextRows:
         """The rows."""
-        table = QTableView()
-        table.setModel(self.model)
+        table = TextRows(self.model)
         table.setAccessibleName(self.tr("Unlabelled demonstrations, the one to label next first"))
-        self._bars = BarDelegate(table)
-        table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
-        whole_rows(table)
         table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
-        header = table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
-        header.setSectionResizeMode(NAME, QHeaderView.ResizeMode.Stretch)
+        self._bars = _Bars(lambda row: self.rows[row].uncertainty)
+        table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
         table.clicked.connect(self._go)
-        table.activated.connect(self._go)
         return table
 
     def _follow(self, *_: object) -> None:
         """Tell how much of the open demonstration is labelled by now."""
-        if self.isVisible():
-            self.model.set_labelled(self._labelled())
+        if not self.isVisible():
+            return
+        if self._in_order() != self.rows:
+            self._list()
+        elif (told := self._told()) != self.model.rows:
+            self.model.retell(told)
+            self._say_order()
 
     # What is listed
 
@@ -131,13 +114,14 @@ class ProposalsView(QWidget):
         """Show what was found."""
         self._found = found
         self._list()
-        self._say_order()
 
     def _say_order(self) -> None:
         """Say which demonstration comes first, and why."""
         from forcelab.review.proposing import weighed
 
-        if weighed(self._found):
+        if self.rows and self.rows[0].id in self._done():
+            text = self.tr("All of these are labelled by now. Train again with them.")
+        elif weighed(self._found):
             text = self.tr(
                 "Label the first one next: the recogniser is uncertain of it, and many of the "
                 "others are like it."
@@ -156,11 +140,58 @@ class ProposalsView(QWidget):
 
     def _list(self) -> None:
         """Show what may be seen."""
-        blind = blind_to(self.document)
-        seen = tuple(one for one in self._found if one.id not in blind)
-        if seen != self.model.rows:
-            self.model.set_rows(seen, self._labelled())
+        seen = self._in_order()
+        if seen != self.rows:
+            self.rows = seen
+            columns = (
+                Column(self.tr("demonstration"), number=False),
+                Column(self.tr("uncertainty"), number=False),
+                Column(self.tr("probably wrong")),
+                Column(self.tr("labelled")),
+            )
+            self.model.show(columns, self._told())
+            self.table.fit_columns(stretched=0)
+            self.table.horizontalHeader().resizeSection(UNCERTAINTY, WIDE)
+        self._say_order()
         self._say_empty()
+
+    def _in_order(self) -> tuple[Proposal, ...]:
+        """What may be seen; what the coder has labelled by now comes last."""
+        blind, done = blind_to(self.document), self._done()
+        seen = (one for one in self._found if one.id not in blind)
+        return tuple(sorted(seen, key=lambda one: one.id in done))
+
+    def _done(self) -> frozenset[str]:
+        """The demonstrations that the coder has labelled, if not to the last moment."""
+        return frozenset(id_ for id_, share in self._labelled().items() if share >= LABELLED)
+
+    def _told(self) -> tuple[Row, ...]:
+        """What is listed, as texts."""
+        labelled = self._labelled()
+        return tuple(
+            Row(
+                (
+                    one.name,
+                    f"{100 * one.uncertainty:.0f} %",
+                    f"{one.wrong:.1f} s",
+                    f"{100 * labelled[one.id]:.0f} %" if one.id in labelled else "–",
+                ),
+                tip=self._tip(one),
+            )
+            for one in self.rows
+        )
+
+    def _tip(self, one: Proposal) -> str:
+        """What the figures mean."""
+        text = self.tr(
+            "{name} ({task}), {seconds:.1f} s: of moments as uncertain as these, tested "
+            "demonstrations had so many wrong that about {wrong:.1f} s are expected to be wrong "
+            "here. Labelling it is expected to put these right."
+        ).format(name=one.name, task=one.task, seconds=one.seconds, wrong=one.wrong)
+        if one.typicality is None:
+            return text
+        typical = self.tr("It is {0:.0f} % like all that are listed.")
+        return f"{text} {typical.format(100 * one.typicality)}"
 
     def _labelled(self) -> dict[str, float]:
         """Which share of each demonstration the coder has labelled."""
@@ -176,24 +207,36 @@ class ProposalsView(QWidget):
 
     def _say_empty(self) -> None:
         """Say why there is nothing to see, where there is nothing."""
-        self._pages.setCurrentIndex(0 if self.model.rows else 1)
-        self.order.setVisible(bool(self.model.rows))
+        self.order.setVisible(bool(self.rows))
         outcome = self.document.outcome
-        if outcome is None:
+        tasks = () if outcome is None else outcome.tasks
+        there = [info for info in self.document.infos if info.task in tasks]
+        blind = blind_to(self.document)
+        if self.rows:
+            text = ""
+        elif outcome is None:
             text = self.tr("Train a recogniser: it proposes labels for what is unlabelled.")
-        elif outcome.proposals:
+        elif self.jobs.awaits(KEY):
+            text = self.tr("Ranking what is unlabelled…")
+        elif outcome.proposals or any(info.id in blind for info in there):
             text = self.tr("There is nothing here that may be seen.")
+        elif any(outcome.author not in info.labelled for info in there):
+            # A run of the command line tests only, and demonstrations are imported later.
+            text = self.tr(
+                "This run proposes nothing for what is unlabelled. Train again; if nothing is "
+                "listed here then, Training says why."
+            )
         else:
             text = self.tr(
                 "Every demonstration was labelled when this recogniser was trained; there is "
                 "nothing to propose."
             )
-        self._empty.setText(text)
+        self._pages.say(text)
 
     def _go(self, index: QModelIndex) -> None:
         """Go to the most uncertain stretch of a row."""
         if index.isValid():
-            self.document.examine(self.model.rows[index.row()].place)
+            self.document.examine(self.rows[index.row()].place)
 
 
 def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
@@ -202,3 +245,33 @@ def _ranking(outcome: Outcome) -> Generator[None, None, tuple[Proposal, ...]]:
 
     yield None
     return proposals(outcome)
+
+
+class _Bars(QStyledItemDelegate):
+    """Draws a share, which `share` gives for a row, as a bar beside its number."""
+
+    def __init__(self, share: Callable[[int], float]) -> None:
+        super().__init__()
+        self._share = share
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        """Draw the ground as always, then number and bar."""
+        self.initStyleOption(option, index)
+        number, option.text = option.text, ""
+        style = option.widget.style()
+        style.drawControl(QStyle.ControlElement.CE_ItemViewItem, option, painter)
+        theme = colours()
+        box = QRectF(option.rect).adjusted(4, 4, -4, -4)
+        bar = QRectF(box.left() + 42, box.top(), max(box.width() - 42, 0), box.height())
+        chosen = bool(option.state & QStyle.StateFlag.State_Selected)
+        painter.save()
+        painter.setPen(QColor(theme.accent_text if chosen else theme.text))
+        painter.drawText(
+            QRectF(box.left(), box.top(), 36, box.height()),
+            Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter,
+            number,
+        )
+        painter.fillRect(bar, QColor(theme.panel_edge))
+        bar.setWidth(bar.width() * self._share(index.row()))
+        painter.fillRect(bar, QColor(theme.muted))
+        painter.restore()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QSize
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import muted, placeholder
+from forcelab.gui.arranging import PageOrNote, column, muted, search_field
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.queue_buttons import VerdictButtons
@@ -15,7 +14,7 @@ from forcelab.gui.review.queue_list import QueueList
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_reading import QueueReader
 from forcelab.gui.review.queue_undo import Repainted
-from forcelab.gui.review.queue_words import missing, summary
+from forcelab.gui.review.queue_words import action_name, missing, summary
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment
 from forcelab.project.decisions import StoredVerdict, VerdictKind
@@ -48,41 +47,19 @@ class QueueView(QWidget):
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
         self.list.chosen.connect(document.examine)
-        self.filter = QLineEdit()
-        self.filter.setPlaceholderText(self.tr("Filter by action or demonstration"))
-        self.filter.setAccessibleName(self.tr("Filter by action or demonstration"))
-        self.filter.setClearButtonEnabled(True)
+        sought = self.tr("Filter by action or demonstration")
+        self.filter = search_field(sought, sought)
         self.filter.textChanged.connect(self._show)
         self.buttons = VerdictButtons()
         self.buttons.judged.connect(self.judge)
         self.buttons.withdrawn.connect(self.withdraw)
-        self._summary, self._empty = muted(), placeholder()
-        self._lay_out()
+        self._summary, self._pages = muted(), PageOrNote(self.list)
+        parts = self.filter, self._summary, self._pages, self.buttons
+        column(self, *parts, growing=self._pages, margin=4, spacing=4)
         self.reader.changed.connect(self._compared)
         document.examined_changed.connect(self._follow)
         document.training_changed.connect(self._training_changed)
         self._show()
-
-    def _lay_out(self) -> None:
-        """Filter and summary above, the list, and the verdicts below it."""
-        self._pages = QStackedWidget()
-        self._pages.addWidget(self.list)
-        self._pages.addWidget(self._empty)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(4, 4, 4, 4)
-        column.setSpacing(4)
-        column.addWidget(self.filter)
-        column.addWidget(self._summary)
-        column.addWidget(self._pages, 1)
-        column.addWidget(self.buttons)
-
-    def sizeHint(self) -> QSize:
-        """Room for some rows."""
-        return QSize(340, 380)
-
-    def minimumSizeHint(self) -> QSize:
-        """Less than the rows need; then one scrolls."""
-        return QSize(190, 150)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what happened while it was hidden."""
@@ -108,13 +85,30 @@ class QueueView(QWidget):
         """The item that is being looked at."""
         return self.list.current
 
-    def next(self) -> None:
-        """Go to the next difference; after the last one the first comes again."""
-        self._step(1)
+    def step(self, direction: int) -> None:
+        """Go to the next difference, or with -1 to the one before, as soon as it is known.
 
-    def previous(self) -> None:
-        """Go to the difference before."""
-        self._step(-1)
+        After the last one the first comes again.
+        """
+        if self.reader.stale:
+            self._steps = direction
+            self.reader.compare()
+            return
+        if not self.list.waiting:
+            if self.list.unfold_one():
+                self.step(direction)
+                return
+            self.document.say(self._missing or self.tr("Everything listed is judged."))
+            return
+        place, wrapped = self.list.beside(direction)
+        if not self.document.examine(place):
+            return
+        if wrapped:
+            first, last = self.tr("Back at the first."), self.tr("Back at the last.")
+            self.document.say(first if direction > 0 else last)
+        elif not self.isVisible():  # or one would wonder what is wrong there
+            sides = map(action_name, (place.human, place.predicted))
+            self.document.say(self.tr("Human: {0}; model: {1}.").format(*sides))
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Say who is right about the difference that is examined, and go on to the next one.
@@ -198,23 +192,6 @@ class QueueView(QWidget):
             self._repainted.add(difference)
         return not document.refused
 
-    def _step(self, direction: int) -> None:
-        """Go on or back, as soon as it is known where to."""
-        if self.reader.stale:
-            self._steps = direction
-            self.reader.compare()
-            return
-        if not self.list.waiting:
-            if self.list.unfold_one():
-                self._step(direction)
-                return
-            self.document.say(self._missing or self.tr("Everything listed is judged."))
-            return
-        place, wrapped = self.list.beside(direction)
-        if self.document.examine(place) and wrapped:
-            first, last = self.tr("Back at the first."), self.tr("Back at the last.")
-            self.document.say(first if direction > 0 else last)
-
     def _follow(self) -> None:
         """Mark the place that is examined, wherever it was chosen; only that one is judged."""
         self.list.mark(self.document.examined)
@@ -237,7 +214,7 @@ class QueueView(QWidget):
         self._show()
         if self._steps and not self.reader.stale:
             direction, self._steps = self._steps, 0
-            self._step(direction)
+            self.step(direction)
 
     @property
     def _missing(self) -> str:
@@ -254,8 +231,7 @@ class QueueView(QWidget):
         empty = self._missing
         if not empty and not self.model.sections:
             empty = self.tr("Nothing here fits the filter.")
-        self._empty.setText(empty)
-        self._pages.setCurrentIndex(1 if empty else 0)
+        self._pages.say(empty)
         there = bool(self.queue.open or self.queue.judged)
         self.filter.setVisible(there)
         self.buttons.setVisible(there)

@@ -89,12 +89,6 @@ def reading(
 class QueueReader(QObject):
     """Keeps the queue of a document's outcome up to date, as long as somebody looks at it.
 
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    parent : QObject, optional
-
     Attributes
     ----------
     read : Read or None
@@ -120,9 +114,7 @@ class QueueReader(QObject):
         self._changes, self._compared = 1, 0
         self._upheavals, self._reread = 1, 0
         self._infos = document.infos
-        self._soon = QTimer(self)
-        self._soon.setSingleShot(True)
-        self._soon.setInterval(PAUSE)
+        self._soon = QTimer(self, singleShot=True, interval=PAUSE)
         self._soon.timeout.connect(self.compare)
         document.outcome_changed.connect(self._all_changed)
         document.listing_changed.connect(self._listing_changed)

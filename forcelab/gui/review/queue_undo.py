@@ -14,10 +14,6 @@ class Repainted:
 
     Undo works on the open demonstration, and after a verdict that is often another one already:
     there it would take back something that nobody has thought of for days.
-
-    Parameters
-    ----------
-    document : Document
     """
 
     def __init__(self, document: Document) -> None:

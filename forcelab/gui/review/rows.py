@@ -69,12 +69,7 @@ class Row:
 
 
 class TextModel(QAbstractTableModel):
-    """Rows of texts.
-
-    Parameters
-    ----------
-    parent : QObject, optional
-    """
+    """Rows of texts."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -86,6 +81,20 @@ class TextModel(QAbstractTableModel):
         self.beginResetModel()
         self.columns, self.rows = tuple(columns), tuple(rows)
         self.endResetModel()
+
+    def retell(self, rows: Sequence[Row]) -> None:
+        """Hold other texts in as many rows; the row that is chosen stays so."""
+        self.rows = tuple(rows)
+        if self.rows:
+            last = self.index(len(self.rows) - 1, len(self.columns) - 1)
+            self.dataChanged.emit(self.index(0, 0), last)
+
+    def as_tsv(self) -> str:
+        """What is held, with names of columns and of rows that have any, for spreadsheets."""
+        named = any(row.name for row in self.rows)
+        lines = [["", *(column.name for column in self.columns)]]
+        lines += [[row.name, *row.cells] for row in self.rows]
+        return as_tsv(lines if named else [line[1:] for line in lines])
 
     def rowCount(self, parent: Index = NOWHERE) -> int:
         """How many rows there are."""
@@ -136,12 +145,7 @@ class TextModel(QAbstractTableModel):
 
 
 class TextRows(QTableView):
-    """A view of whole rows; letters and digits are left to the window.
-
-    Parameters
-    ----------
-    model : TextModel
-    """
+    """A view of whole rows; letters and digits are left to the window."""
 
     def __init__(self, model: TextModel) -> None:
         super().__init__()

@@ -19,13 +19,7 @@ SHOWN = 24
 
 
 class RunChoice(NarrowList):
-    """The runs, the latest first.
-
-    Parameters
-    ----------
-    document : Document
-    learning : Learning
-    """
+    """The runs, the latest first."""
 
     def __init__(self, document: Document, learning: Learning) -> None:
         super().__init__()

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QModelIndex, QSize, Qt
+from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QHBoxLayout,
     QPushButton,
-    QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import muted, placeholder
+from forcelab.gui.arranging import PageOrNote, column, muted
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_switches import choice
@@ -26,7 +24,7 @@ from forcelab.gui.review.metric_words import (
     reliability_tip,
 )
 from forcelab.gui.review.queue_words import untested
-from forcelab.gui.review.rows import TextModel, TextRows, as_tsv, copy_text
+from forcelab.gui.review.rows import TextModel, TextRows, copy_text
 from forcelab.gui.review.scores_table import FIXED, Sorting, columns_of, computing, rows_of
 from forcelab.gui.review.seen import seen_of
 from forcelab.recognition.intervals import Intervals
@@ -40,13 +38,7 @@ WIDEST_NAME = 180
 
 
 class ScoresView(QWidget):
-    """A table of scores; a click on a demonstration opens it, one on a column sorts by it.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
-    """
+    """A table of scores; a click on a demonstration opens it, one on a column sorts by it."""
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
@@ -68,7 +60,6 @@ class ScoresView(QWidget):
         self.table = TextRows(self.model)
         self.table.setAccessibleName(self.tr("Scores"))
         self.note = muted()
-        self._empty = placeholder()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
         self.copy_button.clicked.connect(self.copy)
@@ -77,10 +68,6 @@ class ScoresView(QWidget):
         document.author_changed.connect(self._refresh)
         document.listing_changed.connect(self._refresh)
 
-    def sizeHint(self) -> QSize:
-        """Room for some columns and rows."""
-        return QSize(480, 320)
-
     @property
     def metrics(self) -> tuple[Metric, ...]:
         """What is shown."""
@@ -88,9 +75,7 @@ class ScoresView(QWidget):
 
     def copy(self) -> None:
         """Copy the table as lines of cells with tabs between them."""
-        lines = [["", *(column.name for column in self.model.columns)]]
-        lines += [[row.name, *row.cells] for row in self.model.rows]
-        copy_text(as_tsv(lines))
+        copy_text(self.model.as_tsv())
         self.document.say(self.tr("The scores were copied."))
 
     def sort_by(self, column: int) -> None:
@@ -145,22 +130,10 @@ class ScoresView(QWidget):
         if corner is not None:
             corner.setEnabled(False)
         page = QWidget()
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.table, 1)
-        row = QHBoxLayout()
-        row.setContentsMargins(8, 4, 8, 4)
-        row.addWidget(self.note)
-        column.addLayout(row)
-        self._pages = QStackedWidget()
-        self._pages.addWidget(page)
-        self._pages.addWidget(self._empty)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(self._bar)
-        whole.addWidget(self._pages, 1)
+        self.note.setContentsMargins(8, 4, 8, 4)
+        column(page, self.table, self.note, growing=self.table)
+        self._pages = PageOrNote(page)
+        column(self, self._bar, self._pages, growing=self._pages)
 
     def _refresh(self) -> None:
         """Show the outcome as it is now."""
@@ -216,7 +189,7 @@ class ScoresView(QWidget):
         self.note.setText(self._note(rows[1].tip))
         self.note.setToolTip(reliability_tip() if self._outcome.reliability else "")
         self._bar.show()
-        self._pages.setCurrentIndex(0)
+        self._pages.say("")
 
     def _note(self, how: str) -> str:
         """How the intervals were made, and what was done to get here."""
@@ -229,9 +202,8 @@ class ScoresView(QWidget):
 
     def _show_empty(self, text: str) -> None:
         """Show a sentence in place of the table."""
-        self._empty.setText(text)
         self._bar.hide()
-        self._pages.setCurrentIndex(1)
+        self._pages.say(text)
 
     def _open(self, index: QModelIndex) -> None:
         """Open the demonstration of a row."""

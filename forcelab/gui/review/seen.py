@@ -20,11 +20,7 @@ def blind_to(document: Document) -> frozenset[str]:
     """
     if document.project is None:
         return frozenset()
-    return frozenset(
-        one.demonstration
-        for one in document.project.assignments(document.author)
-        if one.blind and one.done is None
-    )
+    return document.project.blind_to(document.author)
 
 
 def seen_of(document: Document) -> Outcome | None:

@@ -8,7 +8,6 @@ from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtWidgets import (
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QHBoxLayout,
     QLabel,
     QPushButton,
@@ -17,13 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import muted, rule, scrolled
+from forcelab.gui.arranging import muted, rule, scrolled, toned, use_or_cancel
 from forcelab.gui.numerals import thousands
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.review.settings_form import SettingsForm
 from forcelab.gui.review.settings_words import of_preset, summary
-from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
     from forcelab.recognition.settings import Settings
@@ -74,6 +72,7 @@ class SettingsDialog(QDialog):
         self.about.setWordWrap(True)
         self.about.setAccessibleName(self.tr("What the preset is"))
         self.scales, self.cost = muted(), muted()
+        buttons, self.ok = use_or_cancel(self, self.tr("Use these settings"))
         self._pages = QStackedWidget()
         self._pages.addWidget(self._summary_page())
         self._pages.addWidget(self._form_page())
@@ -84,9 +83,7 @@ class SettingsDialog(QDialog):
         column.addWidget(rule())
         column.addWidget(self.scales)
         column.addWidget(self.cost)
-        column.addWidget(self._buttons())
-        themes().changed.connect(self._colour)
-        self._colour()
+        column.addWidget(buttons)
         self._show_settings(settings)
 
     def sizeHint(self) -> QSize:
@@ -107,7 +104,7 @@ class SettingsDialog(QDialog):
             tip = of_preset(name)
             self.presets.setItemData(self.presets.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
-        self.changed_label = QLabel(self.tr("changed"))
+        self.changed_label = toned("warning", self.tr("changed"))
         self.change = QPushButton(self.tr("&Change…"))
         self.change.setAccessibleName(self.tr("Change these settings"))
         self.change.clicked.connect(self.open_form)
@@ -139,17 +136,6 @@ class SettingsDialog(QDialog):
         """All fields."""
         self._area = scrolled(self.form)
         return self._area
-
-    def _buttons(self) -> QDialogButtonBox:
-        """Take them or leave them."""
-        buttons = QDialogButtonBox()
-        self.ok = buttons.addButton(self.tr("&Use"), QDialogButtonBox.ButtonRole.AcceptRole)
-        self.ok.setAccessibleName(self.tr("Use these settings"))
-        cancel = buttons.addButton(self.tr("Cancel"), QDialogButtonBox.ButtonRole.RejectRole)
-        cancel.setAccessibleName(self.tr("Cancel"))
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
-        return buttons
 
     # What happens
 
@@ -223,13 +209,8 @@ class SettingsDialog(QDialog):
 
     def _cost(self, settings: Settings) -> str:
         """How much is trained on."""
-        cost = self.facts.cost(settings)
-        if not cost.samples:
-            return self.tr("{0} features; nothing is labelled yet.").format(cost.features)
-        return self.tr("{0} features, {1} labelled time steps to train on").format(
-            cost.features, thousands(cost.samples)
-        )
-
-    def _colour(self) -> None:
-        """The theme's colours."""
-        self.changed_label.setStyleSheet(f"color: {colours().warning}")
+        features, steps = self.facts.cost(settings)
+        if not steps:
+            return self.tr("{0} features; nothing is labelled yet.").format(features)
+        text = self.tr("{0} features, {1} labelled time steps to train on")
+        return text.format(features, thousands(steps))

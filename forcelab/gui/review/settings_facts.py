@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from forcelab.recognition.choice import Choice
     from forcelab.recognition.settings import Settings
 
-__all__ = ["Cost", "Facts", "facts_of"]
+__all__ = ["Facts", "facts_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,32 +37,13 @@ class Facts:
     labelled: float = 0.0
     spellings: frozenset[str] = frozenset()
 
-    def cost(self, settings: Settings) -> Cost:
-        """What training with these settings takes."""
+    def cost(self, settings: Settings) -> tuple[int, int]:
+        """Numbers that describe a time step, and labelled steps that are trained on."""
         channels = self.channels if settings.channels is None else settings.channels
         rate = settings.rate or self.rate
         features = settings.width(len(channels))
         steps = rate / settings.hop(rate) if rate else 0.0
-        return Cost(features, round(self.labelled * steps / settings.stride), rate)
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """How much is trained on.
-
-    Parameters
-    ----------
-    features : int
-        Numbers that describe a sample.
-    samples : int
-        Labelled samples, by the stride.
-    rate : float
-        Samples a second.
-    """
-
-    features: int
-    samples: int
-    rate: float
+        return features, round(self.labelled * steps / settings.stride)
 
 
 def facts_of(document: Document, choice: Choice) -> Facts:

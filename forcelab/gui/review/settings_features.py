@@ -3,29 +3,9 @@
 from __future__ import annotations
 
 from forcelab.gui.commands import QT_TRANSLATE_NOOP
-from forcelab.gui.review.settings_field import Field, Values
+from forcelab.gui.review.settings_field import Field
 
 __all__ = ["FEATURES"]
-
-
-def _has_parameter(values: Values) -> bool:
-    """Whether there are wavelets, and they have a parameter."""
-    return _has_wavelets(values) and values["wavelet"] != "haar"
-
-
-def _has_wavelets(values: Values) -> bool:
-    """Whether time steps are known by wavelets."""
-    return values["features"] == "wavelets"
-
-
-def _has_phases(values: Values) -> bool:
-    """Whether there are wavelets, and their phases are used."""
-    return _has_wavelets(values) and bool(values["phase"])
-
-
-def _has_windows(values: Values) -> bool:
-    """Whether time steps are known by windows."""
-    return values["features"] == "windows"
 
 
 #: In the order of the form.
@@ -77,7 +57,6 @@ FEATURES = (
             ("dog", QT_TRANSLATE_NOOP("forcelab", "Derivative of a Gaussian")),
             ("haar", QT_TRANSLATE_NOOP("forcelab", "Haar")),
         ),
-        applies=_has_wavelets,
     ),
     Field(
         "parameter",
@@ -88,11 +67,8 @@ FEATURES = (
             "Of a Morlet how many oscillations it has: larger tells frequencies better apart, "
             "smaller times. Of a Gaussian which derivative.",
         ),
-        lowest=0.0,
         highest=1000.0,
-        step=1.0,
         decimals=2,
-        applies=_has_parameter,
     ),
     Field(
         "min_scale",
@@ -103,7 +79,6 @@ FEATURES = (
         highest=1e5,
         decimals=1,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
-        applies=_has_wavelets,
     ),
     Field(
         "max_scale",
@@ -119,7 +94,6 @@ FEATURES = (
         step=64.0,
         decimals=1,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
-        applies=_has_wavelets,
     ),
     Field(
         "spacing",
@@ -130,14 +104,12 @@ FEATURES = (
         highest=10.0,
         step=0.25,
         decimals=2,
-        applies=_has_wavelets,
     ),
     Field(
         "phase",
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Phases"),
         QT_TRANSLATE_NOOP("forcelab", "Phases beside the magnitudes: twice the features."),
-        applies=_has_wavelets,
     ),
     Field(
         "circular",
@@ -147,7 +119,6 @@ FEATURES = (
             "forcelab",
             "Of each phase, in place of the angle, which jumps at half a turn.",
         ),
-        applies=_has_phases,
     ),
     Field(
         "amplitude",
@@ -162,9 +133,7 @@ FEATURES = (
             ("absolute", QT_TRANSLATE_NOOP("forcelab", "As recorded")),
             ("own", QT_TRANSLATE_NOOP("forcelab", "Each demonstration's own amplitude")),
             ("both", QT_TRANSLATE_NOOP("forcelab", "Both side by side")),
-            ("chosen", QT_TRANSLATE_NOOP("forcelab", "Whichever does better")),
         ),
-        applies=_has_windows,
     ),
     Field(
         "peaks",
@@ -175,7 +144,6 @@ FEATURES = (
             "How far each channel is from its highest and its lowest level, before and after: "
             "whether it has peaked or is about to.",
         ),
-        applies=_has_windows,
     ),
     Field(
         "step",

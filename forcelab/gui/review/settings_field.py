@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from forcelab.gui.commands import translated
+from forcelab.recognition.relevance import counts
 
 __all__ = ["Field", "Values"]
 
 Kind = Literal["number", "whole", "choice", "flag", "channels", "merge"]
 #: What a form holds, by the names of :class:`~forcelab.recognition.settings.Settings`.
 Values = Mapping[str, Any]
-
-
-def _always(_values: Values) -> bool:
-    """For a field that every recogniser uses."""
-    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +38,6 @@ class Field:
         Of a choice: values, and what they are called in English.
     default : float, optional
         What a switch that is turned on begins with; a field that has it can be off, which is None.
-    applies : callable
-        Whether it is used, told from all values of the form.
     """
 
     name: str
@@ -57,7 +51,10 @@ class Field:
     unit: str = ""
     options: tuple[tuple[str, str], ...] = ()
     default: float | None = None
-    applies: Callable[[Values], bool] = _always
+
+    def applies(self, values: Values) -> bool:
+        """Whether it is used, told from all values of the form."""
+        return counts(self.name, values)
 
     @property
     def shown(self) -> str:

@@ -4,30 +4,9 @@ from __future__ import annotations
 
 from forcelab.gui.commands import QT_TRANSLATE_NOOP
 from forcelab.gui.review.settings_features import FEATURES
-from forcelab.gui.review.settings_field import Field, Values
+from forcelab.gui.review.settings_field import Field
 
 __all__ = ["FIELDS", "GROUPS"]
-
-
-def _is_plain(values: Values) -> bool:
-    """Whether the classifier can weigh actions and be calibrated."""
-    return values["classifier"] in ("logistic", "extra-trees", "boosting", "ensemble")
-
-
-def _is_random(values: Values) -> bool:
-    """Whether anything of the classifier is drawn at random."""
-    drawn = ("mlp", "decision-tree", "svm", "extra-trees", "boosting", "ensemble")
-    return values["classifier"] in drawn
-
-
-def _decodes(values: Values) -> bool:
-    """Whether a decoder makes the timeline."""
-    return values["decoder"] != "filters"
-
-
-def _filters(values: Values) -> bool:
-    """Whether filters make the timeline."""
-    return not _decodes(values)
 
 
 #: What learns the actions, and from how much.
@@ -54,7 +33,6 @@ _CLASSIFIER = (
         "flag",
         QT_TRANSLATE_NOOP("forcelab", "Rare actions count as much"),
         QT_TRANSLATE_NOOP("forcelab", "Every action has the same weight in training."),
-        applies=_is_plain,
     ),
     Field(
         "calibrated",
@@ -64,7 +42,6 @@ _CLASSIFIER = (
             "forcelab",
             "So that of what is 80 % sure 80 % is right, on demonstrations that were left out.",
         ),
-        applies=_is_plain,
     ),
     Field(
         "trimmed",
@@ -95,7 +72,6 @@ _CLASSIFIER = (
         QT_TRANSLATE_NOOP("forcelab", "Seed"),
         QT_TRANSLATE_NOOP("forcelab", "The same seed gives the same recogniser again."),
         highest=2**32 - 1,
-        applies=_is_random,
     ),
 )
 
@@ -128,7 +104,6 @@ _DECODER = (
             ("durations", QT_TRANSLATE_NOOP("forcelab", "Durations of actions")),
             ("order", QT_TRANSLATE_NOOP("forcelab", "Durations and order")),
         ),
-        applies=_decodes,
     ),
     Field(
         "changes",
@@ -138,7 +113,6 @@ _DECODER = (
             "forcelab",
             "A contact, a slip or a snap tells the decoder where one action gives way to another.",
         ),
-        applies=_decodes,
     ),
     Field(
         "threshold",
@@ -149,7 +123,6 @@ _DECODER = (
         step=0.05,
         decimals=2,
         default=0.8,
-        applies=_filters,
     ),
     Field(
         "median",
@@ -164,7 +137,6 @@ _DECODER = (
         highest=1e5,
         unit=QT_TRANSLATE_NOOP("forcelab", "samples"),
         default=10,
-        applies=_filters,
     ),
     Field(
         "drop",
@@ -178,7 +150,6 @@ _DECODER = (
         decimals=3,
         unit=QT_TRANSLATE_NOOP("forcelab", "of the shortest"),
         default=0.125,
-        applies=_filters,
     ),
 )
 

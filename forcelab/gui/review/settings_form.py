@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFormLayout, QGroupBox, QLabel, QVBoxLayout, QWidget
 
 from forcelab.errors import InputError
+from forcelab.gui.arranging import column, toned
 from forcelab.gui.commands import translated
 from forcelab.gui.review.merge_editor import MergeEditor
 from forcelab.gui.review.settings_editors import (
@@ -20,7 +21,6 @@ from forcelab.gui.review.settings_editors import (
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_field import Field
 from forcelab.gui.review.settings_fields import FIELDS, GROUPS
-from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
     from forcelab.recognition.settings import Settings
@@ -63,19 +63,17 @@ class SettingsForm(QWidget):
         self._base: Settings | None = None
         self._wavelet = ""
         self._rows: dict[str, tuple[QFormLayout, QWidget]] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
         for name, fields in GROUPS.items():
             box = QGroupBox(translated(name))
             form = QFormLayout(box)
             form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
             form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)
-            column.addWidget(box)
+            whole.addWidget(box)
             for field in fields:
                 self._add(field, form)
-        column.addStretch(1)
-        themes().changed.connect(self._colour)
-        self._colour()
+        whole.addStretch(1)
 
     def set_settings(self, settings: Settings) -> None:
         """Show settings."""
@@ -162,15 +160,10 @@ class SettingsForm(QWidget):
         """Add the row of a field."""
         shown = _editor(field, self.facts)
         shown.changed.connect(self._edited)
-        trouble = QLabel()
-        trouble.setWordWrap(True)
+        trouble = toned("trouble")
         trouble.hide()
         cell = QWidget()
-        column = QVBoxLayout(cell)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(shown)
-        column.addWidget(trouble)
+        column(cell, shown, trouble, spacing=2)
         name = QLabel(field.shown)
         name.setToolTip(field.shown_tip)
         form.addRow(name, cell)
@@ -197,11 +190,6 @@ class SettingsForm(QWidget):
             form.setRowVisible(cell, field.applies(values))
         self.settings()
         self.changed.emit()
-
-    def _colour(self) -> None:
-        """The theme's colours for what is wrong."""
-        for label in self.troubles.values():
-            label.setStyleSheet(f"color: {colours().trouble}")
 
 
 class _RefusedError(Exception):

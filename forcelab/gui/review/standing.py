@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from forcelab.gui.elsewhere_line import ElsewhereLine
-from forcelab.gui.review.bar_texts import progress_text, standing_text
+from forcelab.gui.review.bar_texts import progress_text
 from forcelab.gui.review.learning import Learning
 
 __all__ = ["Standing"]
@@ -13,10 +13,6 @@ class Standing(ElsewhereLine):
     """A line in the status bar; a click on it leads to the review.
 
     Seen while another workspace is in front: the review says it in its own bar.
-
-    Parameters
-    ----------
-    learning : Learning
     """
 
     def __init__(self, learning: Learning) -> None:
@@ -36,8 +32,9 @@ class Standing(ElsewhereLine):
             return self.tr("Training: {0}").format(
                 self.tr("starting") if step is None else progress_text(step)
             )
-        if learning.edits is None:
+        outcome = learning.document.outcome
+        if learning.edits is None or outcome is None:
             return ""
-        return self.tr("Recogniser: {0}").format(
-            standing_text(learning.edits, learning.learnt_from)[0]
-        )
+        run = self.tr("Run {0}").format(outcome.number)
+        what = self.tr("Recogniser") if learning.kept else run
+        return f"{what}: {learning.stands[0]}"

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
+from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.learning import TRAINING, Learning
@@ -50,8 +51,8 @@ class ReviewTab(QWidget):
         self._jobs = jobs
         self._label = label
         self._built: ReviewWorkspace | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        self._painting = True  # whether the timeline has the keyboard while this is in front
+        column(self)
 
     @property
     def workspace(self) -> ReviewWorkspace:
@@ -71,10 +72,15 @@ class ReviewTab(QWidget):
     def come_to_front(self, front: bool) -> None:
         """Borrow timeline and video, or give them back."""
         self.standing.set_elsewhere(not front)
+        tracks = self._label.tracks
         if front:
             self.workspace.borrow()
-        else:
-            self._label.take_back()
+            if self._painting:  # or Qt gives the keyboard to whatever comes first
+                tracks.setFocus()
+            return
+        if self.isAncestorOf(tracks):
+            self._painting = self.focusWidget() is tracks
+        self._label.take_back()
 
     def remember_layout(self) -> None:
         """Keep how the room is shared out."""
@@ -97,23 +103,18 @@ class ReviewTab(QWidget):
             "accept": document.accept_here,
             "accept_all": document.accept_in_view,
             "undo": self._undo,
-            "verdict_human": partial(self._judge, "human"),
-            "verdict_model": partial(self._judge, "model"),
-            "verdict_ambiguous": partial(self._judge, "ambiguous"),
+            "verdict_human": lambda: self.workspace.queue.judge("human"),
+            "verdict_model": lambda: self.workspace.queue.judge("model"),
+            "verdict_ambiguous": lambda: self.workspace.queue.judge("ambiguous"),
         }
 
     def _step(self, direction: int) -> None:
         """Go to the next thing to review, or back to the one before."""
-        queue = self.workspace.queue
-        (queue.next if direction > 0 else queue.previous)()
+        self.workspace.queue.step(direction)
 
     def _undo(self) -> bool:
         """Take back the latest edit; in front of the queue also that of the last verdict."""
         return self.workspace.queue.undo() if self.isVisible() else self.document.undo()
-
-    def _judge(self, verdict: Literal["human", "model", "ambiguous"]) -> None:
-        """Say who is right about the place that is examined."""
-        self.workspace.queue.judge(verdict)
 
 
 def _warming_up() -> Generator[None, None, None]:

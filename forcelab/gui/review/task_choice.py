@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QGroupBox,
     QLabel,
@@ -19,9 +18,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import toned, use_or_cancel
 from forcelab.gui.document import Document
 from forcelab.gui.review.wanted import OWN, groups_for, shown_task, whose_labels
-from forcelab.gui.theme import colours, themes
 from forcelab.recognition.grouping import GROUPS
 
 if TYPE_CHECKING:
@@ -52,10 +51,7 @@ class TaskChoice(QWidget):
         self.document = document
         self.trouble = ""
         self.tasks = tuple(dict.fromkeys(info.task for info in document.infos))
-        self._refusal = QLabel()
-        self._refusal.setWordWrap(True)
-        self._told = QLabel()
-        self._told.setWordWrap(True)
+        self._refusal, self._told = toned("trouble"), QLabel(wordWrap=True)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self._training_box(choice))
@@ -65,8 +61,6 @@ class TaskChoice(QWidget):
         column.addWidget(self._told)
         column.addWidget(self._refusal)
         column.addStretch(1)
-        themes().changed.connect(self._colour)
-        self._colour()
         self._follow()
 
     def choice(self) -> Choice:
@@ -245,10 +239,6 @@ class TaskChoice(QWidget):
             choice_name(choice.tasks, choice.test_task, choice.apart)
         )
 
-    def _colour(self) -> None:
-        """The theme's colour for what is wrong."""
-        self._refusal.setStyleSheet(f"color: {colours().trouble}")
-
 
 class TaskChoiceDialog(QDialog):
     """The choice of tasks in a window of its own."""
@@ -257,13 +247,7 @@ class TaskChoiceDialog(QDialog):
         super().__init__(parent)
         self.setWindowTitle(self.tr("Tasks to train and test on"))
         self.form = TaskChoice(document, choice)
-        buttons = QDialogButtonBox()
-        self.ok = buttons.addButton(self.tr("&Use"), QDialogButtonBox.ButtonRole.AcceptRole)
-        self.ok.setAccessibleName(self.tr("Use these tasks"))
-        cancel = buttons.addButton(self.tr("Cancel"), QDialogButtonBox.ButtonRole.RejectRole)
-        cancel.setAccessibleName(self.tr("Cancel"))
-        buttons.accepted.connect(self.accept)
-        buttons.rejected.connect(self.reject)
+        buttons, self.ok = use_or_cancel(self, self.tr("Use these tasks"))
         column = QVBoxLayout(self)
         column.addWidget(self.form, 1)
         column.addWidget(buttons)

@@ -13,12 +13,7 @@ __all__ = ["TaskList"]
 
 
 class TaskList(NarrowList):
-    """The tasks of the project; below them, the page on which several are chosen.
-
-    Parameters
-    ----------
-    learning : Learning
-    """
+    """The tasks of the project; below them, the page on which several are chosen."""
 
     def __init__(self, learning: Learning) -> None:
         super().__init__()

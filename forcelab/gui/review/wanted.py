@@ -72,11 +72,6 @@ def whose_labels(document: Document, tasks: set[str | None]) -> str | None:
 class Wanted(QObject):
     """Settings and choice of the task at hand, remembered for each task of each project.
 
-    Parameters
-    ----------
-    document : Document
-    parent : QObject, optional
-
     Attributes
     ----------
     task : str
@@ -157,6 +152,12 @@ class Wanted(QObject):
         if outcome is None or not self.ready or outcome.author == self.whose:
             return ""
         return outcome.author
+
+    @property
+    def resettled(self) -> bool:
+        """Whether the next training takes other settings than what is reviewed was trained with."""
+        outcome = self.document.outcome
+        return outcome is not None and self.ready and outcome.settings != self.settings
 
     @property
     def _parts(self) -> tuple[tuple[str, ...], str | None, str | None, bool, int | None]:

@@ -16,12 +16,7 @@ LONGEST = 180
 
 
 class WhoseLine(Elided):
-    """Names the coder whose labels are trained on, where it might be another.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Names the coder whose labels are trained on, where it might be another."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

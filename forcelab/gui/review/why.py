@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QSizePolicy, QStackedLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from forcelab.errors import ForcelabError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import PageOrNote, column
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review import why_words
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["WhyView"]
 
 #: Keys of the jobs.
-TRAINING, EXPLAINING, TRACING = "why training", "why", "why traces"
+KEYS = TRAINING, EXPLAINING, TRACING = "why training", "why", "why traces"
 #: ms in which several things that change at once are answered once.
 TOGETHER = 20
 
@@ -40,11 +39,6 @@ class WhyView(QWidget):
 
     Nothing is computed while it is hidden. The recogniser that has not seen the demonstration is
     trained in the background the first time that a place of it is explained, and then kept.
-
-    Parameters
-    ----------
-    document : Document
-    jobs : Jobs
 
     Attributes
     ----------
@@ -65,7 +59,6 @@ class WhyView(QWidget):
         self._away: Place | None = None  # the neighbour that is looked at meanwhile
         self._selecting = False  # whether the selection is newer than what was examined
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
-        self._waiting: set[str] = set()  # keys of jobs that are not over
         self._stopped = False
         self._begun = 0.0
         self.setAccessibleName(self.tr("Why"))
@@ -73,14 +66,9 @@ class WhyView(QWidget):
         self.page.back.clicked.connect(self.go_back)
         self.page.stop.clicked.connect(self._stop_or_go)
         self.page.neighbours.chosen.connect(self._go_to)
-        self.empty = placeholder()
-        self.empty.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
-        self._pages = QStackedLayout(self)
-        self._pages.addWidget(self.empty)
-        self._pages.addWidget(self.page)
-        self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(TOGETHER)
+        self._room = PageOrNote(self.page)
+        column(self, self._room)
+        self._timer = QTimer(self, singleShot=True, interval=TOGETHER)
         self._timer.timeout.connect(self.refresh)
         document.outcome_changed.connect(self._ask)
         document.examined_changed.connect(self._examined)
@@ -90,14 +78,6 @@ class WhyView(QWidget):
         document.author_changed.connect(self._ask)
         document.listing_changed.connect(self._ask)
         document.cursor_moved.connect(self._moved)
-
-    def sizeHint(self) -> QSize:
-        """Room for the map and the cards."""
-        return QSize(460, 520)
-
-    def minimumSizeHint(self) -> QSize:
-        """Less than that scrolls."""
-        return QSize(300, 120)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Catch up with what was asked for meanwhile."""
@@ -117,7 +97,7 @@ class WhyView(QWidget):
     @property
     def settled(self) -> bool:
         """Whether all is on the screen that there is to show."""
-        waiting = self._timer.isActive() or self._waiting
+        waiting = self._timer.isActive() or any(map(self.jobs.awaits, KEYS))
         return not (self.isVisible() and waiting)
 
     # Which place
@@ -165,8 +145,7 @@ class WhyView(QWidget):
             self._cancel()
             self.place = self.why = None
             self.page.forget()
-            self.empty.setText(reason(self.document))
-            self._pages.setCurrentIndex(0)
+            self._room.say(reason(self.document))
             return
         hidden = blind_to(document)
         if (place, hidden) == (self.place, self._hidden) and document.outcome is self._outcome:
@@ -177,11 +156,11 @@ class WhyView(QWidget):
         if document.outcome is not self._outcome:
             self.shelf.clear()
         self.place, self._outcome, self._stopped = place, document.outcome, False
-        self._pages.setCurrentIndex(1)
+        self._room.say("")
         reviewed = self._outcome.find(place.demonstration)
         certainty = None if reviewed is None else reviewed.certainty
         self.page.begin(place, certainty, self._outcome.settings.threshold)
-        self._drop(EXPLAINING, TRACING)
+        self._cancel(EXPLAINING, TRACING)
         self._begin()
 
     def _begin(self) -> None:
@@ -192,11 +171,11 @@ class WhyView(QWidget):
         id_ = place.demonstration
         withheld = self.shelf.get(project.path, outcome, id_)
         if withheld is not None:
-            self._drop(TRAINING)  # of another demonstration
+            self.jobs.cancel(TRAINING)  # of another demonstration
             self._explain(withheld)
             return
         ticket = outcome.number, id_
-        if TRAINING in self._waiting and self._training == ticket:
+        if self.jobs.awaits(TRAINING) and self._training == ticket:
             return  # on its way
         self._training, self._begun = ticket, time.monotonic()
         path = project.path
@@ -205,7 +184,8 @@ class WhyView(QWidget):
             self.shelf.put(path, outcome, id_, made)
             self._begin()
 
-        self._run(TRAINING, withhold(path, outcome, id_), done, self._tell)
+        job = withhold(path, outcome, id_)
+        self.jobs.run(job, done, self._failed, self._tell, TRAINING)
         self._tell(Progress(0, 1, "features"))
 
     def _explain(self, withheld: Withheld) -> None:
@@ -216,7 +196,7 @@ class WhyView(QWidget):
         assert outcome is not None
         self.page.state.hide()
         job = explain(withheld, outcome, place, self._hidden)
-        self._run(EXPLAINING, job, self._show)
+        self.jobs.run(job, self._show, self._failed, key=EXPLAINING)
 
     def _show(self, why: Why) -> None:
         """Put an explanation on the screen; the traces of its neighbours follow."""
@@ -233,7 +213,8 @@ class WhyView(QWidget):
             return
         from forcelab.review.why_traces import tracing
 
-        self._run(TRACING, tracing(project.path, places), self.page.neighbours.show_traces)
+        job, show = tracing(project.path, places), self.page.neighbours.show_traces
+        self.jobs.run(job, show, self._failed, key=TRACING)
 
     def _name_of(self, id_: str) -> str:
         """The name of a demonstration."""
@@ -241,35 +222,10 @@ class WhyView(QWidget):
 
     # Jobs, their progress, and their end
 
-    def _run(
-        self,
-        key: str,
-        job: Generator[Progress, None, Any],
-        done: Callable[[Any], object],
-        progress: Callable[[object], object] | None = None,
-    ) -> None:
-        """Do something in the background."""
-
-        def over(made: object) -> None:
-            self._waiting.discard(key)
-            done(made)
-
-        def failed(error: Exception) -> None:
-            self._waiting.discard(key)
-            self._failed(error)
-
-        self._waiting.add(key)
-        self.jobs.run(job, over, failed, progress, key)
-
-    def _drop(self, *keys: str) -> None:
-        """Give up what nobody waits for any more."""
-        for key in keys:
+    def _cancel(self, *keys: str) -> None:
+        """Give up what nobody waits for any more: without keys, all that is under way."""
+        for key in keys or KEYS:
             self.jobs.cancel(key)
-            self._waiting.discard(key)
-
-    def _cancel(self) -> None:
-        """Give up all that is under way."""
-        self._drop(TRAINING, EXPLAINING, TRACING)
 
     def _tell(self, progress: object) -> None:
         """Say how far the training is."""

@@ -35,12 +35,7 @@ LEAST, AROUND = 0.5, 1.0
 
 
 class ProbabilityChart(QWidget):
-    """Probabilities over time; a click moves the cursor there.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Probabilities over time; a click moves the cursor there."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import muted
+from forcelab.gui.arranging import copyable, muted, stress
 from forcelab.gui.document import Document
 from forcelab.gui.review import why_words
 from forcelab.gui.review.why_chart import ProbabilityChart
@@ -54,15 +54,12 @@ class WhyPage(QScrollArea):
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setAccessibleName(self.tr("Explanation"))
-        self.sentence, self.state_text = QLabel(), QLabel()
-        self.strongest, self.method = QLabel(), QLabel()
-        for label in (self.sentence, self.state_text, self.strongest, self.method):
-            label.setWordWrap(True)
-        for label in (self.strongest, self.method):
-            label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        face, small = self.sentence.font(), self.method.font()
-        face.setBold(True)
-        self.sentence.setFont(face)
+        plain = Qt.TextFormat.PlainText  # names in it are anybody's
+        self.sentence = QLabel(wordWrap=True, textFormat=plain)
+        self.state_text = QLabel(wordWrap=True, textFormat=plain)
+        self.strongest, self.method = copyable(), copyable()
+        stress(self.sentence)
+        small = self.method.font()
         small.setPointSizeF(max(small.pointSizeF() * 0.86, 7.0))
         self.method.setFont(small)
         self.method.setForegroundRole(QPalette.ColorRole.PlaceholderText)

@@ -6,10 +6,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, TypeVar
 
 from PySide6.QtCore import QByteArray, Qt
-from PySide6.QtWidgets import QHBoxLayout, QSplitter, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSplitter, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import column, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.bar import TrainBar
@@ -92,17 +92,12 @@ class ReviewWorkspace(QWidget):
         self._left = _split(Qt.Orientation.Vertical, (self.pairs, self._place), BELOW)
         self._right = _split(Qt.Orientation.Vertical, (self.lists, self._video), LISTS)
         self._whole = _split(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.bar)
         self._nothing = placeholder(
             self.tr(
                 "Import recordings first. When some are labelled, train; what comes of it is here."
             )
         )
-        column.addWidget(self._whole, 1)
-        column.addWidget(self._nothing, 1)
+        column(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(2, 1)
         self.bar.compare_asked.connect(self._compare)
         document.demonstration_changed.connect(self._demonstration_changed)
         document.listing_changed.connect(self._listing_changed)
@@ -189,7 +184,12 @@ class ReviewWorkspace(QWidget):
 
     def _build(self, index: int) -> None:
         """Build the list of a tab that has come to the front."""
-        getattr(self, tuple(self._rooms)[index])
+        name = tuple(self._rooms)[index]
+        getattr(self, name)
+        if name == "coders":
+            self.coders.take_keyboard()
+        if self.queue.filter.hasFocus():  # Qt's choice as the first; there, N would be typed
+            self.queue.list.setFocus()
 
     @property
     def _splitters(self) -> dict[str, QSplitter]:
@@ -221,8 +221,7 @@ class ReviewWorkspace(QWidget):
 def _holder() -> QWidget:
     """Room for a widget that is there at times only."""
     holder = QWidget()
-    layout = QHBoxLayout(holder)
-    layout.setContentsMargins(0, 0, 0, 0)
+    column(holder)
     return holder
 
 
@@ -230,8 +229,7 @@ def _split(
     orientation: Qt.Orientation, parts: tuple[QWidget, QWidget], shares: tuple[int, int]
 ) -> QSplitter:
     """Two widgets that share some room."""
-    splitter = QSplitter(orientation)
-    splitter.setChildrenCollapsible(False)
+    splitter = QSplitter(orientation, childrenCollapsible=False)
     for i, (part, share) in enumerate(zip(parts, shares, strict=True)):
         splitter.addWidget(part)
         splitter.setStretchFactor(i, share)

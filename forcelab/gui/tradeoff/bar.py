@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -15,10 +15,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import copyable
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.review.wanted import shown_task
-from forcelab.gui.theme import colours, themes
 from forcelab.gui.tradeoff.measuring import Measuring
 from forcelab.gui.tradeoff.points import ERRORS, TIMES, Kind
 
@@ -67,9 +67,8 @@ class TradeoffBar(QWidget):
         self.time, time = self._kinds(self.tr("&against"), TIMES)
         for button in (self.measure, self.cancel, self.back):
             button.setAutoDefault(False)
-        self.trouble = QLabel()
-        self.trouble.setWordWrap(True)
-        self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.trouble = copyable()
+        self.trouble.setProperty("tone", "trouble")
         first, second = QHBoxLayout(), QHBoxLayout()
         measured: tuple[QWidget, ...] = (self.task, self.measure, self.progress, self.cancel)
         for widget in measured:
@@ -86,8 +85,6 @@ class TradeoffBar(QWidget):
         column.addLayout(first)
         column.addLayout(second)
         column.addWidget(self.trouble)
-        themes().changed.connect(self._colour)
-        self._colour()
         measuring.progressed.connect(self._show_progress)
         self.refresh()
 
@@ -156,10 +153,6 @@ class TradeoffBar(QWidget):
     def _task_chosen(self, index: int) -> None:
         """Turn to another task."""
         self._measuring.learning.set_task(str(self.task.itemData(index)))
-
-    def _colour(self) -> None:
-        """The theme's colours."""
-        self.trouble.setStyleSheet(f"color: {colours().trouble}")
 
 
 def standing_text(state: Measuring) -> tuple[str, str]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QT_TRANSLATE_NOOP, QCoreApplication
+from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
 
 if TYPE_CHECKING:
     from forcelab.measure.rows import Row
@@ -31,7 +31,7 @@ class Kind:
 
     def title(self) -> str:
         """What it is called in the user's language."""
-        return QCoreApplication.translate("forcelab", self.text)
+        return translated(self.text)
 
 
 def _training(row: Row) -> float | None:
@@ -39,28 +39,26 @@ def _training(row: Row) -> float | None:
     return row.further["features (s/min)"] + row.further["fit (s/min)"]
 
 
-def _left_to_one(name: str) -> Callable[[Row], float | None]:
-    """What is missing to a perfect share."""
-    return lambda row: 1.0 - row.further[name] if name in row.further else None
+def _inaccuracy(row: Row) -> float | None:
+    """What is missing to a perfect accuracy."""
+    return 1.0 - row.further["accuracy"] if "accuracy" in row.further else None
 
 
 ERRORS = (
-    Kind(str(QT_TRANSLATE_NOOP("forcelab", "1 − F1@50")), lambda row: row.error),
-    Kind(str(QT_TRANSLATE_NOOP("forcelab", "1 − accuracy")), _left_to_one("accuracy")),
+    Kind(QT_TRANSLATE_NOOP("forcelab", "1 − F1@50"), lambda row: row.error),
+    Kind(QT_TRANSLATE_NOOP("forcelab", "1 − accuracy"), _inaccuracy),
     Kind(
-        str(QT_TRANSLATE_NOOP("forcelab", "boundaries off by, median (ms)")),
+        QT_TRANSLATE_NOOP("forcelab", "boundaries off by, median (ms)"),
         lambda row: row.further.get("boundary (ms)"),
     ),
     Kind(
-        str(QT_TRANSLATE_NOOP("forcelab", "boundaries off by, 9 of 10 less (ms)")),
+        QT_TRANSLATE_NOOP("forcelab", "boundaries off by, 9 of 10 less (ms)"),
         lambda row: row.further.get("boundary p90 (ms)"),
     ),
 )
 TIMES = (
-    Kind(
-        str(QT_TRANSLATE_NOOP("forcelab", "recognising a minute (CPU s)")), lambda row: row.seconds
-    ),
-    Kind(str(QT_TRANSLATE_NOOP("forcelab", "training on a minute (CPU s)")), _training),
+    Kind(QT_TRANSLATE_NOOP("forcelab", "recognising a minute (CPU s)"), lambda row: row.seconds),
+    Kind(QT_TRANSLATE_NOOP("forcelab", "training on a minute (CPU s)"), _training),
 )
 #: A fit that was too short for the clock took no longer, in seconds.
 SHORTEST = 1e-4

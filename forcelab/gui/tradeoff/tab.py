@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
+from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.learning import Learning
@@ -31,8 +32,7 @@ class TradeoffTab(QWidget):
         super().__init__()
         self._given = (document, jobs, learning)
         self._built: TradeoffWorkspace | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
+        self._column = column(self)
 
     @property
     def workspace(self) -> TradeoffWorkspace:
@@ -44,9 +44,7 @@ class TradeoffTab(QWidget):
 
             measuring = Measuring(*self._given, self)
             self._built = TradeoffWorkspace(measuring)
-            layout = self.layout()
-            assert layout is not None
-            layout.addWidget(self._built)
+            self._column.addWidget(self._built)
         return self._built
 
     @property

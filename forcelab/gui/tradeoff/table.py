@@ -82,47 +82,32 @@ def sentence(row: MeasuredRow) -> str:
         "half of the boundaries at most {median} ms off, nine in ten {most} ms; {predict} s to "
         "recognise and {train} s to train on a minute, {memory} MB",
     )
-    f1, accuracy, balanced, edit, median, most, predict, train, memory = _figures(row)
-    return told.format(
-        name=named(row),
-        f1=f1,
-        accuracy=accuracy,
-        balanced=balanced,
-        edit=edit,
-        median=median,
-        most=most,
-        predict=predict,
-        train=train,
-        memory=memory,
-    )
+    return told.format(name=named(row), **_figures(row))
 
 
 def _row(row: MeasuredRow, current: bool, front: bool) -> Row:
     """A row as texts."""
     mark = (IN_USE if current else "") + (FRONT if front else "")
-    cells = ("–",) * 9 if row.refusal else _figures(row)
+    cells = ("–",) * 9 if row.refusal else tuple(_figures(row).values())
     return Row((mark, named(row), *cells), tip=sentence(row), bold=current)
 
 
-def _figures(row: MeasuredRow) -> tuple[str, ...]:
-    """All figures of a row that was not refused."""
+def _figures(row: MeasuredRow) -> dict[str, str]:
+    """All figures of a row that was not refused, in the order of the columns."""
     further = row.further
-    train = further["features (s/min)"] + further["fit (s/min)"]
-    return (
-        *(_percent(further.get(name)) for name in ("F1@50", "accuracy", "balanced", "edit")),
-        _milliseconds(further.get("boundary (ms)")),
-        _milliseconds(further.get("boundary p90 (ms)")),
-        f"{row.seconds:.2f}",
-        f"{train:.2f}",
-        f"{(row.peak_bytes or 0) / 1e6:.1f}",
-    )
 
+    def told(name: str, scale: float = 1.0, decimals: int = 0) -> str:
+        value = further.get(name)
+        return "–" if value is None else f"{scale * value:.{decimals}f}"
 
-def _percent(share: float | None) -> str:
-    """A share in percent."""
-    return "–" if share is None else f"{100 * share:.1f}"
-
-
-def _milliseconds(time: float | None) -> str:
-    """How far boundaries are off."""
-    return "–" if time is None else f"{time:.0f}"
+    return {
+        "f1": told("F1@50", 100, 1),
+        "accuracy": told("accuracy", 100, 1),
+        "balanced": told("balanced", 100, 1),
+        "edit": told("edit", 100, 1),
+        "median": told("boundary (ms)"),
+        "most": told("boundary p90 (ms)"),
+        "predict": f"{row.seconds:.2f}",
+        "train": f"{further['features (s/min)'] + further['fit (s/min)']:.2f}",
+        "memory": f"{(row.peak_bytes or 0) / 1e6:.1f}",
+    }

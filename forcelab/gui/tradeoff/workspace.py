@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, QSignalBlocker, Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSplitter, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSplitter, QStackedWidget, QWidget
 
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import column, copyable, placeholder
 from forcelab.gui.review.rows import TextModel, TextRows
 from forcelab.gui.review.wanted import shown_task
 from forcelab.gui.tradeoff.bar import TradeoffBar
@@ -30,12 +30,10 @@ class TradeoffWorkspace(QWidget):
         self.measuring = measuring
         self.bar = TradeoffBar(measuring)
         self.plot = TradeoffPlot()
-        self.told = QLabel()
-        self.told.setWordWrap(True)
+        self.told = copyable()
         self.told.setContentsMargins(8, 2, 8, 6)
         self.told.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 10)
         self.told.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.told.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.told.setAccessibleName(self.tr("The setting that is looked at"))
         self._model = TextModel(self)
         self.table = TextRows(self._model)
@@ -44,11 +42,7 @@ class TradeoffWorkspace(QWidget):
         self.empty.setFixedWidth(480)
         self.empty.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         left = QWidget()
-        column = QVBoxLayout(left)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.plot, 1)
-        column.addWidget(self.told)
+        column(left, self.plot, self.told, growing=self.plot)
         self._split = QSplitter(Qt.Orientation.Horizontal)
         self._split.setChildrenCollapsible(False)
         for i, (part, share) in enumerate(zip((left, self.table), SHARES, strict=True)):
@@ -64,11 +58,7 @@ class TradeoffWorkspace(QWidget):
         middle.addStretch(1)
         self._pages.addWidget(page)
         self._pages.addWidget(self._split)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(self.bar)
-        whole.addWidget(self._pages, 1)
+        column(self, self.bar, self._pages, growing=self._pages)
         measuring.changed.connect(self.refresh)
         self.bar.axes_changed.connect(self.refresh)
         self.plot.pointed.connect(self._look_at)

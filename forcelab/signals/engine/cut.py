@@ -10,8 +10,7 @@ The first goes by frames that stay in the cache. For the second the ring is mult
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -139,8 +138,8 @@ class Cut:
         weights[omega == 0] = both.mean()
         return np.asarray(weights * self._window(np.abs(omega)) / passed, dtype=np.float64)
 
-    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
-        """What there is to do; the pieces of a batch may be done at the same time."""
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels."""
         values = copies.original
         for length, members in self._rings.items():
             channels = max(1, TOGETHER // length)
@@ -149,15 +148,10 @@ class Cut:
                 spectra = self._spectra(values[c : c + channels], length)
                 for i in range(0, len(members), scales):
                     chosen = members[i : i + scales]
-                    grids: dict[int, Floats] = {}
-                    yield [partial(self._grid, spectra, length, one, grids) for one in chosen]
+                    grids = {j: self._grid(spectra, length, j, scale) for j, scale in chosen}
                     count = max(1, self._frames.together // len(spectra))
-                    yield [
-                        partial(
-                            self._transform, values, length, grids, sink, c, slice(f, f + count)
-                        )
-                        for f in range(0, self._frames.count, count)
-                    ]
+                    for f in range(0, self._frames.count, count):
+                        self._transform(values, length, grids, sink, c, slice(f, f + count))
 
     def _spectra(self, values: Real, length: int) -> Complex:
         """Half of the spectra of ``(-1)^n x_n`` at every COPY samples of rings."""
@@ -174,15 +168,8 @@ class Cut:
         # A copy: the rest of the spectrum is not needed.
         return fft.rfft(means, axis=-1, overwrite_x=True)[:, : self._bins(length) + 1].copy()
 
-    def _grid(
-        self,
-        spectra: Complex,
-        length: int,
-        member: tuple[int, float],
-        grids: dict[int, Floats],
-    ) -> None:
+    def _grid(self, spectra: Complex, length: int, j: int, scale: float) -> Floats:
         """Points of one scale's band all along the ring; parts apart, shape (2, c, points)."""
-        j, scale = member
         weights = self._bands[j] if j in self._bands else self._band(scale, length)
         bins, points = len(weights) // 2, length // GRID
         product = np.zeros((len(spectra), points), dtype=np.complex128)
@@ -200,7 +187,7 @@ class Cut:
             parts[0, :, place : place + count] = found.real[:, at : at + count]
             parts[1, :, place : place + count] = found.imag[:, at : at + count]
             place += count
-        grids[j] = parts
+        return parts
 
     def _transform(
         self, values: Real, length: int, grids: dict[int, Floats], sink: Sink, c: int, some: slice

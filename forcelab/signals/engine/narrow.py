@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -56,16 +55,14 @@ class Narrow:
             for j, a in zip(members, scales.tolist(), strict=True)
         ]
 
-    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
-        """What there is to do; the pieces of a batch may be done at the same time."""
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels."""
         values = copies.original
         channels = max(1, self._frames.together // self._frames.count)
         frames = max(1, self._frames.together // channels)
-        yield [
-            partial(self._transform, values, sink, slice(c, c + channels), f, f + frames)
-            for c in range(0, len(values), channels)
-            for f in range(0, self._frames.count, frames)
-        ]
+        for c in range(0, len(values), channels):
+            for f in range(0, self._frames.count, frames):
+                self._transform(values, sink, slice(c, c + channels), f, f + frames)
 
     def _transform(self, values: Real, sink: Sink, channels: slice, first: int, last: int) -> None:
         """Frames `first` .. `last` of some channels."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, Protocol
@@ -49,7 +48,7 @@ SPAN = 16.0
 class _Path(Protocol):
     """A way to transform some of the scales."""
 
-    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]: ...
+    def transform(self, copies: Copies, sink: Sink) -> None: ...
 
 
 class Plan:
@@ -143,65 +142,42 @@ class Plan:
             return SPAN * scale
         return min(farthest * (1 + 1e-12), SPAN * scale if step > 1 else math.inf)
 
-    def coefficients(self, values: Real, *, workers: int = 1) -> Complex:
+    def coefficients(self, values: Real) -> Complex:
         """Transform channels.
 
         Parameters
         ----------
         values : ndarray of float64, shape (c, n)
             Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
-        workers : int
-            Threads.
 
         Returns
         -------
         ndarray of complex64 or complex128, shape (c, k, n)
         """
         sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
-        self._run(values, sink, workers)
+        self._run(values, sink)
         return self._as_asked(sink.result)
 
-    def log_polar(
-        self,
-        values: Real,
-        *,
-        floor: Real | None = None,
-        shift: Real | None = None,
-        out: tuple[Floats, Floats] | None = None,
-        workers: int = 1,
-    ) -> tuple[Floats, Floats]:
+    def log_polar(self, values: Real) -> tuple[Floats, Floats]:
         """Log magnitudes and phases of channels, without their coefficients ever being kept.
 
         Parameters
         ----------
         values : ndarray of float64, shape (c, n)
             As for :meth:`coefficients`.
-        floor : ndarray, shape (c, k), optional
-            Magnitudes below it are raised to it and their phase is 0; by default
-            :data:`ROUNDING` times the root of the scale.
-        shift : ndarray, shape (c,), optional
-            Added to a channel's log magnitudes.
-        out : tuple of ndarray, optional
-            Two tables to write into, in the order of rising scales: fresh memory may cost more
-            than the transform.
-        workers : int
-            Threads.
 
         Returns
         -------
         magnitudes, phases : ndarray of float32 or float64, shape (c, k, n)
-            Natural logarithms; radians from -pi to pi.
+            Natural logarithms, and radians from -pi to pi. Magnitudes below :data:`ROUNDING` times
+            the root of the scale are raised to that, and their phase is 0.
         """
-        c = len(values)
-        if floor is None:
-            floor = np.broadcast_to(ROUNDING * np.sqrt(self.scales), (c, len(self.scales)))
-        if shift is None:
-            shift = np.zeros(c)
-        sink = LogPolar(floor[:, self._order], shift, self.n, self.single, out)
-        self._run(values, sink, workers)
+        floor = ROUNDING * np.sqrt(self.scales[self._order])
+        sink = LogPolar(len(values), floor, self.n, self.single)
+        self._run(values, sink)
         return self._as_asked(sink.magnitudes), self._as_asked(sink.phases)
 
-    def _run(self, values: Real, sink: Sink, workers: int) -> None:
+    def _run(self, values: Real, sink: Sink) -> None:
         if values.ndim != 2 or values.shape[1] != self.n:
             raise InputError(
                 f"This plan is for channels of {self.n} samples, not for {values.shape}."
@@ -209,16 +185,8 @@ class Plan:
         values = np.ascontiguousarray(values, dtype=np.float64)
         with one_blas_thread():
             copies = Copies(values, self._smoothing)
-            batches = (batch for path in self._paths for batch in path.batches(copies, sink))
-            if workers == 1:
-                for batch in batches:
-                    for piece in batch:
-                        piece()
-                return
-            with ThreadPoolExecutor(workers) as pool:
-                for batch in batches:
-                    for done in [pool.submit(piece) for piece in batch]:
-                        done.result()
+            for path in self._paths:
+                path.transform(copies, sink)
 
     def _as_asked(self, rows: NDArray[Any]) -> NDArray[Any]:
         """Bring scales back into the order they were given in."""
@@ -227,11 +195,7 @@ class Plan:
         return rows[:, np.argsort(self._order)]
 
 
-@lru_cache(maxsize=8)
-def _kept(
-    n: int, scales: tuple[float, ...], wavelet: Wavelet, tolerance: float, single: bool
-) -> Plan:
-    return Plan(n, scales, wavelet, tolerance, single)
+_kept = lru_cache(maxsize=8)(Plan)
 
 
 def plan_for(

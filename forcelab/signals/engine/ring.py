@@ -6,7 +6,7 @@ compact band. The ring is that of :mod:`forcelab.signals.cwt`, so that both give
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -139,19 +139,22 @@ class Ring:
             return np.repeat(response.real, 2).astype(np.float32 if self._single else float)
         return response.astype(np.complex64 if self._single else complex)
 
-    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
-        """What there is to do; the pieces of a batch may be done at the same time."""
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels; in long rings one scale of one channel after the other."""
         values = copies.original
         for length, members in self._lengths.items():
             if length > KEPT:
-                yield from self._long(values, length, members, sink)
+                for c in range(len(values)):
+                    for j, scale in members:
+                        self._transform_long(values[c], length, scale, sink, c, j)
                 continue
             together = max(1, TOGETHER // length)
             for c in range(0, len(values), together):
                 channels = slice(c, c + together)
                 half = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
                 spectra = whole_spectra(half, length, self._single)
-                yield [partial(self._transform, spectra, sink, channels, j) for j, _ in members]
+                for j, _ in members:
+                    self._transform(spectra, sink, channels, j)
 
     def _transform(
         self,
@@ -172,14 +175,6 @@ class Ring:
         for start in range(0, self._n, step):
             part = rows[:, None, start : start + step]
             sink.write(channels, slice(j, j + 1), start, part.real.copy(), part.imag.copy())
-
-    def _long(
-        self, values: Real, length: int, members: list[tuple[int, float]], sink: Sink
-    ) -> Iterator[list[Callable[[], None]]]:
-        """One scale of one channel after the other: each takes much memory."""
-        for c in range(len(values)):
-            for j, scale in members:
-                yield [partial(self._transform_long, values[c], length, scale, sink, c, j)]
 
     def _transform_long(
         self, values: Real, length: int, scale: float, sink: Sink, c: int, j: int

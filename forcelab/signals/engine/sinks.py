@@ -7,8 +7,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.errors import InputError
-
 __all__ = ["Coefficients", "LogPolar", "Sink"]
 
 Real = NDArray[np.floating[Any]]
@@ -67,14 +65,11 @@ class LogPolar:
 
     Parameters
     ----------
-    floor : ndarray, shape (c, k)
+    channels : int
+    floor : ndarray, shape (k,)
         Magnitudes below are raised to it, and their phase, which means nothing, is 0.
-    shift : ndarray, shape (c,)
-        Added to all log magnitudes of a channel.
     n : int
     single : bool
-    out : tuple of ndarray, optional
-        Where to write.
 
     Attributes
     ----------
@@ -84,25 +79,12 @@ class LogPolar:
 
     direct: Real | None = None
 
-    def __init__(
-        self,
-        floor: NDArray[np.float64],
-        shift: NDArray[np.float64],
-        n: int,
-        single: bool,
-        out: tuple[Real, Real] | None = None,
-    ) -> None:
+    def __init__(self, channels: int, floor: NDArray[np.float64], n: int, single: bool) -> None:
         kind = np.float32 if single else np.float64
-        shape = (*floor.shape, n)
-        if out is None:
-            out = np.empty(shape, dtype=kind), np.empty(shape, dtype=kind)
-        elif any(rows.shape != shape or rows.dtype != kind for rows in out):
-            raise InputError(f"Give two tables of shape {shape} and type {np.dtype(kind)}.")
-        self.magnitudes, self.phases = out
-        self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, :, None]
+        self.magnitudes: Real = np.empty((channels, len(floor), n), dtype=kind)
+        self.phases: Real = np.empty_like(self.magnitudes)
+        self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, None]
         self._highest = self._floor.max(initial=0.0)
-        self._shift = shift.astype(kind)[:, None, None]
-        self._shifts = bool(np.any(shift))
         self._half = kind(0.5)
 
     def write(self, channels: slice, scales: slice, start: int, real: Real, imag: Real) -> None:
@@ -115,10 +97,8 @@ class LogPolar:
         np.multiply(imag, imag, out=imag)
         power = np.add(real, imag, out=real)
         if power.min(initial=np.inf) <= self._highest:
-            floor = self._floor[channels, scales]
+            floor = self._floor[scales]
             phases[power <= floor] = 0.0
             np.maximum(power, floor, out=power)
         np.log(power, out=power)
         np.multiply(power, self._half, out=magnitudes)
-        if self._shifts:
-            np.add(magnitudes, self._shift[channels], out=magnitudes)

@@ -12,9 +12,7 @@ the band would cut something off. Its transform is one number.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -148,8 +146,8 @@ class Wide:
             np.repeat(negative, 2, axis=1),
         )
 
-    def batches(self, copies: Copies, sink: Sink) -> Iterator[list[Callable[[], None]]]:
-        """What there is to do, block by block; the pieces of a batch may be done together."""
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels, block by block."""
         channels = len(copies.original)
         together = max(1, ROWS // channels)
         for begin in range(0, self._n, together * self._block):
@@ -160,15 +158,11 @@ class Wide:
             blocks = np.stack(parts) if len(parts) > 1 else parts[0][np.newaxis]
             rest, slopes = without_line(blocks)
             spectra = np.asarray(fft.rfft(rest, axis=-1, overwrite_x=True))
-            pieces: list[Callable[[], None]] = []
             for grid in self._grids:
                 most = max(1, POINTS // (len(starts) * channels * grid.points))
                 for first in range(0, len(grid.positive), most):
                     some = slice(first, min(first + most, len(grid.positive)))
-                    pieces.append(
-                        partial(self._transform, spectra, slopes, sink, starts, grid, some)
-                    )
-            yield pieces
+                    self._transform(spectra, slopes, sink, starts, grid, some)
 
     def _transform(
         self,

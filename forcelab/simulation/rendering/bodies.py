@@ -119,11 +119,8 @@ def _cartridge(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas:
 
 
 @lru_cache(maxsize=8)
-def _outline(half: float, profile: Profile | None, low: float) -> tuple[Points, Points]:
+def _outline(half: float, profile: Profile, low: float) -> tuple[Points, Points]:
     """A stylus from below the first grip to its tip: heights (n,) and half widths (2, n), m."""
-    if profile is None:
-        heights = np.linspace(low, 4.0 * half, 60)
-        return heights, np.minimum(1.0, (4.0 * half - heights) / half) * np.full((2, 1), half)
     heights = np.linspace(low, profile.end + profile.taper, 180)
     numbers = {name: np.array([number]) for name, number in vars(profile).items()}
     return heights, width_at(heights, np.array([half]), SimpleNamespace(**numbers)).half
@@ -131,10 +128,11 @@ def _outline(half: float, profile: Profile | None, low: float) -> tuple[Points, 
 
 def _stylus(scene: Scene, sizes: Proportions, view: View, pose: Pose, canvas: Canvas) -> None:
     """A stylus that stands upright: its true width, rings to see motion by, and a tip."""
-    half = scene.body.half_width
-    heights, widths = _outline(half, scene.profile, -sizes.foot + 0.006)
+    profile = scene.profile
+    assert profile is not None
+    heights, widths = _outline(scene.body.half_width, profile, -sizes.foot + 0.006)
     s, foot = view.scale, view.at(*pose.body[:3])
-    end = float(heights[-1]) - (scene.profile.taper if scene.profile else half)
+    end = float(heights[-1]) - profile.taper
     rings = view.climbed(np.arange(-0.0225, end - 0.001, 0.005))
     heights, end = view.climbed(heights), float(view.climbed(np.array(end)))
 

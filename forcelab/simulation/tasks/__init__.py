@@ -13,7 +13,7 @@ from forcelab.simulation.layout import Layout
 from forcelab.simulation.mechanics import Mechanics
 from forcelab.simulation.motion import Event, Motion, Performance
 from forcelab.simulation.scene import TASKS, Scene, Task
-from forcelab.simulation.solvers import Rosenbrock, Solver, integrating
+from forcelab.simulation.solvers import Rosenbrock, integrating
 from forcelab.simulation.system import Array
 from forcelab.simulation.tasks.choreography import AFTERWARDS, HAND, Choreography
 from forcelab.simulation.tasks.course import Course, true_actions
@@ -26,7 +26,7 @@ __all__ = ["RATE", "SOLVER", "actions_of", "performing", "scene_of", "vocabulary
 RATE = 4000.0
 #: Chosen from the table of `forcelab measure contact`: the largest of its tolerances that leaves
 #: less than a millinewton of error, root mean square, in every task.
-SOLVER: Solver = Rosenbrock(tolerance=3e-4)
+SOLVER = Rosenbrock(tolerance=3e-4)
 
 
 def actions_of(task: Task) -> tuple[str, ...]:
@@ -61,7 +61,7 @@ def scene_of(task: Task, seed: int, number: int) -> Scene:
 
 
 def performing(
-    task: Task, seed: int, numbers: Sequence[int], *, taps: bool, solver: Solver = SOLVER
+    task: Task, seed: int, numbers: Sequence[int], *, taps: bool
 ) -> Generator[Progress, None, tuple[Performance, ...]]:
     """Perform demonstrations of a task, all at once.
 
@@ -75,8 +75,6 @@ def performing(
         leaves to what is computed beside it.
     taps : bool
         Whether a finger taps the left sensor before and after the task.
-    solver : Solver, optional
-        How the equations of motion are solved.
 
     Returns
     -------
@@ -98,7 +96,7 @@ def performing(
             start[row, lane] = one.start[name]
     # The last step of a lane is cut short only after its end, whether it is the longest or not.
     times = np.arange(0.0, max(one.t for one in played) + AFTERWARDS, 1.0 / RATE)
-    solution = yield from integrating(system, start, times, solver)
+    solution = yield from integrating(system, start, times, SOLVER)
     performances = []
     for lane, one in enumerate(played):
         kept = slice(0, int(np.searchsorted(times, one.t)))

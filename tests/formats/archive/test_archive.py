@@ -7,7 +7,6 @@ import re
 import stat
 import subprocess
 import sys
-import tempfile
 import tracemalloc
 import zipfile
 from dataclasses import replace
@@ -17,12 +16,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_memory import folder_in_memory
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.formats.archive import read, read_archive, sniff, write_archive
 from forcelab.formats.archive.members import LARGEST, VERSION
+from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
 from forcelab.painting import erase, paint
@@ -31,14 +32,11 @@ from forcelab.project import LabelsUsed, Origin, Project, Verdict
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(1 / 3, 0.7, "höld"))
 
-#: Where commits need not wait for a disk.
-MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
-
 
 @pytest.fixture
 def tmp_path():
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        yield Path(folder)
+    with folder_in_memory() as folder:
+        yield folder
 
 
 def demonstration(seed: int, name: str = "", **more: object) -> Demonstration:
@@ -67,6 +65,7 @@ def everything(project: Project) -> dict[str, object]:
         "runs": project.runs(),
         "assignments": project.assignment_events(),
         "verdicts": project.verdict_events(),
+        "notes": project.note_events(),
         "origins": [project.origins(i.id, author) for i in infos for author in i.authors],
     }
 
@@ -105,6 +104,9 @@ def project(tmp_path):
         verdict = Verdict(id_, "bert", "anna", 0.1, 1 / 3, "hold", None, "model", run=1)
         project.add_verdict(verdict)
         project.add_verdict(replace(verdict, verdict="withdrawn", run=None, predicted="höld"))
+        for text in ("slipped at 3,2 s", "ausgelassen: höld", ""):
+            project.set_note(id_, "cäcilie", text)
+        project.set_note(id_, "anna", "second try")
         yield project
 
 
@@ -129,6 +131,11 @@ def packed(path: Path, **members: object) -> Path:
         for name, value in members.items():
             new.writestr(name, value)
     return target
+
+
+def member(path: Path, ending: str) -> str:
+    with zipfile.ZipFile(path) as archive:
+        return next(name for name in archive.namelist() if name.endswith(ending))
 
 
 def loaded(path: Path, name: str) -> object:
@@ -189,8 +196,7 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
 )
 @settings(max_examples=10, deadline=None)
 def test_export_import_export_gives_the_same_bytes(steps, name):
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        root = Path(folder)
+    with folder_in_memory() as root:
         with Project.create(root / "one") as project:
             ids = [project.add(demonstration(seed, f"{name} {seed}")).id for seed in range(3)]
             for verb, which, author, start, length in steps:
@@ -252,8 +258,7 @@ def test_what_runs_found_is_held_one_after_the_other(project, tmp_path):
 
 @pytest.mark.parametrize("indent", [None, 0, 1, 2])
 def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
-    with zipfile.ZipFile(whole) as archive:
-        (run,) = json.loads(archive.read("runs.json"))
+    (run,) = loaded(whole, "runs.json")  # type: ignore[misc]
     runs = [run | {"result": {"a": f" }}{n}", "b": [{"c": {}}]}} for n in range(2)]
     members = {"runs.json": json.dumps(runs, indent=indent).encode()}
     with read_archive(packed(whole, **members), tmp_path / "read") as project:
@@ -274,8 +279,7 @@ def test_however_a_list_is_laid_out_it_is_read(whole, tmp_path, indent):
     ],
 )
 def test_a_list_that_is_none_is_refused(whole, tmp_path, spoil):
-    with zipfile.ZipFile(whole) as archive:
-        text = json.dumps(2 * json.loads(archive.read("runs.json")), indent=1)
+    text = json.dumps(2 * loaded(whole, "runs.json"), indent=1)  # type: ignore[operator]
     told = refused(packed(whole, **{"runs.json": spoil(text).encode()}), tmp_path)
     assert "'runs.json'" in told
     assert "no valid JSON list" in told
@@ -366,6 +370,51 @@ def test_verdicts_stay_as_they_were_given(project, whole, tmp_path):
     assert "lacks 'verdicts.json'" in refused(packed(whole, **{"verdicts.json": None}), tmp_path)
 
 
+def test_notes_stay_with_all_that_was_there_before(project, whole, tmp_path):
+    noted = next(info.id for info in project.demonstrations() if info.name == "n1")
+    name = f"demonstrations/{noted}/demonstration.json"
+    record = loaded(whole, name)
+    for field, wrong, said in (
+        ("author", " ", "needs an author"),
+        ("author", None, "'author' is missing or wrong"),
+        ("text", 3, "'text' is missing or wrong"),
+        ("time", "2026-01-01", "has no time zone"),
+    ):
+        notes = [record["notes"][0] | {field: wrong}]  # type: ignore[index]
+        assert said in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+    for notes in (None, {}, [3]):
+        assert name in refused(packed(whole, **{name: {**record, "notes": notes}}), tmp_path)  # type: ignore[dict-item]
+    del record["notes"]  # type: ignore[attr-defined]
+    with read_archive(packed(whole, **{name: record}), tmp_path / "older.forcelab") as older:
+        assert older.note_events() == ()
+
+
+def test_a_program_that_knows_no_notes_reads_the_archive_as_before(project, whole, tmp_path):
+    with zipfile.ZipFile(whole) as archive:
+        members = archive.namelist()
+    assert not [member for member in members if "note" in member]
+    assert loaded(whole, "forcelab.json") == {"format": "forcelab archive", "version": 3}
+    plain = tmp_path / "plain.zip"
+    with Project.create(tmp_path / "plain.forcelab") as other:
+        other.add(demonstration(1))
+        write_archive(other, plain)
+    record = loaded(plain, member(plain, "demonstration.json"))
+    assert "notes" not in record  # type: ignore[operator]
+
+
+def test_notes_come_along_into_a_project_that_is_there(project, whole, tmp_path):
+    with Project.create(tmp_path / "other.forcelab") as other:
+        other.add(demonstration(1))
+        id_ = other.demonstrations()[0].id
+        other.set_note(id_, "anna", "third try")  # later than that of the archive
+    for status in ("updated", "unchanged"):
+        report = import_files(tmp_path / "other.forcelab", [whole])
+        assert {one.added.name: one.added.status for one in report.demonstrations}["n1"] == status
+    with Project.open(tmp_path / "other.forcelab") as other:
+        assert [(note.author, note.text) for note in other.notes()] == [("anna", "third try")]
+        assert len(other.note_events(id_)) == len(project.note_events(id_)) + 1
+
+
 def test_an_archive_of_version_2_knows_neither_verdicts_nor_who_proposed(whole, tmp_path):
     edits = loaded(whole, "edits.json")
     for edit in edits:  # type: ignore[attr-defined]
@@ -454,8 +503,7 @@ def test_an_encrypted_member_is_refused(whole, tmp_path):
 
 
 def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
-    with zipfile.ZipFile(whole) as old:
-        name = next(n for n in old.namelist() if n.endswith("signals.npy"))
+    name = member(whole, "signals.npy")
     path = packed(whole, **{name: None})
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
         out.writestr(name, bytes(LARGEST + 1))
@@ -475,8 +523,7 @@ def test_an_array_that_claims_to_be_huge_takes_no_memory(whole, tmp_path):
     stream = io.BytesIO()
     header = {"descr": "<f8", "fortran_order": False, "shape": (10**15, 2)}
     np.lib.format.write_array_header_1_0(stream, header)
-    with zipfile.ZipFile(whole) as old:
-        name = next(n for n in old.namelist() if n.endswith("signals.npy"))
+    name = member(whole, "signals.npy")
     path = packed(whole, **{name: stream.getvalue()})
     assert "no array of 64-bit numbers" in refused(path, tmp_path)
 
@@ -484,8 +531,7 @@ def test_an_array_that_claims_to_be_huge_takes_no_memory(whole, tmp_path):
 def test_an_array_of_objects_is_not_unpickled(whole, tmp_path):
     stream = io.BytesIO()
     np.save(stream, np.array([print], dtype=object), allow_pickle=True)
-    with zipfile.ZipFile(whole) as old:
-        name = next(n for n in old.namelist() if n.endswith("times.npy"))
+    name = member(whole, "times.npy")
     path = packed(whole, **{name: stream.getvalue()})
     assert "no array of 64-bit numbers" in refused(path, tmp_path)
 
@@ -558,8 +604,7 @@ def test_a_history_that_cannot_be_is_refused(whole, tmp_path, key, value):
 
 
 def test_segments_that_no_history_leads_to_are_refused(whole, tmp_path):
-    with zipfile.ZipFile(whole) as old:
-        name = next(n for n in old.namelist() if n.endswith("tracks.json"))
+    name = member(whole, "tracks.json")
     tracks = loaded(whole, name)
     tracks[0]["segments"] = [[0.5, 0.6, "slip"]]  # type: ignore[index]
     path = packed(whole, **{name: tracks})
@@ -582,15 +627,15 @@ def test_a_damaged_byte_is_refused_or_changes_nothing(fuzzed, data):
     content = bytearray(path.read_bytes())
     at = data.draw(st.integers(0, len(content) - 1))
     content[at] ^= data.draw(st.integers(1, 255))
-    with tempfile.TemporaryDirectory(dir=MEMORY) as folder:
-        damaged = Path(folder) / "damaged.zip"
+    with folder_in_memory() as folder:
+        damaged = folder / "damaged.zip"
         damaged.write_bytes(content)
         try:
-            copy = read_archive(damaged, Path(folder) / "copy")
+            copy = read_archive(damaged, folder / "copy")
         except InputError as error:
             sentence = str(error)
             assert sentence.endswith(".")
-            assert [p.name for p in Path(folder).iterdir()] == ["damaged.zip"]
+            assert [p.name for p in folder.iterdir()] == ["damaged.zip"]
         else:
             with copy:
                 assert everything(copy) == expected

@@ -162,8 +162,6 @@ def test_what_holds_no_packets_is_refused_with_the_cure(dump):
     for data in (b"\x00" * 500, packet(AXES3, 1)):
         with pytest.raises(InputError, match=r"dump\.bin' holds [01] valid OptoForce packets"):
             only(dump(data), format="optoforce")
-    with pytest.raises(InputError, match="rate must be positive"):
-        only(dump(stream(AXES3, range(50))[0]), rate=0.0)
 
 
 @pytest.mark.real

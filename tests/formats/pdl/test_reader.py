@@ -85,7 +85,7 @@ def test_time_starts_at_zero_and_labels_go_with_it(written):
     )
 
 
-@pytest.mark.parametrize("labels", [[""] * N, None])
+@pytest.mark.parametrize("labels", [[""] * N, ["Unlabelled"] * N, None])
 def test_a_record_without_labels_has_no_track(written, labels):
     (recording,) = pdl.read(written(record(labels=labels)), ReadOptions())
     assert recording.tracks == ()

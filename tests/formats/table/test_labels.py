@@ -40,6 +40,7 @@ def write(tmp_path):
         "0.500000\t1.250000\tgrab\n\\\t100.0\t200.0\n1.250000\t2.000000\thold, firmly\n",
         "0.5\t1.25\tgrab\n1.25\t2.0\thold, firmly\n2.5\t3.0\t\n",
         'action,end,start\ngrab,1.25,0.5\n"hold, firmly",2,1.25\n,3,2\n',
+        'start,end,action\n0,0.5,Unlabelled\n0.5,1.25,grab\n1.25,2,"hold, firmly"\n2,3,no_label\n',
     ],
 )
 def test_start_end_action_is_read_in_many_hands(write, text):

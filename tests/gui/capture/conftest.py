@@ -1,5 +1,7 @@
 """The window with virtual tongs, for all tests of the Capture workspace."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,12 @@ def source(times):
     phase = 2 * np.pi * np.asarray(times)
     axes = [2000 * np.sin(phase), 1000 * np.cos(phase), 3000 * np.sin(0.5 * phase)]
     return np.stack(axes, axis=1).astype(np.int64)
+
+
+@pytest.fixture
+def until(until):
+    """Devices are waited for longer."""
+    return partial(until, seconds=PATIENCE)
 
 
 @pytest.fixture
@@ -59,6 +67,6 @@ def connected(window, tongs, until):
     page.fields.task.setCurrentText("LEGO")
     page.sources.add(f"optoforce:{tongs.port}")
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     until(lambda: page.session.state is not None and page.session.state.devices[0].samples > 50)
     return page

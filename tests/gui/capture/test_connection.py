@@ -20,7 +20,7 @@ class Broken:
     def __init__(self, step):
         self.step = step
 
-    def begin(self, *, keeping, after):
+    def begin(self, *, keeping, after, firsts):
         pass
 
     def renewed(self):

@@ -9,16 +9,13 @@ from forcelab.capture.keeping import keep
 from forcelab.gui.capture.phase import Phase
 from forcelab.project import Project
 
-#: Seconds that something may take on a busy machine.
-PATIENCE = 30.0
-
 
 @pytest.fixture
 def recording(window, connected, until):
     window.commands["record"].trigger()
-    until(lambda: connected.session.recording, PATIENCE)
+    until(lambda: connected.session.recording)
     # Of less than two samples nothing can be kept.
-    until(lambda: connected.session._recorder.state().devices[0].samples > 20, PATIENCE)
+    until(lambda: connected.session._recorder.state().devices[0].samples > 20)
     return connected
 
 
@@ -46,15 +43,15 @@ def test_tab_title_and_status_bar_say_what_is_recorded(window, recording, until)
     line = window.capture.line
     assert line.isHidden()  # it is seen already
     window.show_workspace("label")
-    until(line.isVisible, PATIENCE)
+    until(line.isVisible)
     assert line.text().startswith("● Recording 'LEGO 01'")
     line.click()
     assert recording.isVisible()
     assert line.isHidden()
     window.show_workspace("review")
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is Phase.READY, PATIENCE)
-    until(line.isHidden, PATIENCE)
+    until(lambda: recording.session.phase is Phase.READY)
+    until(line.isHidden)
     assert tab_text(window) == "Capture"
     assert "●" not in window.windowTitle()
 
@@ -85,16 +82,16 @@ def test_who_closes_the_window_on_what_could_not_be_kept_is_told_so(
     asked = answer(monkeypatch, QMessageBox.ButtonRole.RejectRole)
     away = study.with_suffix(".away")
     study.rename(away)
-    until(lambda: recording.session.state.in_memory > 0, PATIENCE)
+    until(lambda: recording.session.state.in_memory > 0)
     window.commands["quit"].trigger()
     assert asked[0] == "'LEGO 01' is being recorded."
     assert "is kept" not in asked[1]
     assert "kB that the disk refuses are in memory: all of it is written elsewhere" in asked[1]
     window.commands["record"].trigger()
-    until(lambda: recording.session.phase is Phase.STUCK, PATIENCE)
+    until(lambda: recording.session.phase is Phase.STUCK)
     assert "'LEGO 01' is not lost: mend that and press F9" in recording.standing.sentences.text()
     window.show_workspace("label")
-    until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet", PATIENCE)
+    until(lambda: window.capture.line.text() == "● 'LEGO 01' is not kept yet")
     assert window.windowTitle().startswith("● 'LEGO 01' is not kept yet · ")
     window.commands["quit"].trigger()
     assert asked[2] == "'LEGO 01' was recorded and could not be kept."
@@ -117,7 +114,7 @@ def test_who_closes_the_window_on_a_disk_that_stays_away_is_told_where_the_recor
     answer(monkeypatch, QMessageBox.ButtonRole.AcceptRole)
     away = study.with_suffix(".away")
     study.rename(away)
-    until(lambda: recording.session.state.in_memory > 0, PATIENCE)
+    until(lambda: recording.session.state.in_memory > 0)
     window.commands["quit"].trigger()
     assert not window.isVisible()
     (journal,) = elsewhere.iterdir()

@@ -1,7 +1,8 @@
-"""A lane tells how much its height is, and noise does not fill it."""
+"""A lane tells how much its height is, noise does not fill it, and no extreme is lost in it."""
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,7 +10,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QImage, QPainter
 
 from forcelab.demonstration import Channel
-from forcelab.gui.capture.columns import Scale, least_span
+from forcelab.gui.capture.columns import Scale, columns_of, least_span
 from forcelab.gui.capture.live_scale import lane_marks, paint_scale
 from forcelab.gui.figures.axes import Axis
 
@@ -48,3 +49,34 @@ def test_what_is_drawn_beside_the_values_keeps_its_font(app):
     paint_scale(painter, QRectF(80, 0, 120, 60), Axis(-1.0, 1.0, 57.0, 3.0))
     assert painter.font() == before
     painter.end()
+
+
+def test_columns_have_every_extreme_and_leave_gaps_open():
+    times = np.r_[0:1:0.001, 2:3:0.001]
+    values = np.random.default_rng(0).normal(size=(len(times), 2))
+    edges = np.linspace(-0.5, 3.5, 81)
+    low, high = columns_of(times, values, edges)
+    for column in range(80):
+        inside = (times >= edges[column]) & (times < edges[column + 1])
+        if not inside.any():
+            assert np.isnan(low[column]).all()
+            continue
+        assert (low[column] <= values[inside].min(axis=0)).all()
+        assert (high[column] >= values[inside].max(axis=0)).all()
+    np.testing.assert_array_equal(np.nanmin(low, axis=0), values.min(axis=0))
+    held, _ = columns_of(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
+    assert np.isnan(held[:14]).all()
+    assert (held[14:] == 7.0).all()
+
+
+def test_a_lane_grows_at_once_and_shrinks_late():
+    scale = Scale()
+    scale.fit(0.0, 10.0, 0.0)
+    assert scale.low < 0.0
+    assert scale.high > 10.0
+    scale.fit(-5.0, 20.0, 0.1)
+    assert scale.high > 20.0
+    scale.fit(0.0, 1.0, 0.2)
+    assert scale.high > 20.0
+    scale.fit(0.0, 1.0, 5.0)
+    assert scale.high < 2.0

@@ -17,8 +17,6 @@ from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import dump, save
 from forcelab.recognition.training import train
 
-#: Seconds that something may take on a busy machine.
-PATIENCE = 30.0
 #: Every step gets a label, whatever it is: what comes is no foam.
 SETTINGS = FAST.replace(stride=10, threshold=None, median=None, drop=None)
 
@@ -72,23 +70,23 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     height = page.live.minimumSizeHint().height()
     page.recogniser.latency.setValue(120)
     choose(page, 1)
-    until(lambda: labelled(page), PATIENCE)
+    until(lambda: labelled(page))
     assert page.recognition.isVisible()
     assert page.live.minimumSizeHint().height() > height  # a row for what is predicted
-    until(lambda: len(page.session.recognising.delays) > 5, PATIENCE)
+    until(lambda: len(page.session.recognising.delays) > 5)
     # No label is there sooner than was asked for.
     assert min(page.session.recognising.delays) >= 0.12 - 0.04
     window.commands["record"].trigger()
-    until(lambda: page.session.recording, PATIENCE)
+    until(lambda: page.session.recording)
     assert not page.recogniser.which.isEnabled()
-    until(lambda: page.session._recorder.state().devices[0].samples > 600, PATIENCE)
+    until(lambda: page.session._recorder.state().devices[0].samples > 600)
     window.grab()  # draws rows, bars and texts
     said = page.recognition.present.accessibleName().removeprefix("Present action: ")
     assert said in ("still", "grab", "hold", "release")
     glimpse = page.session.recognising.glimpse
     assert sum(glimpse.probabilities) == pytest.approx(1.0)
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     said = " ".join(sentence for sentence, _ in page.session.sentences)
     assert "Recognised by 'model tiny'" in said
     with Project.open(study) as project:
@@ -100,50 +98,48 @@ def test_the_stream_is_labelled_and_the_track_is_kept_as_a_prediction(
     covered = sum(segment.duration for segment in track.segments)
     assert covered >= 0.9 * seconds
     # It goes on for the eye, and the last recording can still be discarded as a whole.
-    until(lambda: labelled(page), PATIENCE)
+    until(lambda: labelled(page))
     window.commands["discard_recording"].trigger()
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     with Project.open(study) as project:
         assert project.demonstrations() == ()
 
 
 def test_a_recogniser_that_learnt_newtons_says_so_of_raw_counts(window, connected, until):
     choose(connected, 1)
-    until(lambda: connected.session.recognising.loaded is not None, PATIENCE)
-    until(lambda: "learnt it in N" in connected.standing.alarms.text(), PATIENCE)
+    until(lambda: connected.session.recognising.loaded is not None)
+    until(lambda: "learnt it in N" in connected.standing.alarms.text())
     choose(connected, 0)
-    until(lambda: "learnt it in N" not in connected.standing.alarms.text(), PATIENCE)
+    until(lambda: "learnt it in N" not in connected.standing.alarms.text())
 
 
 def test_without_a_recogniser_or_unseen_nothing_is_computed(window, connected, until):
     page, track = connected, connected.session._connection.track
     assert RECOGNISING not in window.jobs.busy
-    assert not track.on
-    assert page.scalogram.settled
+    assert track.glimpse is None
     assert DRAWING not in window.jobs.busy
     choose(page, 1)
     page.scalogram.choose("normal 1")
-    until(lambda: labelled(page) and page.scalogram.strip is not None, PATIENCE)
+    until(lambda: labelled(page) and page.scalogram.strip is not None)
     window.show_workspace("label")
-    until(lambda: DRAWING not in window.jobs.busy, PATIENCE)
-    assert page.scalogram.settled
-    until(lambda: track._paused, PATIENCE)
+    until(lambda: DRAWING not in window.jobs.busy)
+    until(lambda: track._paused)
     before = track.glimpse
     samples = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > samples + 200, PATIENCE)
+    until(lambda: page.session._recorder.state().devices[0].samples > samples + 200)
     assert track.glimpse is before
     window.commands["record"].trigger()  # what is recorded is recognised, seen or not
-    until(lambda: page.session.recording and track.glimpse is not before, PATIENCE)
-    until(lambda: labelled(page), PATIENCE)
+    until(lambda: page.session.recording and track.glimpse is not before)
+    until(lambda: labelled(page))
     before = page.scalogram.strip
     window.show_workspace("capture")
     assert page.scalogram.strip is not None  # the last picture, until there is a new one
-    until(lambda: page.scalogram.strip is not before, PATIENCE)
+    until(lambda: page.scalogram.strip is not before)
     choose(page, 0)
     page.scalogram.choose("")
-    until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy), PATIENCE)
-    assert not track.on
+    until(lambda: not {RECOGNISING, DRAWING} & set(window.jobs.busy))
+    assert track.glimpse is None
     assert page.scalogram.isHidden()
     assert page.recognition.isHidden()
 
@@ -153,7 +149,7 @@ def test_a_recording_begins_with_a_recogniser_that_was_made_before(
 ):
     page, track = connected, connected.session._connection.track
     choose(page, 1)
-    until(lambda: labelled(page) and track.lacking is None, PATIENCE)
+    until(lambda: labelled(page) and track.lacking is None)
 
     def late(_):
         raise AssertionError("made while somebody waits for the recording to begin")
@@ -161,14 +157,14 @@ def test_a_recording_begins_with_a_recogniser_that_was_made_before(
     with monkeypatch.context() as patched:
         patched.setattr(LiveRecognition, "renewed", late)
         window.commands["record"].trigger()
-        until(lambda: page.session.recording, PATIENCE)
+        until(lambda: page.session.recording)
     assert track.lacking is not None  # none is made while a recording runs
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
-    until(lambda: track.lacking is None, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
+    until(lambda: track.lacking is None)
     before = track._spare
     page.recogniser.latency.setValue(page.recogniser.latency.value() + 50)
-    until(lambda: track._spare not in (None, before), PATIENCE)
+    until(lambda: track._spare not in (None, before))
     assert track.renewed().latency == pytest.approx(before.latency + 0.05)
 
 
@@ -179,17 +175,17 @@ def test_the_scalogram_grows_with_its_channel_on_the_same_axis(window, connected
     page.scalogram_channel.setCurrentIndex(2)
     page.scalogram_channel.activated.emit(2)
     assert page.scalogram.isVisible()
-    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    until(lambda: page.scalogram.strip is not None)
     first = page.scalogram.strip
-    until(lambda: page.scalogram.strip.end > first.end + 0.3, PATIENCE)
+    until(lambda: page.scalogram.strip.end > first.end + 0.3)
     assert np.isfinite(page.scalogram.strip.values).any()
     page.scalogram.grab()
     page.scalogram.choose("fx1")
-    until(lambda: page.scalogram.strip is not None, PATIENCE)
+    until(lambda: page.scalogram.strip is not None)
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.APART, PATIENCE)
+    until(lambda: page.session.phase is Phase.APART)
     assert page.scalogram.isHidden()
-    until(lambda: page.scalogram.settled, PATIENCE)
+    until(lambda: DRAWING not in window.jobs.busy)
 
 
 def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
@@ -202,18 +198,20 @@ def test_a_recogniser_that_does_not_fit_says_so_and_one_from_a_file_does(
         lambda *_: (str(tmp_path / "other.skops"), ""),
     )
     choose(page, 2)
-    until(lambda: "no recognition channel 'normal 2'" in page.recognition.promise.text(), PATIENCE)
+    until(lambda: "no recognition channel 'normal 2'" in page.recognition.promise.text())
     assert page.recogniser.which.currentText() == "other"
     (tmp_path / "other.skops").write_bytes(b"nothing of the kind")
     choose(page, 3)
-    until(lambda: "other.skops" in page.recognition.promise.text(), PATIENCE)
+    until(lambda: "other.skops" in page.recognition.promise.text())
     save(recogniser, tmp_path / "other.skops")
     choose(page, 3)
-    until(lambda: labelled(page), PATIENCE)
+    until(lambda: labelled(page))
     assert page.recognition.figures.text()
 
 
-def test_a_project_without_a_recogniser_says_how_to_get_one(app, tmp_path, until):
+def test_a_project_without_a_recogniser_says_how_to_get_one_and_offers_it_once_trained(
+    app, tmp_path
+):
     from forcelab.gui.start import Start
     from forcelab.gui.window import Window
 
@@ -222,10 +220,17 @@ def test_a_project_without_a_recogniser_says_how_to_get_one(app, tmp_path, until
     window.show()
     window.begin(Start(project=tmp_path / "bare.forcelab", workspace="capture"))
     try:
-        nothing = window.capture.workspace.recogniser.nothing
-        assert nothing.isVisible()
-        assert "train one in Review" in nothing.text()
-        assert not window.capture.workspace.recogniser.latency.isEnabled()
+        choice = window.capture.workspace.recogniser
+        assert choice.nothing.isVisible()
+        assert "train one in Review" in choice.nothing.text()
+        assert not choice.latency.isEnabled()
+        window.document.set_training(True)  # while one looks
+        window.document.project.add_recogniser(
+            "tiny", b"tiny", settings={}, seed=0, labels=[], versions={}
+        )
+        window.document.set_training(False)
+        assert not choice.nothing.isVisible()
+        assert choice.which.itemText(1) == "tiny"
     finally:
         window.close()
 

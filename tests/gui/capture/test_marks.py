@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.capture.gathering import _marked
 from forcelab.capture.marking import LiveMarks
-from forcelab.gui.capture.marks import HeldKeys
+from forcelab.gui.capture.marks import EventTimes, HeldKeys
 from forcelab.vocabulary import Vocabulary
 
 GRAB, PULL = Qt.Key.Key_1, Qt.Key.Key_2
@@ -167,3 +167,14 @@ def test_what_is_kept_of_forgotten_marks_is_what_was_seen(page):
     assert [(a, s / 1000, e / 1000) for a, s, e in told(page, 9000)] == [
         (s.action, s.start, s.end) for s in kept
     ]
+
+
+def test_keys_are_stamped_by_the_window_system_however_late_the_window_hears_of_them():
+    times = EventTimes()
+    assert times.at(0, 12.5) == 12.5  # no stamp
+    assert times.at(5000, 100.02) == pytest.approx(100.02)
+    assert times.at(5500, 100.5) == pytest.approx(100.5)  # sooner: better known now
+    assert times.at(6000, 101.2) == pytest.approx(101.0)
+    assert times.at(6500, 101.502) == pytest.approx(101.5)
+    assert times.at(100, 150.0) == pytest.approx(150.0)  # the clock began anew
+    assert times.at(200, 150.3) == pytest.approx(150.1)

@@ -11,7 +11,6 @@ from forcelab.gui import settings, theme
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.figures.text import contrast
 
-PATIENCE = 30.0
 FILE = asset("calibrations", "3-axis-40N.toml")
 
 
@@ -47,7 +46,7 @@ def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page, name, sai
 
 
 def test_where_nothing_is_found_the_way_without_devices_is_told(page, until):
-    until(page.sources.nothing.isVisible, PATIENCE)
+    until(page.sources.nothing.isVisible)
     assert "'forcelab replay'" in page.sources.nothing.text()
 
 
@@ -56,7 +55,7 @@ def test_an_old_failure_is_not_told_beside_a_new_one(page, until):
         page.sources.rows.clear()
         page.sources.add(f"optoforce:{port}")
         page.connect_button.click()
-        until(lambda: page.session.phase is Phase.APART, PATIENCE)
+        until(lambda: page.session.phase is Phase.APART)
         assert port in page.standing.sentences.text()
         assert "plug the device in, and press Look again." in page.standing.sentences.text()
     assert "/dev/one" not in page.standing.sentences.text()
@@ -83,7 +82,7 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
     monkeypatch.setattr("PySide6.QtWidgets.QFileDialog.getOpenFileName", lambda *_: (str(FILE), ""))
     sources = page.sources
     sources.look()
-    until(lambda: sources.rows.count() == 1, PATIENCE)
+    until(lambda: sources.rows.count() == 1)
     sources.rows.setCurrentRow(0)
     assert "not calibrated" in sources.rows.item(0).text()
     sources.calibration_button.click()
@@ -92,7 +91,7 @@ def test_a_device_that_is_plugged_in_gets_a_calibration_and_keeps_it(page, monke
     assert "not calibrated" not in sources.rows.item(0).text()
     sources.rows.item(0).setText("before")
     sources.look()
-    until(lambda: "OptoForce DAQ" in sources.rows.item(0).text(), PATIENCE)
+    until(lambda: "OptoForce DAQ" in sources.rows.item(0).text())
     assert sources.rows.names() == [name]
     assert sources.rows.currentRow() == 0
     QTest.keyClick(sources.rows, Qt.Key.Key_Delete)

@@ -13,8 +13,6 @@ from PySide6.QtWidgets import QMessageBox
 from forcelab.capture.journal import header_bytes
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.recorder import Recorder
-from forcelab.gui.capture.columns import Scale, columns_of
-from forcelab.gui.capture.marks import EventTimes
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window
@@ -22,15 +20,18 @@ from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
-#: Seconds that something may take on a busy machine.
-PATIENCE = 30.0
-
 
 def recorded(window, page, until, samples=150):
     """Press the key and wait until so many samples are in the recording."""
     window.commands["record"].trigger()
-    until(lambda: page.session.recording, PATIENCE)
-    until(lambda: page.session._recorder.state().devices[0].samples > samples, PATIENCE)
+    until(lambda: page.session.recording)
+    until(lambda: page.session._recorder.state().devices[0].samples > samples)
+
+
+def keep(window, page, until):
+    """Press the key that ends a recording and wait until it is kept."""
+    window.commands["record"].trigger()
+    until(lambda: page.session.phase is Phase.READY)
 
 
 def shown_on(button, session):
@@ -50,11 +51,10 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     QTest.keyPress(page.live, Qt.Key.Key_2)
     QTest.keyPress(page.live, Qt.Key.Key_X)  # marks nothing
     before = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > before + 100, PATIENCE)
+    until(lambda: page.session._recorder.state().devices[0].samples > before + 100)
     assert page.session.marks.track(1e12)[-1].action == "pull"
     QTest.keyRelease(page.live, Qt.Key.Key_2)
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     assert [info.name for info in window.document.infos] == ["LEGO 01"]
     assert "'LEGO 01' is kept" in page.standing.sentences.text()
     assert page.fields.name.placeholderText() == "LEGO 02"
@@ -65,7 +65,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
     recorded(window, page, until)
     said = shown_on(page.record_button, page.session)
     window.commands["discard_recording"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     assert said[0] == "Discarding…"
     assert "Keeping…" not in said
     assert page.fields.name.placeholderText() == "LEGO 02"
@@ -88,8 +88,7 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     discard.trigger()
     assert "nothing was recorded" in page.standing.sentences.text()
     recorded(window, page, until)
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     assert "Discard 'LEGO 01'" in page.discard_button.text()
     assert page.discard_button.isEnabled()
     [kept] = window.document.infos
@@ -103,21 +102,20 @@ def test_the_last_one_is_discarded_when_asked_for_twice_and_not_once_it_is_label
     assert "Really" not in page.discard_button.text()
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     assert window.document.infos == ()
     assert window.document.demonstration is None
     assert page.fields.name.placeholderText() == "LEGO 01"
     assert not page.discard_button.isEnabled()
     assert not list((study / "demonstrations").iterdir())
     recorded(window, page, until)
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     with Project.open(study) as project:
         id_ = project.demonstrations()[0].id
         project.edit(id_, "Ann", (), (Segment(0.0, 0.05, "grab"),), "painted")
     discard.trigger()
     discard.trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     assert "was labelled since it was recorded; it stays" in page.standing.sentences.text()
     with Project.open(study) as project:
         assert len(project.demonstrations()) == 1
@@ -136,17 +134,16 @@ def test_unplugging_is_an_alarm_and_what_could_not_be_kept_can_be_kept_later(
     page.fields.countdown.setCurrentIndex(0)
     recorded(window, page, until, 10)
     tongs.unplug()
-    until(lambda: "is unplugged" in page.standing.alarms.text(), PATIENCE)
+    until(lambda: "is unplugged" in page.standing.alarms.text())
     assert page.standing.alarms.isVisible()
     tongs.replug()
-    until(lambda: "is unplugged" not in page.standing.alarms.text(), PATIENCE)
+    until(lambda: "is unplugged" not in page.standing.alarms.text())
     window.document.project.path.rename(window.document.project.path.with_suffix(".away"))
     window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.STUCK, PATIENCE)
+    until(lambda: page.session.phase is Phase.STUCK)
     assert page.record_button.isEnabled()
     window.document.project.path.with_suffix(".away").rename(window.document.project.path)
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     assert len(window.document.infos) == 1
 
 
@@ -172,8 +169,7 @@ def test_esc_ends_a_countdown_and_forgets_the_mark_that_a_tap_began(
     assert window.document.action == "grab"
     cancel.trigger()
     assert page.session.recording, "Esc ends no recording"
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     with Project.open(study) as project:
         [info] = project.demonstrations()
         assert project.tracks(info.id) == ()
@@ -228,18 +224,17 @@ def test_what_the_disk_refuses_is_an_alarm_and_is_kept(window, connected, until,
         study.rename(away)
     else:
         file.write = full
-    until(lambda: "kept in memory" in page.standing.alarms.text(), PATIENCE)
+    until(lambda: "kept in memory" in page.standing.alarms.text())
     assert "goes on in memory" in page.standing.sentences.text()
     before = page.session._recorder.state().devices[0].samples
-    until(lambda: page.session._recorder.state().devices[0].samples > before + 200, PATIENCE)
+    until(lambda: page.session._recorder.state().devices[0].samples > before + 200)
     if trouble == "away":
         away.rename(study)
     else:
         del file.write
-    until(lambda: "kept in memory" not in page.standing.alarms.text(), PATIENCE)
+    until(lambda: "kept in memory" not in page.standing.alarms.text())
     assert "can be written again" in page.standing.sentences.text()
-    window.commands["record"].trigger()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    keep(window, page, until)
     with Project.open(study) as project:
         [info] = project.demonstrations()
         d = project.load(info.id)
@@ -273,7 +268,7 @@ def test_keys_are_no_text_once_the_devices_are_connected(window, tongs, until):
     page.fields.task.setCurrentText("LEGO")
     page.connect_button.setFocus()
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.READY, PATIENCE)
+    until(lambda: page.session.phase is Phase.READY)
     QTest.keyClick(window.focusWidget(), Qt.Key.Key_2)
     assert page.fields.task.currentText() == "LEGO"
 
@@ -284,7 +279,7 @@ def test_a_project_that_is_left_while_recording_gets_the_recording(
     Project.create(tmp_path / "other.forcelab").close()
     recorded(window, connected, until)
     window.opening.open(tmp_path / "other.forcelab")
-    until(lambda: connected.session.phase is Phase.APART, PATIENCE)
+    until(lambda: connected.session.phase is Phase.APART)
     assert window.document.infos == ()
     with Project.open(study) as project:
         assert len(project.demonstrations()) == 1
@@ -298,7 +293,7 @@ def test_what_cannot_be_opened_is_one_sentence_and_can_be_tried_again(window, un
     assert "Tick a device" in page.standing.sentences.text()
     page.sources.add(f"optoforce:{tmp_path / 'none'}")
     page.connect_button.click()
-    until(lambda: page.session.phase is Phase.APART, PATIENCE)
+    until(lambda: page.session.phase is Phase.APART)
     assert not window.capture.workspace.record_button.isEnabled()
     assert str(tmp_path / "none") in page.standing.sentences.text()
     assert page.connect_button.isEnabled()
@@ -321,7 +316,7 @@ def test_an_unfinished_recording_is_offered_and_recovered(app, study, tongs, unt
         until(page.recover_button.isVisible)
         said = shown_on(page.record_button, page.session)
         page.recover_button.click()
-        until(lambda: page.session.phase is Phase.APART, PATIENCE)
+        until(lambda: page.session.phase is Phase.APART)
         assert said[0] == "Recovering…"
         assert not page.recover_button.isVisible()
         assert [info.name for info in window.document.infos] == ["LEGO 01"]
@@ -336,48 +331,6 @@ def test_the_tab_loads_no_driver_before_it_is_shown():
     )
     done = run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert not done.stdout.split()
-
-
-def test_columns_have_every_extreme_and_leave_gaps_open():
-    times = np.r_[0:1:0.001, 2:3:0.001]
-    values = np.random.default_rng(0).normal(size=(len(times), 2))
-    edges = np.linspace(-0.5, 3.5, 81)
-    low, high = columns_of(times, values, edges)
-    for column in range(80):
-        inside = (times >= edges[column]) & (times < edges[column + 1])
-        if not inside.any():
-            assert np.isnan(low[column]).all()
-            continue
-        assert (low[column] <= values[inside].min(axis=0)).all()
-        assert (high[column] >= values[inside].max(axis=0)).all()
-    np.testing.assert_array_equal(np.nanmin(low, axis=0), values.min(axis=0))
-    held, _ = columns_of(np.array([0.22]), np.array([[7.0]]), edges, holds=True)
-    assert np.isnan(held[:14]).all()
-    assert (held[14:] == 7.0).all()
-
-
-def test_a_lane_grows_at_once_and_shrinks_late():
-    scale = Scale()
-    scale.fit(0.0, 10.0, 0.0)
-    assert scale.low < 0.0
-    assert scale.high > 10.0
-    scale.fit(-5.0, 20.0, 0.1)
-    assert scale.high > 20.0
-    scale.fit(0.0, 1.0, 0.2)
-    assert scale.high > 20.0
-    scale.fit(0.0, 1.0, 5.0)
-    assert scale.high < 2.0
-
-
-def test_keys_are_stamped_by_the_window_system_however_late_the_window_hears_of_them():
-    times = EventTimes()
-    assert times.at(0, 12.5) == 12.5  # no stamp
-    assert times.at(5000, 100.02) == pytest.approx(100.02)
-    assert times.at(5500, 100.5) == pytest.approx(100.5)  # sooner: better known now
-    assert times.at(6000, 101.2) == pytest.approx(101.0)
-    assert times.at(6500, 101.502) == pytest.approx(101.5)
-    assert times.at(100, 150.0) == pytest.approx(150.0)  # the clock began anew
-    assert times.at(200, 150.3) == pytest.approx(150.1)
 
 
 def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, until):

@@ -9,10 +9,10 @@ from PySide6.QtWidgets import QMenu
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
 from forcelab.gui.figures import text
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import force_channels
 from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.force_axes import curve_ink, number_of
+from forcelab.gui.label.force_axes import curve_ink
+from forcelab.gui.label.force_names import number_of
 from forcelab.gui.theme import DARK, LIGHT, colours
 from forcelab.signals.envelope import Envelope
 
@@ -35,13 +35,6 @@ def show(document, demonstration, id_="one"):
 @pytest.fixture
 def document(app):
     return Document("Ann")
-
-
-@pytest.fixture
-def jobs(app):
-    jobs = Jobs()
-    yield jobs
-    assert jobs.close(10.0)
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from PySide6.QtGui import QColor, QImage, QPainter
 from forcelab.demonstration import Channel
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.label import force_axes
-from forcelab.gui.label.force_axes import number_of
 from forcelab.gui.label.force_curves import Canvas, Curve, fill_columns
 from forcelab.gui.label.force_lanes import axis_of, group_of, lanes, spanning
+from forcelab.gui.label.force_names import number_of
 from forcelab.gui.theme import LIGHT
 from forcelab.signals.envelope import Extremes
 

@@ -122,7 +122,7 @@ def test_enter_is_a_double_click_and_what_was_left_behind_is_said(document, view
 def test_buttons_say_what_they_would_do(document, view, until):
     assert not view.undo.isEnabled()
     assert not view.redo.isEnabled()
-    assert "Nothing was edited" in view._empty.text()
+    assert "Nothing was edited" in view._pages.note.text()
     paint(document, 2)
     until(view.undo.isEnabled)
     view.undo.click()

@@ -9,9 +9,9 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.overview import HEIGHT, STRIP, Overview
+from forcelab.gui.label.overview import Overview
+from forcelab.gui.label.overview_picture import HEIGHT, STRIP
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
@@ -40,8 +40,7 @@ def document(app, tmp_path):
 
 
 @pytest.fixture
-def overview(document):
-    jobs = Jobs()
+def overview(document, jobs):
     force = ForcePanel(document, jobs)
     overview = Overview(document, force)
     overview.force = force
@@ -49,7 +48,6 @@ def overview(document):
     overview.show()
     yield overview
     overview.close()
-    assert jobs.close(5.0)
 
 
 def x_at(overview, time):
@@ -91,6 +89,8 @@ def test_dragging_an_edge_zooms(overview):
 def test_dragging_elsewhere_shows_that_span(overview):
     drag(overview, x_at(overview, 18.0), x_at(overview, 13.0))
     assert span(overview) == near((13.0, 18.0))
+    drag(overview, x_at(overview, 9.0), -50)  # it ends where the demonstration does
+    assert span(overview) == near((0.0, 9.0))
 
 
 def test_with_the_whole_visible_dragging_chooses_a_span(overview):

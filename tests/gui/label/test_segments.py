@@ -6,28 +6,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from painted import TRACK, opened, shown
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, QPoint, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
-from forcelab.gui.label.segment_model import (
-    ACTION,
-    CURRENT,
-    DURATION,
-    END,
-    NUMBER,
-    START,
-    SegmentModel,
-)
+from forcelab.gui.label.segment_model import ACTION, DURATION, END, NUMBER, START, SegmentModel
 from forcelab.gui.label.segments import SegmentTable
 from forcelab.labels import Segment
-
-
-@pytest.fixture
-def document(app, tmp_path):
-    with opened(tmp_path) as document:
-        yield document
 
 
 @pytest.fixture
@@ -149,10 +135,10 @@ def test_what_is_selected_elsewhere_is_chosen_here_without_a_jump(document, tabl
 
 
 def test_the_segment_under_the_cursor_is_marked(document, table):
-    marked = lambda: [row for row in range(4) if table.model.index(row, 0).data(CURRENT)]  # noqa: E731
     for cursor, rows in ((0.5, []), (1.0, [0]), (2.0, [1]), (4.5, []), (7.999, [3]), (8.0, [])):
         document.seek(cursor)
-        assert marked() == rows
+        marked = [row for row in range(4) if table.model.under_cursor(document.segments[row])]
+        assert marked == rows
 
 
 def edited(table, row, which, typed):
@@ -242,6 +228,7 @@ def test_keys_that_label_are_left_to_the_window(app, table):
 
 def test_the_menu_relabels_marks_filters_and_deletes(document, table):
     assert table.menu() is None
+    document.add_actions("cut & lift")
     table.table.selectRow(2)
     menu = table.menu()
     by_text = {action.text(): action for action in menu.actions()}
@@ -249,9 +236,9 @@ def test_the_menu_relabels_marks_filters_and_deletes(document, table):
     assert document.range == (5.0, 5.25)
     by_text["Show only 'grab'"].trigger()
     assert column(table, NUMBER) == ["1", "3"]
-    relabel = {action.text(): action for action in by_text["Relabel"].menu().actions()}
-    assert set(relabel) == {"hold", "release"}
-    relabel["hold"].trigger()
+    relabel = {action.text(): action for action in by_text["Relabel with"].menu().actions()}
+    assert set(relabel) == {"&2  hold", "&3  release", "&4  cut && lift"}
+    relabel["&2  hold"].trigger()
     assert document.segments[2].action == "hold"
     by_text["Delete"].trigger()
     assert len(document.segments) == 4, "the segment of that menu has another action now"
@@ -261,15 +248,32 @@ def test_the_menu_relabels_marks_filters_and_deletes(document, table):
     assert len(document.segments) == 3
 
 
+def test_the_chosen_segment_stays_chosen_when_the_rows_are_sorted(document, table):
+    table.table.selectRow(2)
+    header = table.table.horizontalHeader()
+    where = QPoint(header.sectionViewportPosition(ACTION) + 20, header.height() // 2)
+    QTest.mouseClick(header.viewport(), Qt.MouseButton.LeftButton, pos=where)
+    assert column(table, ACTION) == sorted(column(table, ACTION))
+    (chosen,) = table.table.selectionModel().selectedRows()
+    assert table.model.number_of(chosen.row()) == document.selected == 2
+
+
+def test_the_menu_of_a_very_long_action_fits_the_screen(document, table):
+    document.add_actions("very long " * 30 + "name")
+    document.relabel(2, document.vocabulary.names[-1])
+    table.table.selectRow(2)
+    assert table.menu().sizeHint().width() <= table.screen().size().width()
+
+
 def test_it_says_why_it_is_empty(app, document, table):
     table.filter.setText("nothing")
-    assert "contains 'nothing'" in table._empty.text()
+    assert "contains 'nothing'" in table._pages.note.text()
     table.filter.clear()
     document.open_demonstration("02")
-    assert table._empty.isVisible()
-    assert "No segments yet" in table._empty.text()
+    assert table._pages.note.isVisible()
+    assert "No segments yet" in table._pages.note.text()
     document.close()
-    assert "No demonstration" in table._empty.text()
+    assert "No demonstration" in table._pages.note.text()
 
 
 def test_a_narrow_column_leaves_the_duration_away_and_never_scrolls(app, table):

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.gui.document import Snap
-from forcelab.gui.label.snapping import Targets, rounded, snap
+from forcelab.gui.label.snapping import Targets, on_target, rounded, snap
 from forcelab.labels import Segment
 
 SAMPLES = np.arange(1000) / 100
@@ -63,6 +63,17 @@ def test_a_time_that_snaps_to_nothing_is_rounded_to_its_sample():
     assert rounded(2.0049, targets()) == 2.0
     assert rounded(2.0051, targets()) == 2.01
     assert rounded(9.996, targets(marks=(0.0, 10.0))) == 10.0
+
+
+def test_a_time_of_an_event_an_edge_a_frame_or_a_sample_is_on_target():
+    track = (Segment(1.0, 2.0712, "grab"),)
+    events, frames = np.array([2.0044]), np.array([2.0351])
+    there = targets(contacts=events, frames=frames, tracks=(track,), marks=(9.9999,))
+    for time in (2.0044, 2.0351, 2.0712, 9.9999, 3.0, 3.0 + 1e-12):
+        assert on_target(time, there), time
+    for time in (2.0045, 2.0352, 2.0711, 9.9998, 3.0 + 1e-6):
+        assert not on_target(time, there), time
+    assert not on_target(0.5, Targets(samples=np.empty(0)))
 
 
 def test_in_a_gap_of_the_recording_a_time_stays():

@@ -184,21 +184,14 @@ def test_a_range_is_filled_and_forgotten(document, desk):
     assert document.stroke is None
 
 
-def test_the_selected_segment_is_relabelled(document, desk):
+@pytest.mark.parametrize("cursor", [1.5, 5.0])  # the latter as by its menu
+def test_the_selected_segment_is_relabelled_also_from_afar(document, desk, cursor):
     document.paint(1.0, 2.0, "grab")
-    document.seek(1.5)
+    document.seek(cursor)
     document.select(0)
     desk.tap(HOLD)
     assert shown(document) == [(1.0, 2.0, "hold")]
     assert document.stroke is None
-
-
-def test_a_segment_that_was_selected_from_afar_is_relabelled(document, desk):
-    document.paint(1.0, 2.0, "grab")
-    document.seek(5.0)
-    document.select(0)  # as by dragging its edge, or by its menu
-    desk.tap(HOLD)
-    assert shown(document) == [(1.0, 2.0, "hold")]
 
 
 def test_a_segment_that_playback_has_left_is_not_relabelled(document, desk):
@@ -421,3 +414,4 @@ def test_a_key_says_what_to_do_where_there_is_no_action(document, desk):
     assert document.stroke is None
     assert said[-1][1]
     assert "add one under Actions" in said[-1][0]
+    assert said[-1][0] == document.said_here  # which is not said of the next demonstration

@@ -8,7 +8,6 @@ from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap, fit_clock
 from forcelab.gui.document import Document
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.synchronising import SynchroniseDialog, TapRow
 from forcelab.project import Project
 
@@ -33,14 +32,12 @@ def document(app, tmp_path, filmed):
 
 
 @pytest.fixture
-def dialog(document, until):
-    jobs = Jobs()
+def dialog(document, jobs, until):
     dialog = SynchroniseDialog(document, jobs)
     dialog.show()
     until(lambda: dialog.preview.times.size > 0)
     yield dialog
     dialog.reject()
-    jobs.close()
 
 
 def press(button):
@@ -192,9 +189,8 @@ def test_a_click_into_the_curves_moves_the_cursor(document, dialog, until):
     assert document.cursor == pytest.approx(3.0, abs=0.05)
 
 
-def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, until):
+def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, jobs, until):
     document.demonstration.video.path.unlink()
-    jobs = Jobs()
     dialog = SynchroniseDialog(document, jobs)
     dialog.show()
     until(lambda: "is not there" in dialog.preview.picture.message)
@@ -204,7 +200,6 @@ def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, until):
     until(lambda: bool(dialog.trouble.text()))
     assert dialog.propose_button.isEnabled()
     dialog.reject()
-    jobs.close()
 
 
 def test_everything_is_reached_by_keyboard_and_named(dialog):

@@ -1,5 +1,8 @@
 """Painting with the mouse: real events on the real panel, and what the store holds afterwards."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from painting_bench import Hand, opened, shown
@@ -10,7 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from forcelab.gui.document import Snap
 from forcelab.gui.figures import text
-from forcelab.gui.label import tracks
+from forcelab.gui.label import track_menu, tracks
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.typing_guard import kept
 from forcelab.labels import Segment
@@ -425,6 +428,37 @@ def test_an_action_picked_by_its_key_in_the_menu(document, hand, panel):
     hand.drag(3.5, 4.25)
     QTest.keyClick(panel.menu, Qt.Key.Key_2)
     assert (3.5, 4.25, "hold") in shown(document)
+
+
+def test_a_menu_does_not_keep_its_panel(document):
+    document.set_range(3.2, 3.7)
+    for made in (
+        lambda panel: panel.menu_at(panel.rows()[0], 1.5),
+        lambda panel: track_menu.range_menu(panel, document),
+    ):
+        panel = TrackPanel(document)
+        panel.menu, gone = made(panel), weakref.ref(panel)
+        del panel
+        gc.collect()
+        assert gone() is None
+
+
+def test_what_is_dragged_out_of_view_is_still_told_in_its_row(document, hand, panel, monkeypatch):
+    plates = []
+    monkeypatch.setattr(tracks, "put_plate", lambda _, at, *__: plates.append(at.y()))
+    document.set_span(4.0, 8.0)
+    hand.press(5.5, ALT)
+    hand.move(2.0, ALT)
+    panel.grab()
+    assert plates[-1] == panel.rows()[0].box.center().y()
+
+
+def test_an_action_of_a_very_long_name_fits_into_the_menu(document, hand, panel):
+    document.add_actions("very long " * 30 + "name")
+    hand.drag(3.5, 4.25)
+    menu = panel.menu
+    widest = max(menu.actionGeometry(entry).width() for entry in menu.actions())
+    assert widest <= menu.screen().size().width()
 
 
 def test_another_coder_is_not_painted_for_by_a_drag(document, hand, panel):

@@ -8,9 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from painting_bench import Hand, opened
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QColor, QImage, QPainter
 
-from forcelab.gui.label.track_painting import crowd, looks_of, visible
+from forcelab.gui.figures.axes import Axis
+from forcelab.gui.label.track_painting import crowd, looks_of, paint_row, visible
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.theme import colours
 from forcelab.labels import Segment
@@ -124,6 +126,17 @@ def test_slim_rows_all_lie_in_the_panel_and_are_full_again_where_there_is_room(d
     high = rows[-1].box.height()
     panel.set_slim(False)
     assert panel.rows()[-1].box.height() == high
+
+
+@pytest.mark.parametrize(("height", "written"), [(7.0, False), (12.0, True)])
+def test_a_name_is_written_only_where_its_letters_are_not_cut(document, height, written):
+    image = QImage(200, 20, QImage.Format.Format_RGB32)
+    painter, box = QPainter(image), QRectF(0, 0, 200, height)
+    look = {"vocabulary": document.vocabulary, "theme": colours(), "size": 10.0}
+    paint_row(painter, box, Axis(1.0, 2.0, 0.0, 200.0), TRACK, **look)
+    painter.end()
+    inks = {image.pixel(x, y) for x in range(4, 196) for y in range(2, int(height) - 2)}
+    assert (len(inks) > 1) == written
 
 
 def test_visible_segments_reach_into_the_span():

@@ -4,7 +4,7 @@ import sqlite3
 
 import numpy as np
 import pytest
-from painted import opened, shown
+from painted import shown
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
@@ -13,12 +13,6 @@ from forcelab.gui import settings, theme
 from forcelab.gui.label.transport import Transport
 from forcelab.gui.player import SPEEDS, Player
 from forcelab.project import Project
-
-
-@pytest.fixture
-def document(app, tmp_path):
-    with opened(tmp_path) as document:
-        yield document
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@ import pytest
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
-from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.workspace import LabelWorkspace
 from forcelab.project import Project
 
@@ -28,12 +27,12 @@ def path(tmp_path):
 
 
 @pytest.fixture
-def workspace(app):
-    document, jobs = Document("Ada"), Jobs()
+def workspace(jobs):
+    document = Document("Ada")
     workspace = LabelWorkspace(document, jobs)
     yield workspace
     workspace.let_go()
-    jobs.close()
+    jobs.close()  # before the document: what runs reads it
     document.close()
     workspace.deleteLater()
 

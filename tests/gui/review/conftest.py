@@ -31,6 +31,24 @@ def jobs(app):
 
 
 @pytest.fixture
+def up(app):
+    """Show a widget, in a size if one is given, until the test is over; gives it."""
+    shown = []
+
+    def show(widget, *size):
+        if size:
+            widget.resize(*size)
+        widget.show()
+        shown.append(widget)
+        return widget
+
+    yield show
+    for widget in shown:
+        widget.close()
+        widget.deleteLater()
+
+
+@pytest.fixture
 def work(document):
     """What the trainer does in the background; it finds the same each time."""
     work = FakeWork()

@@ -12,7 +12,10 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
 from forcelab.errors import InputError
+from forcelab.gui.removing import Removal
+from forcelab.gui.review.bar import TrainBar
 from forcelab.gui.review.bar_texts import run_text
+from forcelab.gui.review.training_jobs import Kept
 from forcelab.labels import Segment
 from forcelab.project import Verdict
 from forcelab.recognition.choice import Choice
@@ -26,21 +29,13 @@ def document(app):
 
 
 @pytest.fixture
-def bar(document, learning, app):
-    from forcelab.gui.review.bar import TrainBar
-
-    bar = TrainBar(document, learning)
-    bar.resize(1300, 40)
-    bar.show()
+def bar(document, learning, up, app):
+    bar = up(TrainBar(document, learning), 1300, 40)
     app.processEvents()
-    yield bar
-    bar.close()
-    bar.deleteLater()
+    return bar
 
 
 def kept(number, task="foam", f1=0.9):
-    from forcelab.gui.review.training_jobs import Kept
-
     return Kept(number, datetime(2026, 3, 1, 12, tzinfo=timezone.utc), task, (task,), f1)
 
 
@@ -176,6 +171,18 @@ def test_a_refusal_stands_beneath_until_it_is_dismissed(bar, learning, work, unt
     assert not bar.trouble_row.isVisible()
 
 
+def test_what_training_hides_hands_the_keyboard_to_what_cancels_it(bar, learning, work, until):
+    """Not to whatever comes next in the window: in a field, letters would be typed."""
+    bar.activateWindow()
+    work.gate = False
+    bar.settings.setFocus()
+    learning.train()
+    assert bar.cancel.hasFocus()
+    work.gate = True
+    until(lambda: not learning.training)
+    assert bar.train.hasFocus()
+
+
 def test_the_runs_can_be_chosen(bar, learning, work, document, until):
     work.kept = (kept(2, f1=None), kept(1))
     work.outcomes = {n: outcome_of(document.project, n) for n in (1, 2)}
@@ -199,8 +206,6 @@ def test_the_runs_can_be_chosen(bar, learning, work, document, until):
 def test_the_run_that_is_reviewed_is_removed_once_that_is_agreed_to(
     bar, learning, work, document, until, app
 ):
-    from forcelab.gui.removing import Removal
-
     project, made = document.project, {"settings": {}, "seed": None, "labels": [], "versions": {}}
     numbers = [project.add_run("evaluate", result={"n": n}, **made) for n in range(3)]
     id_ = project.demonstrations("foam")[0].id

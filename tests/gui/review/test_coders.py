@@ -10,7 +10,7 @@ import pytest
 from painting_bench import MEMORY
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtWidgets import QLineEdit, QMessageBox
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -118,6 +118,22 @@ def test_the_matrix_leads_to_the_figures_and_to_the_places(app, until):
         assert b.document.id == first.demonstration
 
 
+def test_the_consensus_is_of_the_pair_that_was_looked_at(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN, "Cleo": CLEO}) as b:
+        choice = b.bar.choice
+        assert choice.coders == ("Ann", "Ben")
+        b.view.matrix.choose(1, 2)
+        assert choice.coders == ("Ben", "Cleo")
+        assert choice.id == b.ids[0]
+        choice.first.setCurrentIndex(0)  # what is chosen there stays, until another is looked at
+        b.view._show()
+        assert choice.coders == ("Ann", "Cleo")
+        b.view.pages.setCurrentIndex(1)
+        app.processEvents()
+        b.view.matrix.choose(0, 1)
+        assert choice.coders == ("Ann", "Cleo")
+
+
 def test_kinds_of_places_are_listed_apart(app, until):
     with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
         details = b.view.pair
@@ -169,8 +185,8 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, vis
 
 def test_one_coder_alone_is_told_how_to_get_a_second(app, until):
     with bench(app, until, {"Ann": ANN}) as b:
-        assert b.view.empty.isVisible()
-        assert "forcelab assign" in b.view.empty.text()
+        assert b.view.room.note.isVisible()
+        assert "forcelab assign" in b.view.room.note.text()
 
 
 def test_of_a_long_name_the_task_is_cut_and_not_the_action(app):
@@ -244,6 +260,35 @@ def test_a_consensus_is_decided_with_keys_and_each_is_stored(app, until):
         assert bar.state.text() == "2 of 3 differences decided"
         assert b.document.segments == ANN  # nobody else's labels were touched
         assert "consensus" not in b.view.matrix.authors
+
+
+def test_arrows_go_on_from_the_consensus_to_the_next_page_and_back(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        b.view.activateWindow()
+        b.view.pages.tabBar().setFocus()
+        reached = []
+        for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Left, Qt.Key.Key_Left):
+            QTest.keyClick(app.focusWidget(), key)
+            app.processEvents()
+            reached.append(b.view.pages.currentIndex())
+        assert reached == [1, 2, 1, 0]
+
+
+def test_what_comes_back_by_itself_leaves_the_keyboard_where_it_is(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        b.view.activateWindow()
+        b.view.pages.setCurrentIndex(1)
+        assert b.bar.hasFocus()
+        field = QLineEdit(b.view)
+        field.show()
+        field.setFocus()
+        b.document.project.assign(b.ids[0], "Ann", blind=True)
+        b.document.refresh_listing()
+        until(lambda: not b.bar.isVisible())
+        b.document.project.unassign(b.ids[0], "Ann")
+        b.document.refresh_listing()
+        until(b.bar.isVisible)
+        assert field.hasFocus()
 
 
 def test_another_action_and_all_close_edges_at_once(app, until):

@@ -10,8 +10,11 @@ from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.review.comparing import ComparingDialog
+from forcelab.gui.review.comparing_table import settings_text
 from forcelab.gui.review.training_jobs import Kept, Work
 from forcelab.gui.theme import colours
+from forcelab.recognition.settings import Settings
+from forcelab.review.comparing import compare
 
 ACTIONS = ("grab", "hold", "release")
 
@@ -52,13 +55,10 @@ def runs(document):
 
 
 @pytest.fixture
-def dialog(document, jobs, runs, until):
-    dialog = ComparingDialog(document, jobs, work=work(runs))
-    dialog.show()
+def dialog(document, jobs, runs, until, up):
+    dialog = up(ComparingDialog(document, jobs, work=work(runs)))
     until(lambda: dialog.comparison is not None)
-    yield dialog
-    dialog.close()
-    dialog.deleteLater()
+    return dialog
 
 
 def row_of(dialog, name):
@@ -67,21 +67,19 @@ def row_of(dialog, name):
 
 def test_the_last_two_runs_are_compared_at_first(dialog):
     assert (dialog.one.currentData(), dialog.other.currentData()) == (2, 3)
-    assert dialog.one.currentText().startswith("Run 2: foam, 2026-01-0")
+    assert dialog.one.currentText().startswith("2: foam · ")
     assert [c.name for c in dialog.model.columns][1:3] == ["run 2", "run 3"]
 
 
 def test_at_first_a_run_is_compared_with_an_older_one_of_the_same_tasks(
-    document, jobs, runs, until
+    document, jobs, runs, until, up
 ):
     runs[1] = replace(runs[1], title="stylus", tasks=("stylus",))
-    dialog = ComparingDialog(document, jobs, work=work(runs))
+    dialog = up(ComparingDialog(document, jobs, work=work(runs)))
     until(lambda: dialog.comparison is not None)
     assert (dialog.one.currentData(), dialog.other.currentData()) == (1, 3)
     dialog.one.resize(120, dialog.one.height())
     assert dialog.one.shown_text.endswith("…")
-    dialog.close()
-    dialog.deleteLater()
 
 
 def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
@@ -90,7 +88,7 @@ def test_differences_are_signed_and_say_whether_they_are_better(dialog, runs):
     assert row.cells[1:3] == (f"{100 * two['accuracy']:.1f}", f"{100 * three['accuracy']:.1f}")
     difference = 100 * (three["accuracy"] - two["accuracy"])
     assert row.cells[3] == f"better  +{difference:.1f}"
-    assert QColor(row.colours[3]) == QColor(colours().accent)
+    assert QColor(row.colours[3]) == QColor(colours().range)
     low, high = row.cells[4].split(" to ")
     assert float(low) <= difference <= float(high)
 
@@ -118,10 +116,6 @@ def test_a_run_beside_itself_differs_in_nothing(dialog, until):
 
 
 def test_settings_that_differ_are_called_as_in_the_dialog_where_they_are_chosen(dialog, runs):
-    from forcelab.gui.review.comparing_table import settings_text
-    from forcelab.recognition.settings import Settings
-    from forcelab.review.comparing import compare
-
     plain = Settings(decoder="semi-markov")
     changed = plain.replace(changes=True, classifier="extra-trees", preset="best")
     comparison = compare(

@@ -149,13 +149,16 @@ def test_copied_text_is_what_is_shown(view):
 @pytest.mark.parametrize(
     ("suffix", "head"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89P")]
 )
-def test_the_matrix_is_saved_as_a_figure(view, tmp_path, suffix, head):
+def test_the_matrix_is_saved_as_a_figure(view, document, until, tmp_path, suffix, head):
     view.save(tmp_path / f"matrix.{suffix}")
+    until(lambda: document.told)
+    assert document.told == [(f"Saved 'matrix.{suffix}'.", False)]
     assert (tmp_path / f"matrix.{suffix}").read_bytes().startswith(head)
 
 
-def test_a_wrong_suffix_is_told(view, document, tmp_path):
+def test_a_wrong_suffix_is_told(view, document, until, tmp_path):
     view.save(tmp_path / "matrix.doc")
+    until(lambda: document.told)
     assert document.told[-1] == (
         "A figure is saved as .svg, .pdf or .png, not as 'matrix.doc'; change the suffix.",
         True,
@@ -193,18 +196,18 @@ def test_edits_elsewhere_leave_the_list_as_it_is(view, document, app):
 
 def test_without_an_outcome_it_says_what_to_do(view, document):
     document.set_outcome(None)
-    assert "Train" in view._empty.text()
-    assert view._empty.isVisible()
+    assert "Train" in view._pages.note.text()
+    assert view._pages.note.isVisible()
     assert not view.switches.isVisible()
     document.set_outcome(outcome_of([], ACTIONS))
-    assert "at least two" in view._empty.text()
+    assert "at least two" in view._pages.note.text()
 
 
 def test_a_run_without_raw_predictions_says_so_and_lets_one_go_back(view, document, until):
     one = reviewed(document.infos[0].id, [(1, 2, "grab")], [(1, 2, "grab")])
     view.switches.stage_box.setCurrentIndex(1)
     document.set_outcome(outcome_of([one], ACTIONS))
-    until(lambda: "no raw" in view._empty.text())
+    until(lambda: "no raw" in view._pages.note.text())
     view.switches.stage_box.setCurrentIndex(0)
     until(lambda: view.cells is not None and view.canvas.isVisible())
 

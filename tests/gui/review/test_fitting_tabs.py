@@ -1,27 +1,26 @@
 """Tabs that have no room stand in a menu; none is cut."""
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 
 from forcelab.gui.review.fitting_tabs import FittingTabs
+from forcelab.gui.typing_guard import kept
 
 #: As in the review.
 TITLES = ("Queue", "Confusion", "Scores", "Why", "Proposals", "Coders", "Training")
 
 
 @pytest.fixture
-def tabs(app):
+def tabs(app, up):
     tabs = FittingTabs()
     for title in TITLES:
         tabs.addTab(QWidget(), title)
-    tabs.resize(1000, 100)
-    tabs.show()
+    up(tabs, 1000, 100)
     app.processEvents()
-    yield tabs
-    tabs.hide()
-    tabs.deleteLater()
+    return tabs
 
 
 def seen(tabs):
@@ -69,6 +68,23 @@ def test_what_is_chosen_in_the_menu_is_in_front_and_seen_whole(tabs, app):
     tabs.resize(1000, 100)
     app.processEvents()
     assert seen(tabs) == list(TITLES)
+
+
+def test_arrows_go_to_either_end_of_the_tabs_with_and_without_room(tabs, app):
+    tabs.resize(260, 100)
+    app.processEvents()
+    bar = tabs.tabBar()
+    for key, end in ((Qt.Key.Key_Right, len(TITLES) - 1), (Qt.Key.Key_Left, 0)):
+        before = tabs.currentIndex()
+        wanted = QKeyEvent(QEvent.Type.KeyPress, key, Qt.KeyboardModifier.NoModifier)
+        assert kept(bar, wanted)  # else it is the window's, and moves the cursor
+        reached = []
+        for _ in TITLES:
+            QTest.keyClick(bar, key)
+            reached.append(tabs.currentIndex())
+            assert tabs.isTabVisible(tabs.currentIndex())
+        assert sorted({before, *reached}) == list(range(len(TITLES)))
+        assert reached[-2:] == [end, end]
 
 
 @pytest.mark.parametrize(("key", "step"), [(Qt.Key.Key_Tab, 1), (Qt.Key.Key_Backtab, -1)])

@@ -1,13 +1,24 @@
 """The trainer of the window: one at a time, on a snapshot, and the old result stays."""
 
+from dataclasses import replace
 from datetime import datetime, timezone
 
 import pytest
 from learning_bench import FakeWork, outcome_of, step, study
 
 from forcelab.errors import InputError
+from forcelab.gui import settings
+from forcelab.gui.document import Document
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review import remembered, unasked
+from forcelab.gui.review.bar import TrainBar
+from forcelab.gui.review.learning import Learning
+from forcelab.gui.review.standing import Standing
+from forcelab.gui.review.training_jobs import Kept
+from forcelab.gui.review.wanted import whose_labels
 from forcelab.labels import Segment
-from forcelab.project import Verdict
+from forcelab.project import Project, Verdict
+from forcelab.recognition import grouping
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
@@ -20,8 +31,6 @@ def document(app):
 
 
 def kept(number, task, title=""):
-    from forcelab.gui.review.training_jobs import Kept
-
     return Kept(number, datetime(2026, 3, 1, tzinfo=timezone.utc), title or task, (task,), 0.9)
 
 
@@ -43,8 +52,6 @@ def test_training_ends_with_the_outcome_in_the_document(learning, document, work
 def test_many_demonstrations_are_left_out_in_groups_unless_somebody_chose_otherwise(
     learning, work, until, monkeypatch
 ):
-    from forcelab.recognition import grouping
-
     def asked():
         learning.train()
         until(lambda: not learning.training)
@@ -144,8 +151,6 @@ def test_after_edits_and_a_pause_it_trains_by_itself(learning, document, work, u
 def test_after_a_long_training_none_comes_by_itself_for_as_long(
     learning, document, work, until, monkeypatch
 ):
-    from forcelab.gui.review import unasked
-
     now = [1000.0]
     monkeypatch.setattr(unasked, "monotonic", lambda: now[0])
     learning._quiet.setInterval(1)
@@ -241,9 +246,6 @@ def test_what_was_painted_meanwhile_is_trained_next(learning, document, work, un
 
 
 def test_a_reopened_project_shows_its_last_result(document, work, until):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review.learning import Learning
-
     work.kept = (kept(9, "stylus"), kept(7, "foam"), kept(3, "foam"))
     work.outcomes = {n: outcome_of(document.project, n, "foam") for n in (3, 7)}
     jobs = Jobs()
@@ -342,8 +344,6 @@ def test_each_task_has_its_own_settings_and_choice(learning, document, work, unt
 
 
 def test_settings_and_choice_are_remembered_for_the_next_time(learning, document, work, until):
-    from forcelab.gui.review.learning import Learning
-
     learning.set_settings(Settings(stride=7, merge=Settings().merge))
     learning.set_choice(Choice(("foam",), "stylus", "Ann"))
     learning.set_automatic(True)
@@ -355,10 +355,6 @@ def test_settings_and_choice_are_remembered_for_the_next_time(learning, document
 
 
 def test_broken_settings_do_not_stand_in_the_way(learning, document, work):
-    from forcelab.gui import settings
-    from forcelab.gui.review import remembered
-    from forcelab.gui.review.learning import Learning
-
     path = document.project.path
     settings.put(remembered._key(path, "foam", "settings"), '{"stride": -3}')
     settings.put(remembered._key(path, "foam", "choice"), '{"tasks": 5}')
@@ -409,8 +405,6 @@ def test_labels_painted_while_it_trains_are_not_overwritten(learning, document, 
 def test_the_status_bar_says_in_other_workspaces_how_training_stands(
     learning, document, work, until
 ):
-    from forcelab.gui.review.standing import Standing
-
     line = Standing(learning)
     assert line.isHidden()  # nothing was trained
     work.gate = False
@@ -429,9 +423,46 @@ def test_the_status_bar_says_in_other_workspaces_how_training_stands(
     assert line.text().startswith("Recogniser: 1 edit or new demonstration since")
 
 
-def test_who_labelled_most_is_trained_on(document):
-    from forcelab.gui.review.wanted import whose_labels
+@pytest.mark.parametrize("removed", [False, True])
+def test_where_no_recogniser_is_kept_none_is_said_to_be_up_to_date(
+    learning, document, work, until, removed
+):
+    """Of what was only evaluated, or where it was removed: Capture says that there is none."""
+    line, bar = Standing(learning), TrainBar(document, learning)
+    if removed:
+        document.project.remove_recogniser(work.result.recogniser)
+    else:
+        work.result = replace(work.result, recogniser="")
+    document.set_outcome(work.result)
+    until(lambda: learning.edits == 0)
+    assert line.text() == "Run 1: up to date, no recogniser kept"
+    assert bar.standing.text == "up to date, no recogniser kept"
+    document.paint(6.0, 7.0, "grab")
+    until(lambda: learning.edits == 1)
+    assert line.text() == "Run 1: 1 edit or new demonstration since this run"
+    assert bar.standing.text == "1 edit or new demonstration since this run"
+    bar.deleteLater()
 
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_what_was_trained_with_other_settings_is_not_said_to_be_up_to_date(
+    learning, document, work, until, kept
+):
+    line, bar = Standing(learning), TrainBar(document, learning)
+    line.set_elsewhere(True)
+    document.set_outcome(work.result if kept else replace(work.result, recogniser=""))
+    until(lambda: learning.edits == 0)
+    told = "trained with other settings" if kept else "of other settings, no recogniser kept"
+    learning.set_settings(preset("fast"))
+    assert line.text() == f"{'Recogniser' if kept else 'Run 1'}: {told}"
+    assert bar.standing.text == told
+    learning.set_settings(preset("best"))
+    assert "up to date" in line.text()
+    assert "up to date" in bar.standing.text
+    bar.deleteLater()
+
+
+def test_who_labelled_most_is_trained_on(document):
     project = document.project
     other = [info for info in document.infos if info.task == "foam"][:1]
     for info in other:
@@ -449,8 +480,6 @@ def test_who_labelled_most_is_trained_on(document):
 
 
 def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
-    from forcelab.gui.review.wanted import whose_labels
-
     for info in document.infos:
         before = document.project.track(info.id, "Ann").segments
         document.project.edit(info.id, "Ann", before, (), "began anew")
@@ -462,8 +491,6 @@ def test_who_alone_has_labelled_trains_on_a_single_demonstration(document):
 
 
 def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document, work, until, app):
-    from forcelab.gui.review.standing import Standing
-
     line = Standing(learning)
     line.set_elsewhere(True)
     learning.train()
@@ -486,17 +513,11 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document,
 
 
 def test_the_first_training_is_with_the_best_preset_and_its_classifier_is_known(learning):
-    from forcelab.gui.review import remembered
-
     assert learning.classifier == preset(remembered.FIRST).classifier
     assert learning.called == (remembered.FIRST, False)
 
 
 def test_demonstrations_of_no_task_are_trained_too(app, until):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review.bar import TrainBar
-    from forcelab.gui.review.learning import Learning
-
     work, jobs = FakeWork(), Jobs()
     with study(tasks=("",)) as document:
         work.result = outcome_of(document.project, task="", title="no task")
@@ -515,11 +536,6 @@ def test_demonstrations_of_no_task_are_trained_too(app, until):
 
 
 def test_without_demonstrations_there_is_nothing_to_train_on(app, tmp_path, until):
-    from forcelab.gui.document import Document
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review.learning import Learning
-    from forcelab.project import Project
-
     Project.create(tmp_path / "empty.forcelab").close()
     document, jobs = Document("Ann"), Jobs()
     document.open_project(tmp_path / "empty.forcelab")

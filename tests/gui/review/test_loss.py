@@ -3,6 +3,7 @@
 import pytest
 from learning_bench import outcome_of, step, study
 
+from forcelab.gui.review.loss import LossView, losses
 from forcelab.recognition.settings import Settings
 
 
@@ -13,22 +14,14 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, work, learning):
-    from forcelab.gui.review.loss import LossView
-
+def view(document, work, learning, up):
     work.result = outcome_of(document.project, remarks=("Something was left out.",))
-    view = LossView(document, learning)
+    view = up(LossView(document, learning), 500, 320)
     view.work = work
-    view.resize(500, 320)
-    view.show()
-    yield view
-    view.close()
-    view.deleteLater()
+    return view
 
 
 def test_each_fold_has_a_curve_and_the_final_fit_its_own():
-    from forcelab.gui.review.loss import losses
-
     steps = [
         step(1, 2.0, 1),
         step(2, 1.0, 1),

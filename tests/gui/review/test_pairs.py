@@ -342,7 +342,7 @@ def test_rows_are_ordered_and_filtered(shown, study):
     view.tools.search.setText("FOAM D 1")
     assert set(names()) == {"d 1", "d 10"}
     view.tools.search.setText("nothing like it")
-    assert "filter" in view._empty.text()
+    assert "filter" in view._pages.note.text()
 
 
 def test_stretched_rows_take_the_whole_width(shown, study):
@@ -433,14 +433,14 @@ def test_tracks_are_spelt_as_they_were_trained(shown, study):
 def test_without_an_outcome_it_says_what_to_do(shown, study):
     view = shown()
     study.set_outcome(None)
-    assert view._empty.text() == (
+    assert view._pages.note.text() == (
         "Train a recogniser (F5) and human and predicted timelines stand here in pairs."
     )
-    assert not view._rows.isVisible()
+    assert not view.area.isVisible()
     study.set_outcome(outcome())
-    assert "tested no demonstration" in view._empty.text()
+    assert "tested no demonstration" in view._pages.note.text()
     study.set_outcome(outcome(remarks=("Nothing could be tested: there is only still.",)))
-    assert view._empty.text() == "Nothing could be tested: there is only still."
+    assert view._pages.note.text() == "Nothing could be tested: there is only still."
 
 
 def test_what_is_coded_blind_is_left_out_and_counted(shown, study):
@@ -498,7 +498,7 @@ def test_nothing_is_made_for_a_hidden_view(shown, study):
 
 
 @pytest.mark.parametrize("suffix", ["svg", "pdf", "png"])
-def test_the_export_has_the_pairs_that_are_shown(shown, tmp_path, suffix):
+def test_the_export_has_the_pairs_that_are_shown(shown, until, tmp_path, suffix):
     view = shown()
     view.tools.search.setText("d 1")
     figure = view.figure()
@@ -506,13 +506,16 @@ def test_the_export_has_the_pairs_that_are_shown(shown, tmp_path, suffix):
     image = figure.image(2.0)
     for row, entry in enumerate(view.area.entries):
         assert figure.pairs[row].tracks == entry.pair.tracks
-        for part, box in zip(("human", "predicted"), figure.boxes(row), strict=True):
+        for part in ("human", "predicted"):
+            box = getattr(figure.boxes(row), part)
             for time in (0.5, 2.4, 4.5, 6.5, 8.5):
                 x, y = figure.axis.at(time) * 2, (box.top() + 0.2 * box.height()) * 2
                 seen = np.array(image.pixelColor(int(x), int(y)).getRgb()[:3])
                 assert np.abs(seen - colour(view, row, time, part)).max() <= 4
-    view.save(tmp_path / f"pairs.{suffix}")
-    assert (tmp_path / f"pairs.{suffix}").stat().st_size > 1000
+    path = tmp_path / f"pairs.{suffix}"
+    view.export_to(path)
+    until(path.exists)
+    assert path.stat().st_size > 1000
 
 
 def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
@@ -522,7 +525,7 @@ def test_the_export_goes_on_in_the_background_and_says_when_it_is_done(
     study.said.connect(lambda words, trouble: said.append((words, trouble)))
     view.export_to(tmp_path / "pairs.svg")
     until(lambda: said)
-    assert said == [("Saved pairs.svg.", False)]
+    assert said == [("Saved 'pairs.svg'.", False)]
     view.export_to(tmp_path / "none" / "pairs.svg")
     until(lambda: len(said) == 2)
     assert said[1][1]

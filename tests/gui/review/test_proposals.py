@@ -5,9 +5,13 @@ from dataclasses import replace
 import pytest
 from learning_bench import PREDICTED, certainty, outcome_of, study
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QApplication
 
+from forcelab.gui.review.proposals import ProposalsView
 from forcelab.labels import Segment
 from forcelab.review.outcome import Reviewed
+from forcelab.review.places import Place
 
 
 @pytest.fixture
@@ -17,15 +21,8 @@ def document(app):
 
 
 @pytest.fixture
-def view(document, jobs):
-    from forcelab.gui.review.proposals import ProposalsView
-
-    view = ProposalsView(document, jobs)
-    view.resize(480, 300)
-    view.show()
-    yield view
-    view.close()
-    view.deleteLater()
+def view(document, jobs, up):
+    return up(ProposalsView(document, jobs), 480, 300)
 
 
 def proposed(document):
@@ -44,32 +41,56 @@ def proposed(document):
 
 def test_the_most_uncertain_comes_first(view, document, until):
     document.set_outcome(proposed(document))
-    until(lambda: len(view.model.rows) == 3)
-    assert [row.name for row in view.model.rows] == ["stylus 02", "03", "stylus 01"]
+    until(lambda: len(view.rows) == 3)
+    assert [row.name for row in view.rows] == ["stylus 02", "03", "stylus 01"]
     assert view.model.data(view.model.index(0, 1)) == "32 %"
 
 
 def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, document, until):
     assert not view.order.isVisible()
     document.set_outcome(proposed(document))
-    until(lambda: len(view.model.rows) == 3)
+    until(lambda: len(view.rows) == 3)
     assert view.order.isVisible()
     assert view.order.text().startswith("The most uncertain comes first. Train again")
     shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
     outcome = proposed(document)
     kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
     document.set_outcome(replace(outcome, proposals=kept))
-    until(lambda: [row.name for row in view.model.rows] == ["03", "stylus 02", "stylus 01"])
+    until(lambda: [row.name for row in view.rows] == ["03", "stylus 02", "stylus 01"])
     assert "many of the others are like it" in view.order.text()
     tip = view.model.data(view.model.index(0, 0), Qt.ItemDataRole.ToolTipRole)
     assert tip.endswith("It is 90 % like all that are listed.")
 
 
+def test_what_is_labelled_by_now_comes_last(view, document, until):
+    document.set_outcome(proposed(document))
+    until(lambda: len(view.rows) == 3)
+    document.open_demonstration(view.rows[0].id)
+    document.paint(0.0, 5.0, "hold")
+    assert [row.name for row in view.rows] == ["stylus 02", "03", "stylus 01"]
+    document.paint(0.0, 9.5, "hold")
+    assert [row.name for row in view.rows] == ["03", "stylus 01", "stylus 02"]
+    assert view.model.data(view.model.index(2, 0)) == "stylus 02"
+    assert view.order.text().startswith("The most uncertain comes first")
+    document.undo()
+    assert view.rows[0].name == "stylus 02"
+    document.undo()
+
+
+def test_once_all_are_labelled_it_is_said_to_train(view, document, until):
+    document.set_outcome(outcome_of(document.project))
+    until(lambda: len(view.rows) == 1)
+    document.open_demonstration(view.rows[0].id)
+    document.paint(0.0, 9.5, "hold")
+    assert view.order.text() == "All of these are labelled by now. Train again with them."
+    document.undo()
+
+
 def test_a_click_leads_to_its_most_uncertain_stretch(view, document, until):
     document.set_outcome(proposed(document))
-    until(lambda: len(view.model.rows) == 3)
+    until(lambda: len(view.rows) == 3)
     view._go(view.model.index(0, 0))
-    assert document.id == view.model.rows[0].id
+    assert document.id == view.rows[0].id
     assert (document.examined.start, document.examined.end) == pytest.approx((4.0, 5.0))
     assert document.cursor == pytest.approx(4.0)
 
@@ -78,8 +99,8 @@ def test_what_is_coded_blind_is_not_listed(view, document, until):
     outcome = proposed(document)
     document.project.assign(outcome.proposals[0].id, "Ann", blind=True)
     document.set_outcome(outcome)
-    until(lambda: len(view.model.rows) == 2)
-    assert all(row.id != outcome.proposals[0].id for row in view.model.rows)
+    until(lambda: len(view.rows) == 2)
+    assert all(row.id != outcome.proposals[0].id for row in view.rows)
 
 
 def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
@@ -101,6 +122,40 @@ def test_accepting_says_how_many_and_how_to_take_it_back(view, document, until):
     assert document.segments == ()
 
 
+def test_one_prediction_after_the_other_is_accepted_by_the_same_key(document):
+    document.set_outcome(outcome_of(document.project))
+    document.open_demonstration(document.outcome.proposals[0].id)
+    document.paint(2.5, 6.0, "hold")
+    document.paint(6.0, 7.0, "release")
+    document.seek(1.0)
+    cursors = []
+    while document.accept_here():
+        cursors.append(document.cursor)
+    assert cursors == [6.0, 7.0]  # past what is labelled like that already; then where it ends
+    assert document.segments == PREDICTED
+    document.undo()
+    assert document.segments[-1] == Segment(6.0, 7.0, "release")
+    document.undo()
+    assert document.segments[0] == PREDICTED[1]
+    while document.undo():
+        pass
+
+
+def test_accepting_moves_neither_playback_nor_what_is_examined(document):
+    document.set_outcome(proposed(document))
+    place = document.outcome.proposals[0]
+    document.examine(Place(place.id, 1.0, 2.0))
+    document.set_playing(True)
+    assert document.accept_here()
+    assert document.cursor == 1.0
+    document.set_playing(False)
+    document.undo()
+    assert document.accept_here()
+    assert document.cursor == 2.5
+    assert (document.examined, document.range) == (Place(place.id, 1.0, 2.0), (1.0, 2.0))
+    document.undo()
+
+
 def test_only_what_is_probable_enough_is_accepted(view, document):
     document.set_outcome(outcome_of(document.project))
     document.open_demonstration(document.outcome.proposals[0].id)
@@ -111,8 +166,6 @@ def test_only_what_is_probable_enough_is_accepted(view, document):
 
 
 def test_what_the_coder_labelled_stays_when_many_are_accepted(view, document):
-    from forcelab.labels import Segment
-
     document.set_outcome(outcome_of(document.project))
     document.open_demonstration(document.outcome.proposals[0].id)
     document.paint(1.0, 3.0, "release")
@@ -182,7 +235,7 @@ def test_who_codes_blind_is_not_told_to_train(document):
 
 def test_how_much_is_labelled_by_now_is_shown(view, document, until):
     document.set_outcome(outcome_of(document.project))
-    until(lambda: len(view.model.rows) == 1)
+    until(lambda: len(view.rows) == 1)
     document.open_demonstration(document.outcome.proposals[0].id)
     assert view.model.data(view.model.index(0, 3)) == "–"
     view.accepting.in_view.click()  # at once: the list of demonstrations is read again later
@@ -192,8 +245,6 @@ def test_how_much_is_labelled_by_now_is_shown(view, document, until):
 
 
 def test_nothing_is_ranked_while_hidden(document, jobs):
-    from forcelab.gui.review.proposals import ProposalsView
-
     view = ProposalsView(document, jobs)
     document.set_outcome(outcome_of(document.project))
     assert not jobs.busy
@@ -201,7 +252,47 @@ def test_nothing_is_ranked_while_hidden(document, jobs):
     view.deleteLater()
 
 
+def test_what_is_painted_leaves_the_chosen_row_chosen_and_letters_to_the_window(
+    view, document, until
+):
+    document.set_outcome(proposed(document))
+    until(lambda: len(view.rows) == 3)
+    view.table.selectRow(1)
+    document.open_demonstration(view.rows[1].id)
+    document.paint(0.0, 1.0, "grab")
+    assert view.model.data(view.model.index(1, 3)) == "10 %"
+    assert view.table.currentIndex().row() == 1
+    key = QKeyEvent(QKeyEvent.Type.KeyPress, Qt.Key.Key_S, Qt.KeyboardModifier.NoModifier, "s")
+    QApplication.sendEvent(view.table, key)
+    assert not key.isAccepted()
+    assert view.table.currentIndex().row() == 1
+
+
 def test_an_empty_list_says_why(view, document, until):
-    assert "Train a recogniser" in view._empty.text()
+    assert "Train a recogniser" in view._pages.note.text()
+    document.set_outcome(proposed(document))
+    assert view._pages.note.text().startswith("Ranking")
+    until(lambda: view.rows)
     document.set_outcome(outcome_of(document.project, proposals=()))
-    assert "nothing to propose" in view._empty.text()
+    assert "Train again" in view._pages.note.text()  # as of the command line, which tests only
+    bare = [info.id for info in document.infos if "Ann" not in info.labelled]
+    for id_ in bare:
+        document.project.edit(id_, "Ann", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.refresh_listing()
+    until(lambda: "nothing to propose" in view._pages.note.text())
+
+
+def test_who_codes_blind_does_not_learn_whether_others_have_labelled_it(view, document, until):
+    document.set_outcome(outcome_of(document.project, proposals=()))
+    document.set_author("Bob")
+    told = []
+    for info in document.infos:
+        if info.task in document.outcome.tasks:
+            document.project.assign(info.id, "Bob", blind=True)
+            document.refresh_listing()
+            until(lambda: "may be seen" in view._pages.note.text())
+            told.append((view._pages.note.text(), bool(info.labelled)))
+            document.project.unassign(info.id, "Bob")
+            document.refresh_listing()
+    assert {labelled for _, labelled in told} == {False, True}
+    assert len({text for text, _ in told}) == 1

@@ -10,10 +10,16 @@ import painting_bench
 import pytest
 from painting_bench import shown
 
+from forcelab.gui.jobs import Jobs
+from forcelab.gui.review.queue import QueueView
+from forcelab.gui.review.queue_model import Section
 from forcelab.labels import Segment
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
+from forcelab.review.differences import Difference
 from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.places import Place
+from forcelab.review.queue import Queue
 
 HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
 #: An edge 0.1 s late, a wrong action, a hole, and something after the last label.
@@ -60,9 +66,6 @@ def outcome_of(*tested, author="Ann"):
 
 @pytest.fixture
 def bench(app, until):
-    from forcelab.gui.jobs import Jobs
-    from forcelab.gui.review.queue import QueueView
-
     @contextmanager
     def made(author="Ann", predicted=SEEN, visible=True, train=True):
         tracks = {} if author == "Ann" else {author: HUMAN}
@@ -113,8 +116,6 @@ def test_what_differs_is_listed_by_section(bench):
 
 
 def test_every_section_says_what_its_percentages_are(bench):
-    from forcelab.gui.review.queue_model import Section
-
     with bench() as view:
         one = view.model.sections[0].listed[0]
         suspected = Section("suspected", (one,), 1, {})
@@ -131,11 +132,11 @@ def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
     with bench() as view:
         seen = []
         for _ in range(3):
-            view.next()
+            view.step(1)
             seen.append(examined(view))
         assert seen == [WRONG, MISSED, WRONG]
         assert view.told[-1] == "Back at the first."
-        view.previous()
+        view.step(-1)
         assert examined(view) == MISSED
         assert view.told[-1] == "Back at the last."
         assert view.document.range == (4.5, 5)
@@ -144,9 +145,12 @@ def test_next_and_previous_go_round_what_is_unfolded_and_say_so(bench):
 def test_next_works_while_the_queue_is_hidden_and_nothing_was_compared_yet(bench, until):
     with bench(visible=False) as view:
         assert view.reader.read is None
-        view.next()
+        view.step(1)
         until(lambda: view.document.examined is not None)
         assert examined(view) == WRONG
+        assert view.told == ["Human: hold; model: release."]
+        view.step(1)
+        assert view.told[1:] == ["Human: hold; model: unlabelled."]
 
 
 @pytest.mark.parametrize("visible", [True, False])
@@ -166,7 +170,7 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(bench, until, v
 def test_no_place_stays_marked_for_who_looks_next_and_codes_blind(bench):
     with bench() as view:
         document = view.document
-        view.next()
+        view.step(1)
         place, marked = document.examined, document.range
         document.project.assign(document.id, "Bob", blind=True)
         document.set_author("Cleo")  # who may see it
@@ -195,7 +199,7 @@ def test_what_was_compared_for_another_coder_is_not_shown(bench, until, app, vis
 
 def test_human_right_keeps_the_label_and_goes_on(bench, until):
     with bench() as view:
-        view.next()
+        view.step(1)
         before = shown(view.document)
         assert view.judge("human")
         assert examined(view) == MISSED
@@ -208,7 +212,7 @@ def test_human_right_keeps_the_label_and_goes_on(bench, until):
 
 def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
     with bench() as view:
-        view.next()
+        view.step(1)
         assert view.judge("model")
         until(lambda: not view.reader.stale)
         assert (3, 4.5, "release") in shown(view.document)
@@ -224,8 +228,8 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
 
 def test_where_the_model_sees_nothing_and_is_right_the_label_goes(bench, until):
     with bench() as view:
-        view.next()
-        view.next()
+        view.step(1)
+        view.step(1)
         assert view.judge("model")
         assert (2, 4.5, "hold") in shown(view.document)
         assert (5, 6, "hold") in shown(view.document)
@@ -233,7 +237,7 @@ def test_where_the_model_sees_nothing_and_is_right_the_label_goes(bench, until):
 
 def test_nobody_changes_the_labels_of_another_coder(bench, until):
     with bench(author="Bob") as view:
-        view.next()
+        view.step(1)
         assert view.judge("model")
         assert "only Bob can change Bob's labels" in view.told[-1]
         with_bob = view.document.project.track(view.document.id, "Bob").segments
@@ -249,7 +253,7 @@ def test_nobody_changes_the_labels_of_another_coder(bench, until):
 
 def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
     with bench() as view:
-        view.next()
+        view.step(1)
         view.judge("ambiguous")
         until(lambda: not view.reader.stale)
         view.document.examine(view.model.sections[-1].item(0).place)
@@ -268,10 +272,8 @@ def test_painting_brings_the_queue_up_to_date(bench, until):
 
 
 def test_only_what_is_examined_is_judged(bench):
-    from forcelab.review.places import Place
-
     with bench() as view:
-        view.next()
+        view.step(1)
         view.document.examine(Place(view.document.id, 7, 7.5))  # clicked in another view
         assert not view.judge("human")
         assert view.document.project.verdicts() == ()
@@ -285,7 +287,7 @@ def test_the_filter_looks_at_actions_and_demonstrations(bench):
         view.filter.setText("01")
         assert len(kinds(view)) == 4
         view.filter.setText("nothing like it")
-        assert view._empty.isVisible()
+        assert view._pages.note.isVisible()
 
 
 def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
@@ -301,10 +303,6 @@ def test_the_keyboard_opens_a_row_and_leaves_letters_to_the_window(bench):
 
 def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(bench, app, monkeypatch):
     """Otherwise each step and each verdict would take a fifth of a second."""
-    from forcelab.gui.review.queue_model import Section
-    from forcelab.review.differences import Difference
-    from forcelab.review.queue import Queue
-
     made = []
     item = Section.item
     with bench() as view:
@@ -316,8 +314,8 @@ def test_of_thousands_of_places_only_those_in_view_are_made_into_rows(bench, app
         view.reader.put_away(Queue(actions=many))
         app.processEvents()
         assert view.model.rowCount() == 4001
-        view.next()
-        view.previous()
+        view.step(1)
+        view.step(-1)
         assert view.told[-1] == "Back at the last."
         assert view.list.currentIndex().row() == 4000
         app.processEvents()
@@ -336,31 +334,31 @@ def test_a_heading_folds_and_unfolds_its_section_and_folded_rows_are_passed_over
         QTest.mouseClick(view.list.viewport(), left, pos=box.center())
         assert view.model.rowCount() == rows - 1
         assert "folded" in heading.data(Qt.ItemDataRole.AccessibleTextRole)
-        view.next()
+        view.step(1)
         assert examined(view) == MISSED
         view.list.setCurrentIndex(view.model.index(view.model.row(0)))
         QTest.keyClick(view.list, Qt.Key.Key_Return)
         assert view.model.rowCount() == rows
-        view.next()
+        view.step(1)
         assert examined(view) == WRONG
 
 
 def test_without_an_outcome_it_says_what_to_do(bench):
     with bench(train=False) as view:
-        assert "Train a recogniser" in view._empty.text()
+        assert "Train a recogniser" in view._pages.note.text()
         assert not view.buttons.isVisible()
 
 
 def test_where_both_agree_it_says_so(bench):
     with bench(predicted=HUMAN) as view:
-        assert "agree everywhere" in view._empty.text()
+        assert "agree everywhere" in view._pages.note.text()
 
 
 def test_where_nothing_was_tested_it_does_not_claim_that_both_agree(bench, until):
     with bench() as view:
         view.document.set_outcome(replace(view.document.outcome, tested=()))
         until(lambda: not view.reader.stale)
-        assert "Nothing was tested" in view._empty.text()
+        assert "Nothing was tested" in view._pages.note.text()
 
 
 def test_where_nothing_could_be_tested_it_says_why(bench, until):
@@ -369,8 +367,8 @@ def test_where_nothing_could_be_tested_it_says_why(bench, until):
         made = replace(view.document.outcome, tested=(), remarks=(reason, "Another matter."))
         view.document.set_outcome(made)
         until(lambda: not view.reader.stale)
-        assert view._empty.text().startswith(reason)
-        assert "second demonstration" not in view._empty.text()
+        assert view._pages.note.text().startswith(reason)
+        assert "second demonstration" not in view._pages.note.text()
 
 
 def test_what_is_coded_blind_is_not_listed(bench, until):
@@ -380,7 +378,7 @@ def test_what_is_coded_blind_is_not_listed(bench, until):
         document.reread()
         until(lambda: not view.reader.stale)
         assert kinds(view) == []
-        assert "blind" in view._empty.text()
+        assert "blind" in view._pages.note.text()
 
 
 def test_another_outcome_replaces_the_queue(bench, until):

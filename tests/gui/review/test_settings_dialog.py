@@ -7,6 +7,8 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 
+from forcelab.gui.review.settings_dialog import SettingsDialog
+from forcelab.gui.review.settings_facts import Facts, facts_of
 from forcelab.merging import MergeMap
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import PRESETS, preset
@@ -15,20 +17,12 @@ from forcelab.recognition.settings import Settings
 
 @pytest.fixture
 def facts(app):
-    from forcelab.gui.review.settings_facts import Facts
-
     return Facts(("tangential 1", "normal 1"), 1000.0, 60.0, frozenset({"grab", "hold", "hodl"}))
 
 
 @pytest.fixture
-def dialog(facts):
-    from forcelab.gui.review.settings_dialog import SettingsDialog
-
-    dialog = SettingsDialog(preset("paper"), facts)
-    dialog.show()
-    yield dialog
-    dialog.close()
-    dialog.deleteLater()
+def dialog(facts, up):
+    return up(SettingsDialog(preset("paper"), facts))
 
 
 def shown(dialog, name):
@@ -82,11 +76,7 @@ def test_opening_the_form_alone_changes_nothing(dialog):
     ],
 )
 def test_what_is_shown_is_what_was_given(facts, settings):
-    from forcelab.gui.review.settings_dialog import SettingsDialog
-
-    dialog = SettingsDialog(settings, facts)
-    assert dialog.chosen == settings
-    dialog.deleteLater()
+    assert SettingsDialog(settings, facts).chosen == settings
 
 
 def test_what_does_not_apply_is_hidden(dialog):
@@ -194,8 +184,6 @@ def test_a_merge_is_written_by_mouse_and_keys(app, dialog, until):
 
 
 def test_the_demonstrations_say_what_there_is(app):
-    from forcelab.gui.review.settings_facts import facts_of
-
     with study() as document:
         facts = facts_of(document, Choice(("foam", "stylus")))
         assert facts.channels == ("tangential", "normal")
@@ -206,8 +194,6 @@ def test_the_demonstrations_say_what_there_is(app):
 
 
 def test_only_the_time_that_is_trained_on_is_counted(app):
-    from forcelab.gui.review.settings_facts import facts_of
-
     with study() as document:
         document.set_author("Root")
         assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
@@ -223,13 +209,10 @@ def test_only_the_time_that_is_trained_on_is_counted(app):
     [("seed", 2**32 - 1), ("rate", 2e5), ("median", 200_001), ("drop", 200.0), ("step", 20.0)],
 )
 def test_what_a_script_has_set_is_shown_and_kept_however_large(facts, name, value):
-    from forcelab.gui.review.settings_dialog import SettingsDialog
-
     given = preset("paper").replace(**{name: value})
     dialog = SettingsDialog(given, facts)
     assert dialog.chosen == given
     assert type(getattr(dialog.chosen, name)) is type(value)
-    dialog.deleteLater()
 
 
 def test_the_wheel_scrolls_the_form_and_changes_no_field_on_its_way(dialog):

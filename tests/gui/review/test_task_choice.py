@@ -3,7 +3,10 @@
 import pytest
 from learning_bench import study
 
+from forcelab.gui.review.task_choice import TaskChoice, TaskChoiceDialog
 from forcelab.gui.review.wanted import OWN, whose_labels
+from forcelab.labels import Segment
+from forcelab.recognition import grouping
 from forcelab.recognition.choice import Choice
 
 
@@ -14,14 +17,13 @@ def document(app):
 
 
 @pytest.fixture
-def form(document):
-    from forcelab.gui.review.task_choice import TaskChoice
+def ask(document, up):
+    return lambda choice: up(TaskChoice(document, choice))
 
-    form = TaskChoice(document, Choice(("foam",)))
-    form.show()
-    yield form
-    form.close()
-    form.deleteLater()
+
+@pytest.fixture
+def form(ask):
+    return ask(Choice(("foam",)))
 
 
 @pytest.mark.parametrize(
@@ -36,13 +38,10 @@ def form(document):
         Choice(("stylus",), folds=5),
     ],
 )
-def test_what_is_shown_is_what_was_given(document, choice):
-    from forcelab.gui.review.task_choice import TaskChoice
-
-    form = TaskChoice(document, choice)
+def test_what_is_shown_is_what_was_given(ask, choice):
+    form = ask(choice)
     assert form.choice() == choice
     assert not form.trouble
-    form.deleteLater()
 
 
 def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
@@ -55,23 +54,18 @@ def test_how_actions_are_shared_is_asked_of_several_joined_tasks_only(form):
     assert form.choice() == Choice(("foam",))  # a task by itself has nothing to be kept apart from
 
 
-def test_how_many_are_left_out_is_shown_and_chosen(document, form, monkeypatch):
-    from forcelab.gui.review.task_choice import TaskChoice
-    from forcelab.recognition import grouping
-
+def test_how_many_are_left_out_is_shown_and_chosen(ask, form, monkeypatch):
     assert form.leave_out.isChecked()  # two are not many
     form.in_groups.setChecked(True)
     assert form.choice() == Choice(("foam",), folds=10)
     form.leave_out.setChecked(True)
     assert form.choice() == Choice(("foam",), folds=0)
     monkeypatch.setattr(grouping, "MANY", 1)
-    many = TaskChoice(document, Choice(("foam",)))
+    many = ask(Choice(("foam",)))
     assert many.in_groups.isChecked()
     assert many.choice() == Choice(("foam",))  # nobody has chosen yet
-    many.deleteLater()
-    five = TaskChoice(document, Choice(("foam",), folds=5))
+    five = ask(Choice(("foam",), folds=5))
     assert "5 groups" in five.in_groups.text()
-    five.deleteLater()
 
 
 def test_a_task_cannot_be_trained_on_and_tested(form):
@@ -91,66 +85,46 @@ def test_no_task_is_no_choice(form):
     assert "choose a task" in form.trouble
 
 
-def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(app):
-    from forcelab.gui.review.task_choice import TaskChoiceDialog
-
+def test_with_one_labelled_demonstration_it_says_what_can_be_done_anyway(up):
     with study(labelled=("01",)) as document:
-        dialog = TaskChoiceDialog(document, Choice(("foam",)))
+        dialog = up(TaskChoiceDialog(document, Choice(("foam",))))
         assert "nothing can be tested" in dialog.form._told.text()
         assert dialog.ok.isEnabled()
         dialog.form.across.setChecked(True)
         assert "nothing can be tested" not in dialog.form._told.text()
-        dialog.deleteLater()
 
 
-def test_what_nobody_labelled_cannot_be_trained(app):
-    from forcelab.gui.review.task_choice import TaskChoiceDialog
-
+def test_what_nobody_labelled_cannot_be_trained(up):
     with study(labelled=()) as document:
-        dialog = TaskChoiceDialog(document, Choice(("foam",)))
+        dialog = up(TaskChoiceDialog(document, Choice(("foam",))))
         assert "two actions" in dialog.form.trouble
         assert not dialog.ok.isEnabled()
-        dialog.deleteLater()
 
 
-def test_whose_labels_is_asked_where_several_labelled(document):
-    from forcelab.gui.review.task_choice import TaskChoice
-    from forcelab.labels import Segment
-
+def test_whose_labels_is_asked_where_several_labelled(document, ask):
     document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
     document.refresh_listing()
-    form = TaskChoice(document, Choice(("foam",)))
-    form.show()
+    form = ask(Choice(("foam",)))
     assert form.coder.isVisible()
     form.coder.setCurrentIndex(form.coder.findData("Ben"))
     assert form.choice().author == "Ben"
-    form.close()
-    form.deleteLater()
 
 
-def test_one_that_codes_blind_does_not_learn_who_else_labelled(document):
-    from forcelab.gui.review.task_choice import TaskChoice
-    from forcelab.labels import Segment
-
+def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
     document.project.edit(document.id, "Ben", (), (Segment(0, 1, "grab"),), "made")
     document.project.assign(document.id, "Ann", blind=True)
     document.refresh_listing()
-    form = TaskChoice(document, Choice(("foam",)))
+    form = ask(Choice(("foam",)))
     assert form.coder.findData("Ben") == -1
-    form.deleteLater()
 
 
 @pytest.mark.parametrize("own", [OWN - 1, OWN])
-def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, own):
-    from forcelab.gui.review.task_choice import TaskChoice
-    from forcelab.labels import Segment
-
+def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, ask, own):
     for info in document.infos[:own]:
         document.project.edit(info.id, "Cleo", (), (Segment(0, 1, "grab"),), "made")
     document.set_author("Cleo")
     document.refresh_listing()
     tasks = {info.task for info in document.infos}
     assert (whose_labels(document, tasks) == "Cleo") == (own >= OWN)
-    form = TaskChoice(document, Choice(("foam",)))
+    form = ask(Choice(("foam",)))
     assert f"from {OWN} demonstrations on" in form.coder.itemText(0)
-    form.deleteLater()

@@ -103,7 +103,8 @@ def explained(view, document, study, until):
 
 
 def said(view):
-    return view.empty.text() if view.empty.isVisible() else ""
+    note = view._room.note
+    return note.text() if note.isVisible() else ""
 
 
 def test_it_says_what_is_missing(view, document, study, until):

@@ -284,21 +284,56 @@ print(json.dumps([list(sys.modules), threads, shown]))
     assert not shown
 
 
-def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until):
+def test_who_comes_back_to_the_queue_can_press_n_at_once(study, windows, until):
+    window = windows(study, "review")
+    workspace = window.review.workspace
+    workspace.lists.setCurrentIndex(1)
+    workspace.confusion.switches.unit_box.setFocus()
+    workspace.lists.setCurrentIndex(0)
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_N)
+    until(lambda: window.document.examined is not None)
+    assert workspace.queue.filter.text() == ""
+
+
+def test_who_comes_back_to_the_review_has_the_keyboard_where_it_was(study, windows, until):
+    window = windows(study)
+    window.show_workspace("review")
+    assert window.label.tracks.hasFocus()
+    queue = window.review.workspace.queue.list
+    until(queue.isVisible)
+    for part in (window.label.tracks, queue):
+        part.setFocus()
+        for name in ("capture", "label", "review"):
+            window.show_workspace(name)
+        assert part.hasFocus()
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_keys_that_decide_a_consensus_paint_nothing(study, windows, until, elsewhere):
+    """Nor where another demonstration was open, whose track has the keyboard when it opens."""
     with Project.open(study) as project:
-        one = project.demonstrations("foam")[0]
+        one, another = project.demonstrations("foam")[:2]
         track = project.track(one.id, "Ada").segments
         other = (replace(track[0], action="release"), *track[1:])
         project.edit(one.id, "Ben", (), other, "made")
-    window = windows(study, "review", one.name)
+    window = windows(study, "review", (another if elsewhere else one).name)
     workspace = window.review.workspace
+    window.label.tracks.setFocus()
     titles = [workspace.lists.tabText(at) for at in range(workspace.lists.count())]
     workspace.lists.setCurrentIndex(titles.index("Coders"))
     coders = workspace.coders
+    until(coders.pages.isVisible)
     coders.pages.setCurrentIndex(1)
-    until(lambda: coders.consensus.consensus is not None and not window.jobs.busy)
     bar = coders.consensus
-    QTest.mouseClick(bar.buttons.begin, Qt.MouseButton.LeftButton)
+    until(lambda: bar.consensus is not None and not window.jobs.busy)
+    workspace.lists.setCurrentIndex(0)
+    window.label.tracks.setFocus()
+    workspace.lists.setCurrentIndex(titles.index("Coders"))
+    assert bar.hasFocus()
+    window.label.tracks.setFocus()
+    coders.pages.setCurrentIndex(0)
+    coders.pages.setCurrentIndex(1)
+    QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_B)
     document = window.document
     assert "2" in [action.key for action in document.vocabulary]
     place, before = bar.current, document.segments

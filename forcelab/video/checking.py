@@ -1,0 +1,103 @@
+"""Whether a video is whole, looked at before it is attached."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import monotonic
+
+import numpy as np
+
+from forcelab.errors import InputError
+from forcelab.video.decoder import LEAD
+from forcelab.video.index import Index, indexing, open_video
+from forcelab.video.reader import VideoReader
+
+__all__ = ["check_video"]
+
+#: Places that are decoded; a few frames at each, as they lie just behind a key frame.
+PLACES = 16
+#: Seconds that looking at a video may take, in all; what is not found by then is not told.
+PATIENCE = 4.0
+#: Of the recording; a video that lasts less may be cut, of a kind that does not tell its length.
+SHORT = 0.5
+
+
+def check_video(path: Path, seconds: float) -> str:
+    """Refuse a file that is no video, before it is copied, and tell where one is damaged.
+
+    The packets are listed and a few frames decoded, never a long film.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    seconds : float
+        How long the recording is that it shows.
+
+    Returns
+    -------
+    str
+        A sentence on what cannot be shown of it; empty where nothing was found.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is no video.
+    """
+    if not path.is_file():
+        raise InputError(f"There is no file '{path}'; look at its name.")
+    open_video(path).release()
+    until = monotonic() + PATIENCE
+    try:
+        index = _indexed(path, until)
+        remark = "" if index is None else index.remark or _hole(path, index, until)
+    except InputError as error:  # such as a codec that this machine lacks
+        return str(error)
+    if index is None or remark:
+        return remark
+    lasts = float(index.times[-1])
+    if lasts < SHORT * seconds:
+        return (
+            f"'{path.name}' lasts {lasts:.2f} s, its recording {seconds:.2f} s; copy it again if "
+            "there is a longer one."
+        )
+    return ""
+
+
+def _indexed(path: Path, until: float) -> Index | None:
+    """The index; None where finding it out takes too long."""
+    job = indexing(path)
+    try:
+        while monotonic() < until:
+            next(job)
+    except StopIteration as stop:
+        index: Index = stop.value
+        return index
+    return None
+
+
+def _hole(path: Path, index: Index, until: float) -> str:
+    """What is said of a video with a place where nothing can be decoded; empty if none is found."""
+    last = len(index.times) - 1
+    spread = np.linspace(0, len(index.keys) - 1, PLACES).round().astype(int)
+    with VideoReader(path, index) as reader:
+        # So far behind a key frame nothing before that one is decoded.
+        for number in np.unique(np.minimum(index.keys[spread] + LEAD + 2, last)).tolist():
+            if monotonic() > until:
+                break
+            if not _is_there(reader, number):
+                return (
+                    f"'{path.name}' is damaged: of {index.times[last]:.2f} s nothing can be shown "
+                    f"around {index.times[number]:.2f} s, perhaps not elsewhere either; copy it "
+                    "again if there is a whole one."
+                )
+    return ""
+
+
+def _is_there(reader: VideoReader, number: int) -> bool:
+    """Whether a frame can be decoded."""
+    try:
+        reader.frame(number)
+    except InputError:
+        return False
+    return True

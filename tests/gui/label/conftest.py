@@ -1,0 +1,20 @@
+"""What tests of the Label workspace share."""
+
+import pytest
+from painted import opened
+
+from forcelab.gui.jobs import Jobs
+
+
+@pytest.fixture
+def document(app, tmp_path):
+    """Ada's track, painted."""
+    with opened(tmp_path) as document:
+        yield document
+
+
+@pytest.fixture
+def jobs(app):
+    jobs = Jobs()
+    yield jobs
+    assert jobs.close(10.0)

@@ -1,0 +1,193 @@
+"""Renaming an action that is in use, by its menu; merging is asked first."""
+
+import pytest
+from painted import TRACK, opened, shown
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
+
+from forcelab.gui.document import Document
+from forcelab.gui.label.vocabulary import VocabularyView
+from forcelab.labels import Segment
+from forcelab.project import Project
+
+
+@pytest.fixture
+def view(app, document):
+    with shown(app, VocabularyView(document)) as view:
+        yield view
+
+
+def actions(document):
+    return [segment.action for segment in document.segments]
+
+
+def rename(view, name, new, press=None):
+    """Choose the menu's entry, type a name, and press a button if something is asked."""
+    asked = []
+
+    def answer():
+        dialog = QApplication.activeModalWidget()
+        if isinstance(dialog, QMessageBox):
+            asked.append(f"{dialog.text()} {dialog.informativeText()}")
+            buttons = {button.text().replace("&", ""): button for button in dialog.buttons()}
+            QTest.mouseClick(buttons[press], Qt.MouseButton.LeftButton)
+        elif isinstance(dialog, QDialog):
+            field = dialog.findChild(QLineEdit)
+            field.selectAll()
+            QTest.keyClicks(field, new)
+            QTimer.singleShot(0, answer)
+            QTest.keyClick(field, Qt.Key.Key_Return)
+
+    QTimer.singleShot(0, answer)
+    menu = view.menu(name)
+    next(entry for entry in menu.actions() if entry.text() == "Rename…").trigger()
+    menu.deleteLater()
+    return asked
+
+
+def test_an_action_in_use_is_renamed_at_once_and_keeps_its_look_and_key(view, document):
+    hold = document.vocabulary["hold"]
+    document.set_action("hold")
+    document.select(1)
+    assert rename(view, "hold", "grip") == []
+    assert actions(document) == ["grab", "grip", "grab", "release"]
+    grip = document.vocabulary["grip"]
+    assert (grip.look, grip.key) == (hold.look, hold.key)
+    assert document.vocabulary.names == ("grab", "grip", "release")
+    assert (document.action, document.selected) == ("grip", 1)
+    sentence = "'hold' is now 'grip' in 1 segment of Ada, in 1 demonstration of foam."
+    assert document.told[-1] == (sentence, False)
+    document.undo()
+    assert document.segments == TRACK
+    assert "hold" in document.vocabulary
+
+
+def test_a_stroke_that_was_begun_ends_with_the_new_name(view, document):
+    document.begin_stroke("hold", 8.5)
+    rename(view, "hold", "grip")
+    document.end_stroke(9.0)
+    assert actions(document)[-1] == "grip"
+
+
+@pytest.mark.parametrize(("press", "merged"), [("Merge", True), ("Cancel", False)])
+def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged):
+    (asked,) = rename(view, "grab", "hold", press)
+    assert asked.startswith("Merge 'grab' into 'hold'? ")
+    assert "'grab' becomes 'hold', which is there already, in 2 segments of Ada" in asked
+    assert "in 1 demonstration of foam." in asked
+    if merged:
+        assert actions(document) == ["hold", "hold", "hold", "release"]
+        assert document.vocabulary.names == ("hold", "release")
+    else:
+        assert document.segments == TRACK
+        assert document.vocabulary.names == ("grab", "hold", "release")
+
+
+@pytest.mark.parametrize(("press", "also"), [("Only in foam", False), ("In all 2 tasks", True)])
+def test_other_tasks_are_asked_about(view, document, press, also):
+    project = document.project
+    other = next(info.id for info in document.infos if info.name == "02")
+    project.set_task(other, "sponge")
+    project.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
+    project.add_actions("sponge", ["hold"])
+    (asked,) = rename(view, "hold", "grip", press)
+    assert "in 2 segments of Ada, in 2 demonstrations of foam, sponge." in asked
+    assert actions(document)[1] == "grip"
+    assert (project.track(other, "Ada").segments[0].action == "grip") is also
+    assert ("grip" in project.vocabulary("sponge")) is also
+
+
+def test_who_codes_blind_is_not_told_who_else_labelled(view, document):
+    document.project.edit(document.id, "Ben", (), TRACK[:1], "painted")
+    document.project.assign(document.id, "Ada", blind=True)
+    document.reread()
+    (asked,) = rename(view, "grab", "hold", "Merge")
+    for told in (asked, document.told[-1][0]):
+        assert "Ben" not in told
+        assert "'grab' stays in the list, as others may use it." in told
+    assert document.project.track(document.id, "Ben").segments == TRACK[:1]
+
+
+def test_what_is_only_predicted_is_not_renamed(view, document):
+    document.others = {}
+    document.vocabulary = document.vocabulary.with_actions("slip")
+    assert rename(view, "slip", "slide") == []
+    assert document.told[-1] == ("'slip' is only predicted: train again, and it is gone.", True)
+
+
+def test_another_window_follows(app, tmp_path):
+    with opened(tmp_path) as document:
+        other, ben = Document("Ada"), Document("Ben")
+        for one in (other, ben):
+            one.open_project(document.project.path)
+            one.open_demonstration("01")
+        other.select(1)
+        assert document.rename_action("hold", "grip")
+        for one in (other, ben):
+            one.refresh()
+            assert one.vocabulary == document.vocabulary
+        assert other.segments == document.segments
+        assert ben.others["Ada"] == document.segments
+        assert other.undo()
+        assert other.segments == TRACK
+        other.close()
+        ben.close()
+
+
+def test_what_is_taken_back_looks_as_it_did_and_so_does_what_is_done_again(document):
+    before = document.vocabulary
+    assert document.rename_action("hold", "grip")
+    renamed = document.vocabulary
+    assert document.rename_action("grip", "clutch")
+    again = document.vocabulary
+    for verb, expected in (
+        (document.undo, renamed),
+        (document.undo, before),
+        (document.redo, renamed),
+        (document.redo, again),
+    ):
+        assert verb()
+        assert document.vocabulary == document.project.vocabulary("foam") == expected
+
+
+def test_a_merged_action_that_is_taken_back_has_its_key_again(document):
+    before = document.vocabulary
+    assert document.rename_action("grab", "hold", merge=True)
+    document.undo()
+    assert document.vocabulary == document.project.vocabulary("foam") == before
+
+
+def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document):
+    project = document.project
+    other = next(info.id for info in document.infos if info.name == "02")
+    project.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
+    assert document.rename_action("hold", "grip")
+    grip = document.vocabulary["grip"]
+    document.undo()
+    assert document.vocabulary["grip"] == grip
+    assert document.vocabulary.names == ("grab", "grip", "release", "hold")
+    assert document.rename_action("hold", "slip")
+    with Project.open(project.path) as elsewhere:
+        elsewhere.add_actions("foam", ["twist"])
+    document.undo()
+    assert {"hold", "grip", "slip", "twist"} <= {*project.vocabulary("foam").names}
+
+
+def test_only_undoing_takes_a_renaming_back(document):
+    predicted = (Segment(document.segments[1].start, document.segments[1].end, "hold"),)
+    document.project.edit(document.id, "model one", (), predicted, "predicted", kind="predict")
+    document.rename_action("hold", "grip")
+    assert document.copy_from("model one", predicted[0].start, predicted[0].end)
+    assert {"hold", "grip"} <= {*document.vocabulary.names}
+
+
+def test_a_name_that_is_free_again_may_be_another_actions(document):
+    assert document.add_actions("twist")
+    assert document.rename_action("twist", "turn")
+    assert document.add_actions("twist")
+    assert document.vocabulary.names == ("grab", "hold", "release", "turn", "twist")
+    document.delete(1)
+    assert document.rename_action("hold", "grip")
+    document.undo()  # the segment comes back; the list of actions is not what was edited
+    assert {"hold", "grip"} <= {*document.vocabulary.names}

@@ -1,0 +1,214 @@
+"""Notes in the window: written by a key or the menu, signed and found in the list, kept blind."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+
+import pytest
+from made_once import made_once
+from painted import TRACK, study
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
+
+from forcelab.gui import theme
+from forcelab.gui.removing import removal_of
+from forcelab.gui.start import Start
+from forcelab.gui.window import Window
+from forcelab.project import Project
+
+TIP, ALOUD = Qt.ItemDataRole.ToolTipRole, Qt.ItemDataRole.AccessibleTextRole
+CTRL_SHIFT = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
+
+
+@pytest.fixture
+def path(tmp_path):
+    return made_once(study, tmp_path / "study.forcelab", TRACK, 10.0)
+
+
+@pytest.fixture
+def window(app, path, until):
+    """Ada's window, with the first of two demonstrations open."""
+    window = Window("Ada", remembering=False)
+    window.resize(960, 540)
+    window.show()
+    window.begin(Start(project=path))
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window)
+    until(lambda: window.settled)
+    assert window.document.demonstration.name == "01"
+    yield window
+    window.close()
+
+
+def index_of(window, name):
+    id_ = next(info.id for info in window.document.infos if info.name == name)
+    return window.demonstrations.model.index_of(id_)
+
+
+def found(window):
+    """The names that the list shows."""
+    return [row.info.name for row in window.demonstrations.model.rows]
+
+
+def asking(window):
+    """The dialogs that ask for a note now."""
+    return [one for one in window.findChildren(QInputDialog) if one.isVisible()]
+
+
+def the_dialog(window, until):
+    """The dialog that asks for a note, and its line."""
+    until(lambda: asking(window))
+    [dialog] = asking(window)
+    return dialog, dialog.findChild(QLineEdit)
+
+
+def note(window, until, text):
+    """Write a note on the open demonstration, by keys alone."""
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    _, line = the_dialog(window, until)
+    QTest.keyClicks(line, text)
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    until(lambda: not asking(window))
+
+
+def test_a_note_is_written_by_the_keyboard_and_shown_in_the_list(window, path, until):
+    before = window.demonstrations.view.grab().toImage()
+    note(window, until, "slipped at <b>3.2 s")
+    with Project.open(path) as other:
+        assert [(n.author, n.text) for n in other.notes()] == [("Ada", "slipped at <b>3.2 s")]
+    assert "Note by Ada: slipped at <b>3.2 s" in index_of(window, "01").data(ALOUD)
+    assert "Note by Ada: slipped at &lt;b&gt;3.2 s" in index_of(window, "01").data(TIP)
+    assert "Note" not in index_of(window, "02").data(TIP)
+    assert window.demonstrations.view.grab().toImage() != before  # the sign in the row
+    note(window, until, ", twice")  # what is typed goes on, and does not replace
+    assert "slipped at <b>3.2 s, twice" in index_of(window, "01").data(ALOUD)
+    assert window.document.stroke is None  # no key of it has painted
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    _, line = the_dialog(window, until)
+    QTest.keyClick(line, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClick(line, Qt.Key.Key_Delete)
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    until(lambda: "Note" not in index_of(window, "01").data(ALOUD))
+    assert len(window.document.project.note_events()) == 3
+
+
+def test_escape_leaves_the_note_as_it_was(window, until):
+    note(window, until, "leave out")
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    dialog, line = the_dialog(window, until)
+    assert line.text() == "leave out"
+    QTest.keyClicks(line, "not")
+    QTest.keyClick(dialog, Qt.Key.Key_Escape)
+    until(lambda: not asking(window))
+    assert [one.text for one in window.document.project.note_events()] == ["leave out"]
+
+
+def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):
+    view = window.demonstrations.view
+    where = view.visualRect(index_of(window, "02")).center()
+    view.customContextMenuRequested.emit(where)
+    until(lambda: any(menu.isVisible() for menu in window.demonstrations.findChildren(QMenu)))
+    [menu] = [menu for menu in window.demonstrations.findChildren(QMenu) if menu.isVisible()]
+    [entry] = [action for action in menu.actions() if action.text() == "Note…"]
+    at = menu.actionGeometry(entry).center()
+    QTest.mouseMove(menu, at)
+    QTest.mouseClick(menu, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, at)
+    dialog, line = the_dialog(window, until)
+    assert dialog.windowTitle() == "Note on 02"
+    QTest.keyClicks(line, "second try")
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    until(lambda: "second try" in index_of(window, "02").data(ALOUD))
+    assert window.document.demonstration.name == "01"
+    assert "notes" in removal_of([*window.demonstrations.model.rows][1:], "Ada").text.text()
+    assert "notes" in removal_of([*window.demonstrations.model.rows], "Ada").text.text()
+    assert "notes" not in removal_of([*window.demonstrations.model.rows][:1], "Ada").text.text()
+
+
+def test_the_search_finds_a_note_of_anybody(window, path):
+    with Project.open(path) as other:
+        other.set_note(other.id_of("02"), "Bert", "Second TRY of the same grip")
+    window.document.refresh()
+    window.commands["search"].trigger()
+    search = window.demonstrations.search
+    QTest.keyClicks(search, "grip try")
+    assert found(window) == ["02"]
+    QTest.keyClicks(search, "s")
+    assert found(window) == []
+    QTest.keyClick(search, Qt.Key.Key_Escape)
+    assert found(window) == ["01", "02"]
+
+
+def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, until):
+    note(window, until, "mine")
+    with Project.open(path) as other:
+        id_ = other.id_of("01")
+        other.set_note(id_, "Bert", "slipped where I say")
+        other.assign(id_, "Ada")
+    window.document.refresh()
+    told = index_of(window, "01").data(ALOUD) + index_of(window, "01").data(TIP)
+    assert "Note by Ada: mine" in told
+    assert "Bert" not in told
+    assert "slipped" not in told
+    QTest.keyClicks(window.demonstrations.search, "slipped")
+    assert found(window) == []
+    window.demonstrations.search.clear()
+    window.commands["done"].trigger()
+    assert "Note by Bert: slipped where I say" in index_of(window, "01").data(TIP)
+    window.document.set_author("Cleo")  # another coder at the same desk, who is not blind
+    assert "Note by Bert" in index_of(window, "01").data(TIP)
+
+
+def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, monkeypatch):
+    said = []
+    window.document.said.connect(lambda *what: said.append(what))
+    window.document.project._db.execute("PRAGMA busy_timeout = 20")
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    dialog, line = the_dialog(window, until)
+    QTest.keyClicks(line, "leave out")
+    with closing(sqlite3.connect(path / "project.sqlite", isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        QTest.keyClick(line, Qt.Key.Key_Return)
+        assert "kept busy by another program" in said[-1][0]
+        assert said[-1][1]
+        other.execute("ROLLBACK")
+    again, line = the_dialog(window, until)
+    assert again is dialog
+    assert line.text() == "leave out"
+    QTest.keyClick(line, Qt.Key.Key_Return)
+    until(lambda: "leave out" in index_of(window, "01").data(ALOUD))
+    monkeypatch.setattr(type(window.document.project), "read_only", True)
+    monkeypatch.setattr(window.document.project._db, "read_only", True)
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
+    assert "may only be read here" in said[-1][0]
+    assert not asking(window)
+
+
+def test_without_a_demonstration_there_is_nothing_to_note_on(window):
+    said = []
+    window.document.said.connect(lambda *what: said.append(what))
+    window.document.close()
+    window.demonstrations.ask_note()
+    assert said == [("Open a demonstration first; a note belongs to one.", True)]
+
+
+@pytest.mark.parametrize("choice", ["light", "dark"])
+def test_the_sign_stands_left_of_the_others_in_its_row(app, window, until, choice):
+    theme.apply(app, choice)
+    view = window.demonstrations.view
+
+    def inked() -> list[int]:
+        """The columns of the first row's upper line, right of its name, that hold ink."""
+        image = view.grab().toImage()
+        box = view.visualRect(index_of(window, "01")).translated(view.viewport().pos())
+        ground = image.pixelColor(QPoint(box.center().x(), box.top() + 3))
+        rows = range(box.top() + 3, box.center().y())
+        columns = range(box.center().x(), box.right())
+        return [x for x in columns if any(image.pixelColor(x, y) != ground for y in rows)]
+
+    bare = inked()
+    note(window, until, "leave out")
+    assert not bare
+    assert 8 <= len(inked()) <= 20
+    theme.apply(app, "light")

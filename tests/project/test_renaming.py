@@ -1,0 +1,171 @@
+"""An action that is in use gets another name, in one coder's tracks and in no one else's."""
+
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.labels import Segment, Track
+from forcelab.project import LabelsUsed, Project
+from forcelab.vocabulary import Vocabulary
+
+#: Ada's and Ben's labels: two of Ada's 'hold' touch, and stay two.
+ADA = (Segment(0.0, 0.1, "grab"), Segment(0.1, 0.2, "hold"), Segment(0.2, 0.3, "hold"))
+BEN = (Segment(0.0, 0.2, "hold"),)
+
+
+@pytest.fixture
+def ids(project, make):
+    """Two demonstrations of LEGO and one of foam, which Ada labelled."""
+    added = [
+        project.add(make(seed, f"{seed}", task), [Track("Ada", ADA)])
+        for seed, task in enumerate(("LEGO", "LEGO", "foam"))
+    ]
+    return [one.id for one in added]
+
+
+def actions(project, id_, author="Ada"):
+    return [segment.action for segment in project.track(id_, author).segments]
+
+
+def paint(project, id_, author, segments):
+    before = project.track(id_, author).segments
+    project.edit(id_, author, before, segments, "painted")
+
+
+def test_a_name_changes_in_all_of_the_coders_tracks_with_key_and_colour(project, ids):
+    before = project.vocabularies()
+    done = project.rename_action("Ada", "hold", "grip")
+    assert [actions(project, id_) for id_ in ids] == [["grab", "grip", "grip"]] * 3
+    for task, vocabulary in project.vocabularies().items():
+        assert vocabulary == before[task].renamed("hold", "grip")
+    assert done.sentences(done=True) == (
+        "'hold' is now 'grip' in 6 segments of Ada, in 3 demonstrations of foam, LEGO."
+    )
+
+
+def test_it_is_an_edit_of_each_track_and_is_undone_there(project, ids):
+    project.rename_action("Ada", "hold", "grip")
+    edit = project.history(ids[0], "Ada")[-1]
+    assert (edit.kind, edit.what) == ("paint", "hold is now grip in 2 segments")
+    project.undo(ids[0], "Ada")
+    assert project.track(ids[0], "Ada").segments == ADA
+    assert actions(project, ids[1]) == ["grab", "grip", "grip"]
+
+
+def test_only_the_tasks_that_are_named_change(project, ids):
+    project.rename_action("Ada", "hold", "grip", ["foam"])
+    assert actions(project, ids[2]) == ["grab", "grip", "grip"]
+    assert project.track(ids[0], "Ada").segments == ADA
+    assert "hold" in project.vocabulary("LEGO")
+    assert "grip" not in project.vocabulary("LEGO")
+
+
+def test_what_others_use_stays_theirs_and_is_told(project, ids):
+    paint(project, ids[0], "Ben", BEN)
+    hold = project.vocabulary("LEGO")["hold"]
+    done = project.rename_action("Ada", "hold", "grip")
+    assert project.track(ids[0], "Ben").segments == BEN
+    assert len(project.history(ids[0], "Ben")) == 1
+    assert project.vocabulary("LEGO").names == ("grab", "hold", "grip")
+    assert project.vocabulary("LEGO")["hold"] == hold
+    assert project.vocabulary("foam").names == ("grab", "grip")
+    assert done.sentences(done=True).endswith("It stays 'hold' for Ben (1 segment).")
+
+
+def test_two_actions_become_one_only_where_that_is_meant(project, ids):
+    with pytest.raises(InputError, match="There is an action 'grab' already"):
+        project.rename_action("Ada", "hold", "grab")
+    assert project.track(ids[0], "Ada").segments == ADA
+    grab = project.vocabulary("LEGO")["grab"]
+    project.rename_action("Ada", "hold", "grab", merge=True)
+    after = project.track(ids[0], "Ada").segments
+    assert [(s.start, s.end) for s in after] == [(s.start, s.end) for s in ADA]
+    assert actions(project, ids[0]) == ["grab"] * 3
+    assert project.vocabulary("LEGO").actions == (grab,)
+
+
+def test_all_of_it_or_nothing(project, ids, monkeypatch):
+    made = []
+
+    def full(*words, **more):
+        if made:
+            raise InputError("The disk is full.")
+        made.append(edit(*words, **more))
+
+    edit = project._tracks.edit
+    monkeypatch.setattr(project._tracks, "edit", full)
+    with pytest.raises(InputError, match="full"):
+        project.rename_action("Ada", "hold", "grip")
+    assert made
+    assert [project.track(id_, "Ada").segments for id_ in ids] == [ADA] * 3
+    assert "grip" not in project.vocabulary("LEGO")
+
+
+@pytest.mark.parametrize(
+    ("author", "old", "new", "said"),
+    [
+        ("Ada", "hodl", "grip", "no action 'hodl'; did you mean 'hold'"),
+        ("Ada", "hold", " ", "needs another name"),
+        ("Ada", "hold", "hold", "needs another name"),
+        ("Ada", "hold", "Unlabelled", "cannot be called"),
+        ("Cleo", "hold", "grip", "Cleo has no segment of it, and others may use it"),
+    ],
+)
+def test_what_cannot_be_is_said_and_changes_nothing(project, ids, author, old, new, said):
+    before = project.vocabularies()
+    for verb in (project.renaming, project.rename_action):
+        with pytest.raises(InputError, match=said):
+            verb(author, old, new)
+    assert project.vocabularies() == before
+    assert [project.track(id_, "Ada").segments for id_ in ids] == [ADA] * 3
+
+
+def test_an_action_without_segments_is_renamed_by_anybody(project, ids):
+    project.add_actions("foam", ["twist"])
+    done = project.rename_action("Cleo", "twist", "turn")
+    assert project.vocabulary("foam").names == ("grab", "hold", "turn")
+    assert done.sentences(done=True) == "'twist' is now 'turn' in foam; Cleo has no segment of it."
+
+
+def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
+    project.assign(ids[0], "Ada", blind=True)
+    for number, author in enumerate(("Ben", "Ben", "Cleo")):
+        paint(project, ids[0], author, BEN if number else ())
+        told = project.renaming("Ada", "hold", "grip").sentences(done=False)
+        assert "Ben" not in told
+        assert "Cleo" not in told
+    assert told.endswith("'hold' stays in the list, as others may use it.")
+    paint(project, ids[1], "Cleo", BEN)  # where Ada may see it
+    assert "for Cleo (1 segment)." in project.renaming("Ada", "hold", "grip").sentences(done=False)
+    project.set_done(ids[0], "Ada")
+    told = project.renaming("Ada", "hold", "grip").sentences(done=False)
+    assert "for Ben (1 segment), Cleo (2 segments)." in told
+
+
+def test_recognisers_and_runs_stay_as_they_are(project, ids):
+    used = LabelsUsed(ids[1], "Ada", project.head(ids[1], "Ada"))
+    made = {"settings": {}, "seed": 0, "labels": [used], "versions": {}}
+    number = project.add_run("evaluate", **made, result={"actions": ["grab", "hold"]})
+    done = project.rename_action("Ada", "hold", "grip", ["foam"])
+    assert "Recognisers" not in done.sentences(done=True)
+    done = project.rename_action("Ada", "hold", "grip")
+    assert done.sentences(done=True).endswith(
+        "Recognisers and runs made before keep 'hold': train again."
+    )
+    assert project.run(number).result["actions"] == ["grab", "hold"]
+    assert project.edits_since([used]) == 1
+
+
+def test_predictions_do_not_keep_a_name_and_keep_theirs(project, ids):
+    project.edit(ids[0], "model paper 1", (), BEN, "predicted", kind="predict")
+    project.rename_action("Ada", "hold", "grip")
+    assert project.vocabulary("LEGO").names == ("grab", "grip")
+    assert actions(project, ids[0], "model paper 1") == ["hold"]
+
+
+def test_another_process_reads_the_new_names(project, ids, path):
+    with Project.open(path) as other:
+        assert actions(other, ids[0]) == ["grab", "hold", "hold"]
+        project.rename_action("Ada", "hold", "grip")
+        assert other.changed_elsewhere()
+        assert actions(other, ids[0]) == ["grab", "grip", "grip"]
+        assert other.vocabulary("LEGO") == project.vocabulary("LEGO") != Vocabulary()

@@ -1,0 +1,61 @@
+"""A damaged video is told of before anybody works with it, and a whole one never."""
+
+import films
+import pytest
+
+from forcelab.errors import InputError
+from forcelab.video.checking import check_video
+
+COUNT = 300
+
+
+def damaged(path, first, last):
+    """The same file with zeros over a share of its bytes."""
+    content = path.read_bytes()
+    a, b = (int(share * len(content)) for share in (first, last))
+    path.write_bytes(content[:a] + bytes(b - a) + content[b:])
+    return path
+
+
+@pytest.fixture
+def film(tmp_path):
+    return films.write_with_opencv(tmp_path / "film.mp4", "mp4v", COUNT)
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "times", "options"),
+    [
+        ("a.mp4", "libx264", films.even_times(COUNT), films.GOP_250),
+        ("b.mkv", "libx264", films.odd_times(COUNT), {"bf": "3"}),
+        ("c.webm", "libvpx", films.even_times(60), {}),
+        ("d.mp4", "libx264", films.even_times(1), {}),
+    ],
+)
+def test_nothing_is_said_of_a_whole_video(tmp_path, name, codec, times, options):
+    path = films.write(tmp_path / name, codec, times, options)
+    assert check_video(path, float(times[-1] - times[0])) == ""
+
+
+def test_a_hole_in_a_video_is_told(film):
+    assert check_video(film, 10.0) == ""
+    told = check_video(damaged(film, 0.4, 0.6), 10.0)
+    assert told.startswith("'film.mp4' is damaged: of 9.97 s nothing can be shown around ")
+    assert told.endswith("copy it again if there is a whole one.")
+
+
+def test_a_video_cut_short_is_told(tmp_path):
+    film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", COUNT)
+    assert "is cut short" in check_video(damaged(film, 0.4, 0.6), 10.0)
+
+
+def test_a_video_much_shorter_than_its_recording_is_told(film):
+    assert "lasts 9.97 s, its recording 25.00 s" in check_video(film, 25.0)
+
+
+def test_what_is_no_video_is_refused(tmp_path):
+    path = tmp_path / "film.mp4"
+    with pytest.raises(InputError, match="There is no file"):
+        check_video(path, 1.0)
+    path.write_bytes(b"no film")
+    with pytest.raises(InputError, match="cannot be read as a video"):
+        check_video(path, 1.0)
