@@ -9,6 +9,7 @@ from pathlib import Path
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, check_action_name
+from forcelab.small_files import small_text
 
 __all__ = ["MergeMap"]
 
@@ -110,7 +111,7 @@ class MergeMap:
             If the file cannot be read, is not JSON, names a spelling twice or is not a valid map.
         """
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            text = small_text(path, "utf-8-sig")
             found = cls.from_json(json.loads(text, object_pairs_hook=_distinct))
             found.check_targets()
             return found

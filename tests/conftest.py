@@ -1,8 +1,9 @@
-"""What every test needs: Qt draws off screen where there is no display, and leaves nothing."""
+"""What every test needs: Qt draws off screen, wherever that is, and leaves nothing."""
 
 import gc
 import os
 import shutil
+import signal
 import sys
 from pathlib import Path
 
@@ -45,21 +46,30 @@ LONG = (
 #: Waits for what has gone on beside all others.
 LAST = "test_types.py"
 
-if not os.environ.get("DISPLAY"):
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# Whoever starts the tests may sit before a screen, and have told Qt how to look there.
+for name in [name for name in os.environ if name.startswith("QT_")]:
+    del os.environ[name]
+for name in ("DISPLAY", "WAYLAND_DISPLAY", "XDG_CURRENT_DESKTOP", "DESKTOP_SESSION"):
+    os.environ.pop(name, None)
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
 # The tests themselves share the processors; threads that wait for one another only heat them.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 # Many tests start the program: it is compiled once, also where a machine asks for no bytecode.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# A shell lets what it starts in the background ignore Ctrl+C, and so would what tests start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # Every commit waits for the disk, and no test can pull the plug: where there is room, folders of
 # tests lie in memory.
 MEMORY = Path("/dev/shm")
 if os.access(MEMORY, os.W_OK) and shutil.disk_usage(MEMORY).free > 2**30:
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY))
 # How long an example takes tells of what else a machine does. Where a change waits for the tests,
-# the examples are the same each time, so that it is never held up by an example nobody has met.
-settings.register_profile("busy", deadline=None, derandomize="CI" in os.environ)
+# the examples are the same each time, so that it is never held up by an example nobody has met;
+# fewer do there, as what they find was found before.
+CI = "CI" in os.environ
+settings.register_profile("busy", deadline=None, derandomize=CI, max_examples=50 if CI else 100)
 settings.load_profile("busy")
 
 

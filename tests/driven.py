@@ -9,11 +9,11 @@ import sys
 import time
 from pathlib import Path
 
+from waiting import PATIENCE
+
 from forcelab.project import Project
 
 DRIVER = Path(__file__).parent / "e2e" / "driver.py"
-#: Seconds that anything on the screen may take here, on a busy machine.
-PATIENCE = 30.0
 
 
 class Program:

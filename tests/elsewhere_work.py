@@ -17,7 +17,7 @@ def counted(total, pause=0.0):
     for number in range(total):
         yield Progress(number + 1, total, f"process {os.getpid()}")
         time.sleep(pause)
-    return {"sum": sum(range(total)), "process": os.getpid()}
+    return {"sum": sum(range(total)), "process": os.getpid(), "cpu": time.process_time()}
 
 
 def refused():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -96,6 +97,7 @@ class FakeWork:
                 trail.append(step)
                 yield step
             while not self.gate:
+                time.sleep(0.001)
                 yield self.steps[-1] if self.steps else None
             if isinstance(self.result, Exception):
                 raise self.result

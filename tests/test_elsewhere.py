@@ -12,6 +12,7 @@ from pathlib import Path
 import elsewhere_work
 import psutil
 import pytest
+from fake_devices import eventually
 
 from forcelab.elsewhere import GRACE, elsewhere
 from forcelab.errors import ForcelabError, InputError
@@ -36,12 +37,9 @@ def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
 
 def test_a_second_job_elsewhere_begins_at_once():
     finish(elsewhere(elsewhere_work.counted, 1))
-    took = []
-    for _ in range(3):  # the machine may be busy with something else
-        started = time.monotonic()
-        finish(elsewhere(elsewhere_work.counted, 1))
-        took.append(time.monotonic() - started)
-    assert min(took) < 1.0  # 0.08 s on a quiet machine; 2 s to load it all
+    made = finish(elsewhere(elsewhere_work.counted, 1))
+    # What the process computed, however busy the machine is: 0.02 s; 2 s to load it all.
+    assert made["cpu"] < 0.5
 
 
 def test_a_job_elsewhere_keeps_to_the_background():
@@ -96,20 +94,16 @@ def test_closing_ends_a_job_in_the_middle_of_what_hears_nothing(monkeypatch, dea
 
 def computing(process):
     """Wait until a process has computed for a while."""
-    used, deadline = psutil.Process(process).cpu_times, time.monotonic() + 30
+    used = psutil.Process(process).cpu_times
     before = sum(used()[:2])
-    while sum(used()[:2]) < before + 0.1:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    eventually(lambda: sum(used()[:2]) > before + 0.1, 60)
 
 
 def test_closing_lets_what_is_interruptible_clean_up(tmp_path, monkeypatch):
-    monkeypatch.setattr("forcelab.elsewhere.GRACE", 5.0)  # the machine may be busy
+    monkeypatch.setattr("forcelab.elsewhere.GRACE", 60.0)  # the machine may be busy
     job = elsewhere(elsewhere_work.silent, tmp_path / "half")
     begun(job)
-    deadline = time.monotonic() + 5
-    while not (tmp_path / "half").exists():
-        assert time.monotonic() < deadline
+    eventually((tmp_path / "half").exists)
     job.close()
     assert not list(tmp_path.iterdir())
 
@@ -118,10 +112,7 @@ def test_a_job_can_be_closed_before_its_process_is_there():
     job = elsewhere(elsewhere_work.silent)
     assert next(job).text == "starting"
     job.close()
-    deadline = time.monotonic() + 5
-    while any(thread.name == "forcelab process" for thread in threading.enumerate()):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    eventually(lambda: all(one.name != "forcelab process" for one in threading.enumerate()), 60)
     assert not busy()
 
 
@@ -138,8 +129,9 @@ from forcelab.jobs import finish
 from forcelab.elsewhere import elsewhere, warm_up
 begun = time.monotonic()
 warm_up(counted)
-print(time.monotonic() - begun)
+warm = time.monotonic()
 finish(elsewhere(counted, 2))
+print((warm - begun) / (time.monotonic() - begun))
 job = elsewhere(silent)
 while not next(job).text.startswith('process '): pass
 """
@@ -155,7 +147,7 @@ def test_warming_up_keeps_nobody_waiting_and_at_the_end_of_a_program_nothing_is_
         check=False,
     )
     assert (ended.returncode, ended.stderr) == (0, "")
-    assert float(ended.stdout) < 0.5  # 0.02 s on a quiet machine; 2 s to load it all
+    assert float(ended.stdout) < 0.5  # of the time that the first job took: 0.02 s of 2 s
 
 
 LEFT = """
@@ -182,5 +174,5 @@ def test_a_job_elsewhere_ends_when_the_process_that_asked_for_it_is_killed():
         below = psutil.Process(parent.pid).children(recursive=True)
         parent.kill()
     assert job in [process.pid for process in below]
-    _, alive = psutil.wait_procs(below, 10)
+    _, alive = psutil.wait_procs(below, 60)
     assert not alive

@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
+from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.labels import Segment
 from forcelab.merging import MergeMap
 
@@ -125,3 +127,11 @@ def test_no_action_is_merged_into_none(tmp_path):
     path.write_text('{"grab": "unlabelled"}')
     with pytest.raises(InputError, match="map.json: An action cannot be called 'unlabelled'"):
         MergeMap.read(path)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no device that never ends")
+def test_what_never_ends_is_refused():
+    with pytest.raises(InputError, match="'/dev/zero' is longer than 16 MB"):
+        MergeMap.read(Path("/dev/zero"))
+    with pytest.raises(InputError, match="'/dev/zero' is longer than 16 MB"):
+        read_calibrations(Path("/dev/zero"))

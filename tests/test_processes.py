@@ -30,11 +30,11 @@ def test_an_error_of_one_arrives_as_it_was_raised(jobs):
 
 
 def test_stopping_early_leaves_the_rest_undone_and_the_next_call_works():
-    making = shared(processes_work.doubled, range(1000), 2)
+    making = shared(processes_work.doubled, range(10_000), 2)
     assert next(making)[0] == 0
     started = time.monotonic()
     making.close()
-    assert time.monotonic() - started < 20  # all of them would take 12 s a process and more
+    assert time.monotonic() - started < 60  # all of them would take two minutes and more
     assert [number for number, _ in shared(processes_work.doubled, range(3), 2)] == [0, 2, 4]
 
 
@@ -84,5 +84,5 @@ def test_the_processes_end_when_the_one_that_started_them_is_killed():
         workers = [int(parent.stdout.readline()) for _ in range(2)]
         parent.kill()
     assert len(set(workers)) == 2
-    _, alive = psutil.wait_procs([psutil.Process(w) for w in workers if psutil.pid_exists(w)], 10)
+    _, alive = psutil.wait_procs([psutil.Process(w) for w in workers if psutil.pid_exists(w)], 40)
     assert not alive

@@ -11,25 +11,26 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HALF_LIFE", "STEP", "WINDOW", "ArrivalClock"]
+from forcelab.capture.lateness import LATE, STEP, believed_slope, pace_of_late, steady_since
+
+__all__ = ["HALF_LIFE", "WINDOW", "ArrivalClock"]
+
+T = TypeVar("T", float, NDArray[np.float64])
 
 #: Seconds after which a window counts half.
 HALF_LIFE = 90.0
 #: Seconds of which only the earliest arrival is used.
 WINDOW = 0.25
-#: Seconds by which a jump of the counter must contradict the arrivals to begin a new stretch.
-STEP = 0.02
-
-_LATE = 0.005  # s behind the line, at least, of windows that say nothing of the device's clock
-_PATIENCE = 16  # late windows in a row after which it is the line that is wrong
-_SLIGHT = 0.05  # share by which a told rate is wrong without turning most of the first windows
+_PATIENCE = 4.0  # s of late windows, not of a backlog, after which it is the line that is wrong
 _SETTLED = 2.0  # s of ticks before the slope of the line is believed
 _ENOUGH = 5  # windows that may tell that the device was told a wrong rate
 _STARTING = 8  # windows that are all looked at again with each further one, as many may be late
+_DOUBTFUL = 40  # of them while they contradict what was told, but may be a backlog
 
 
 class ArrivalClock:
@@ -178,6 +179,9 @@ class ArrivalClock:
                 passed = math.floor((at[first] - self._begun) / WINDOW)
                 self._begun += passed * WINDOW
             self._pending.append((x[first:last], y[first:last]))
+            if self._doubtful:  # nothing arrives before it was taken: the line is late so far
+                early = y[first:last] - self._line(x[first:last])
+                self._y += min(float(early.min()), 0.0)
 
     def _close(self) -> None:
         """Give the earliest arrival of the window that has ended to the line."""
@@ -191,6 +195,7 @@ class ArrivalClock:
         """No window has been seen."""
         self.rate, self._learnt = self._promised, False
         self._begin()
+        self._doubtful = True  # whether the first windows are still looked at together
         self._starting: list[tuple[float, float]] = []
         self._late: list[tuple[float, float]] = []
 
@@ -206,53 +211,56 @@ class ArrivalClock:
 
     def _learn(self, x: float, y: float) -> None:
         """Take in one window's earliest arrival."""
-        if len(self._starting) < _STARTING:
+        if self._doubtful:
             self._start((x, y))
             return
         off = self._off(x, y)
-        if abs(off) <= max(_LATE, 6.0 * self.residual):
+        if abs(off) <= max(LATE, 6.0 * self.residual):
             self._late.clear()
             self._fit(x, y, off)
             return
         # Nothing arrives before it was taken: one early window shows that all before was late.
         self._late.append((x, y))
-        if off < 0 or len(self._late) >= _PATIENCE:
-            points = self._late if off > 0 else [(x, y)]
-            self._promised = self._told if off < 0 else self._pace(points)
+        self._anew(*(([(x, y)], self._told) if off < 0 else self._believed()))
+
+    def _anew(self, points: list[tuple[float, float]], promised: float) -> None:
+        """Begin the line anew with some windows, if there are any."""
+        if points:
+            self._promised = promised
             self._forget()
             for point in points:
                 self._learn(*point)
 
-    def _pace(self, points: list[tuple[float, float]]) -> float:
-        """The rate by windows that were all late: as told, unless that is why they were.
-
-        By more than a few hundredths it is the backlog of a stall: who was told a rate so wrong
-        would have found out by the first windows.
-        """
-        x, y = np.array(points).T
-        half = len(x) // 2
-        pace = float(np.median((y[half:] - y[:-half]) / (x[half:] - x[:-half])))
-        wrong = abs(pace - self._told)
-        return pace if _LATE / np.ptp(x) < wrong < _SLIGHT * self._told else self._told
+    def _believed(self) -> tuple[list[tuple[float, float]], float]:
+        """Late windows that show that the line is wrong, if any do, and the rate to go on with."""
+        x, y = np.array(self._late).T
+        late = self._off(x, y)
+        for rate in (self.rate, self._told):
+            if (first := steady_since(x, y, late, rate)) is not None:
+                return self._late[first:], rate
+        first = int(np.searchsorted(y, y[-1] - _PATIENCE, side="right")) - 1
+        if first < 0 or late[-1] < late[first] - LATE:
+            return [], self._told
+        return self._late[first:], pace_of_late(x[first:], y[first:], self._told)
 
     def _start(self, point: tuple[float, float]) -> None:
         """Fit the first windows anew without those that are late, such as a backlog's."""
         self._starting.append(point)
         x, y = (np.array(values) for values in zip(*self._starting, strict=True))
         self._begin()
-        self.rate = self._promised
+        self.rate, self._doubtful = self._promised, len(x) < _STARTING
         if len(x) >= _ENOUGH:
-            # Delays turn single windows; only a rate that was told wrong turns most of them.
-            slope = float(np.median(np.diff(y) / np.diff(x)))
-            if slope > 0 and np.ptp(x) * abs(slope - self.rate) > _LATE * len(x):
-                self.rate = slope
+            self.rate, doubtful = believed_slope(x, y, self._promised)
+            self._doubtful |= doubtful and len(x) < _DOUBTFUL
         late = y - self.rate * x
-        for a, b in zip(*(v[late <= late.min() + _LATE].tolist() for v in (x, y)), strict=True):
+        for a, b in zip(*(v[late <= late.min() + LATE].tolist() for v in (x, y)), strict=True):
             self._fit(a, b, self._off(a, b))
+        first = steady_since(x, y, self._off(x, y), self.rate)
+        self._anew([] if first is None else self._starting[first:], self._promised)
 
-    def _off(self, x: float, y: float) -> float:
-        """How far (s) a window's earliest arrival is behind the line."""
-        return y - (self._y + self.rate * (x - self._x)) if self._seen else 0.0
+    def _off(self, x: T, y: T) -> T:
+        """How far (s) windows' earliest arrivals are behind the line."""
+        return y - (self._y + self.rate * (x - self._x)) if self._seen else 0.0 * y
 
     def _fit(self, x: float, y: float, off: float) -> None:
         """One step of the recursion."""

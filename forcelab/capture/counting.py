@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.clocks import STEP
+from forcelab.capture.lateness import STEP
 
 __all__ = ["Counting", "missed"]
 

@@ -81,13 +81,15 @@ class Following:
         """Begin with each device's sample of this number."""
         self._next = list(firsts)
 
-    def read(self, *, ended: bool = False) -> tuple[Real, Real]:
+    def read(self, ends: Sequence[int | None] | None = None) -> tuple[Real, Real]:
         """The samples that all devices have by now.
 
         Parameters
         ----------
-        ended : bool
-            Whether no other device is to be waited for.
+        ends : sequence of int or None, optional
+            The end has come, and no other device is waited for: of each device, the number of the
+            first sample that counts no more, such as the recorder's
+            :attr:`~forcelab.capture.recorder.Recorder.ends`; None where all count.
 
         Returns
         -------
@@ -98,12 +100,18 @@ class Following:
         """
         for i, wanted in enumerate(self._next):
             first, times, values = self._since(i, wanted)
+            if ends is not None and (end := ends[i]) is not None:
+                times, values = times[: max(end - first, 0)], values[: max(end - first, 0)]
             self._next[i] = first + len(times)
             if len(times):
                 self._times[i] = np.concatenate([self._times[i], times])
                 self._values[i] = np.concatenate([self._values[i], values])
         host = self._times[self._lead]
-        n = len(host) if ended else int(np.searchsorted(host, self._until(), side="right"))
+        n = (
+            len(host)
+            if ends is not None
+            else int(np.searchsorted(host, self._until(), side="right"))
+        )
         if not n:
             self._forget(max((t[-1] for t in self._times if len(t)), default=0.0) - SILENT)
             return np.empty(0), np.empty((0, len(self.channels)))

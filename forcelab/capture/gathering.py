@@ -146,7 +146,7 @@ def _stamped(block: Block, breaks: NDArray[np.int64], holds: bool, rate: float) 
     if block.ticks is not None:
         return stamped(block.arrived, block.ticks, breaks, rate)
     # Without a counter the samples count themselves, if they come evenly.
-    found = stamped(block.arrived, np.arange(len(block)), breaks)
+    found = stamped(block.arrived, np.arange(len(block)), breaks, rate, counted=False)
     even = found.residual <= _UNEVEN * found.rate and len(found.stretches) < 0.1 * len(found.host)
     return found if even else None
 

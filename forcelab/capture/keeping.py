@@ -145,12 +145,13 @@ def _take_back(project: Project, part: Kept, error: BaseException) -> None:
     try:
         project.discard(part.added.id, part.heads)
     except InputError as second:
-        if isinstance(error, InputError):
-            raise PartlyKeptError(
-                f"{error} '{part.added.name}' is in the project without its stamps, as it could "
-                f"not be taken back either: {second}",
-                part,
-            ) from error
+        # Whatever it was: that something is half done has to be told before anything else.
+        first = error if isinstance(error, InputError) else f"It ended early ({error!r})."
+        raise PartlyKeptError(
+            f"{first} '{part.added.name}' is in the project without its stamps, as it could "
+            f"not be taken back either: {second}",
+            part,
+        ) from error
 
 
 def _beside(project: Project, id_: str, camera: Camera) -> Camera:

@@ -64,6 +64,8 @@ class DeviceReader:
     ----------
     first : int
         Number of the first sample of what is recorded, counted since it was opened.
+    end : int or None
+        Number of the first sample after it; None while it goes on.
     """
 
     def __init__(self, number: int, device: Device, seconds: float) -> None:
@@ -84,6 +86,7 @@ class DeviceReader:
         self._lost_at = self._saturated_at = -np.inf
         self._samples = self._lost = self._saturated = 0
         self.first = 0
+        self.end: int | None = None
         self._zeroed = False  # just now: what it dropped meanwhile was not lost
         self._gone: tuple[int, float] | None = None  # tick and time of the last sample before
         self._begun, self._judged = self._heard, device.holds  # whether its rate was looked at
@@ -97,10 +100,12 @@ class DeviceReader:
         with self._lock:
             self._journal = journal
             if journal is None:
+                self.end = self._ring.count
                 return
             self._samples = self._lost = self._saturated = 0
             # What it holds, it holds since before.
             self.first = self._ring.count - int(self.device.holds and self._ring.count > 0)
+            self.end = None
             self._gone = None  # what it misses before its first sample is not of this recording
             if self.device.holds and self._last is not None and self._plugged:
                 journal.block(self._number, self._last)  # its value holds since before

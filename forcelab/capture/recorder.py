@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime, timezone
 from pathlib import Path
 
-from forcelab import __version__
+from forcelab.capture.beginning import begin_journal
 from forcelab.capture.blocks import Device
 from forcelab.capture.camera import CameraReader
 from forcelab.capture.camera_device import Capture
 from forcelab.capture.devices import number_sensors
-from forcelab.capture.journal import SUFFIX, Contents, Kind
+from forcelab.capture.journal import Contents, Kind
 from forcelab.capture.journal_writer import JournalWriter
-from forcelab.capture.keeping import (
-    CAPTURES,
-    Kept,
-    PartlyKeptError,
-    delete_videos,
-    discard,
-    keep,
-    next_name,
-)
+from forcelab.capture.keeping import Kept, PartlyKeptError, delete_videos, discard, keep
 from forcelab.capture.opened import Opened
 from forcelab.capture.reader import DeviceReader
 from forcelab.capture.recorder_state import RecorderState
 from forcelab.capture.ring import Window
 from forcelab.errors import InputError
-from forcelab.project import Project
 
 __all__ = ["Recorder"]
 
@@ -137,46 +126,14 @@ class Recorder(Opened):
         """
         if self._journal is not None:
             raise InputError(f"'{self._name}' is still being recorded; stop it first.")
-        with Project.open(self.path) as project:
-            if project.read_only:
-                raise InputError(f"'{self.path}' may only be read here; copy it to where you may.")
-            if not (name or task).strip():
-                raise InputError("A recording needs a task; give one.")
-            name = (name or next_name(project, task)).strip()
-        folder = self.path / CAPTURES
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"'{folder}' cannot be made ({error.strerror}); nothing is recorded."
-            ) from error
-        stem = _free(folder, name)
-        header = {
-            "name": name,
-            "task": task,
-            "author": author,
-            "started": datetime.now(timezone.utc).isoformat(timespec="seconds"),
-            "monotonic": time.monotonic(),
-            "forcelab": __version__,
-            "devices": [
-                {
-                    "name": device.name,
-                    "channels": [[channel.name, channel.unit] for channel in device.channels],
-                    "rate": device.rate,
-                    "holds": device.holds,
-                }
-                for device in self._devices
-            ],
-            "cameras": [
-                {"name": camera.name, "file": f"{stem}.{number}.mkv"}
-                for number, camera in enumerate(self._cameras)
-            ],
-        }
-        self._journal = JournalWriter(folder / f"{stem}{SUFFIX}", header)
+        names = [camera.name for camera in self._cameras]
+        name, self._journal, videos = begin_journal(
+            self.path, task, name, author, self._devices, names
+        )
         self._stopped, self._part = False, None
         self._name, self.begun = name, time.monotonic()
-        for number, camera in enumerate(self._cameras):
-            camera.record_to(self._journal, folder / f"{stem}.{number}.mkv")
+        for camera, video in zip(self._cameras, videos, strict=True):
+            camera.record_to(self._journal, video)
         for reader in self._readers:
             reader.record_to(self._journal)
         return name
@@ -195,7 +152,7 @@ class Recorder(Opened):
             If nothing is recorded, or it cannot be kept: stop again once that is mended, or
             discard it.
         """
-        journal = self._end()
+        journal = self._ended()
         contents = journal.contents()
         try:
             kept = keep(self.path, contents)
@@ -217,7 +174,7 @@ class Recorder(Opened):
             If nothing is recorded, or a part of it is in the project and cannot be removed: it is
             still recorded then.
         """
-        journal = self._end()
+        journal = self._ended()
         contents = journal.contents()
         if self._part is not None:
             discard(self.path, self._part)
@@ -230,7 +187,17 @@ class Recorder(Opened):
         delete_videos(journal.path.parent, contents)
         self._journal = None
 
-    def _end(self) -> JournalWriter:
+    def end(self) -> None:
+        """End the recording; it is held until it is kept, by :meth:`stop`, or discarded.
+
+        Raises
+        ------
+        InputError
+            If nothing is recorded.
+        """
+        self._ended()
+
+    def _ended(self) -> JournalWriter:
         """Nothing goes into the journal any more."""
         journal = self._journal
         if journal is None:
@@ -295,6 +262,11 @@ class Recorder(Opened):
         return tuple(reader.first for reader in self._readers)
 
     @property
+    def ends(self) -> tuple[int | None, ...]:
+        """Number of each device's first sample after what was recorded; None while it goes on."""
+        return tuple(reader.end for reader in self._readers)
+
+    @property
     def cameras(self) -> tuple[CameraReader, ...]:
         """The cameras, for their latest frames."""
         return tuple(self._cameras)
@@ -304,14 +276,3 @@ class Recorder(Opened):
         told = [sentence for reader in self._readers for sentence in reader.remarks()]
         told += [sentence for camera in self._cameras for sentence in camera.remarks()]
         return (*told, *(self._journal.remarks() if self._journal is not None else ()))
-
-
-def _free(folder: Path, name: str) -> str:
-    """What the files of a recording are called: its name where that is free and a file's."""
-    stem = re.sub(r"[^\w .,()+-]", "_", name).strip(" .")[:80] or "recording"
-    taken = {path.name for path in folder.iterdir()}
-    number, free = 1, stem
-    while any(other.startswith(f"{free}.") for other in taken):
-        number += 1
-        free = f"{stem} ({number})"
-    return free

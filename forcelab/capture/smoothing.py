@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.capture.clocks import HALF_LIFE, STEP, WINDOW
+from forcelab.capture.clocks import HALF_LIFE, WINDOW
+from forcelab.capture.lateness import STEP
 
 __all__ = ["Stamped", "stamped"]
 
@@ -24,6 +25,10 @@ _LONG = 30.0  # s, at most, over which the rate is guessed
 _BURSTS = 0.25  # s, at least, where there are as many: nearer pairs tell bursts of some 16 ms
 _SHORT = 5.0  # s over which a guess is no better than what a crystal promises
 _PROMISED = 0.1  # s by which a guess may contradict what the device was told
+# Shares by which the pace of a pair of samples may be off that of the device: by more, one of them
+# waited in a backlog or some were lost between them. Then of a rate that was told, and of a guess.
+_NEAR, _NEARER = 0.5, 0.02
+_SOME = 0.02  # share of the pairs that have to be so near to say more than all of them
 _LATE = 0.003  # s behind the lines, at least, of windows that are left out
 _NEIGHBOURS = 20  # windows on either side of which the earliest tells first which are late
 # The slope is believed to differ from the guess by some 200 ppm of a crystal, and windows' earliest
@@ -61,6 +66,8 @@ def stamped(
     ticks: NDArray[np.int64],
     breaks: NDArray[np.int64] | None = None,
     told: float = 0.0,
+    *,
+    counted: bool = True,
 ) -> Stamped:
     """Find out when samples were taken.
 
@@ -78,13 +85,16 @@ def stamped(
     told : float
         Samples a second that the device was told to give; believed where too little was recorded
         to know better. 0 where it was told none.
+    counted : bool
+        Whether the device counts. Where the samples count themselves, `told` was measured by
+        arrivals too: it tells a backlog, and nothing that they do not tell better.
 
     Returns
     -------
     Stamped
     """
     known = np.empty(0, dtype=np.int64) if breaks is None else breaks
-    rate = _believed(arrived, ticks, known, told)
+    rate = _believed(arrived, ticks, known, told, counted)
     jumps = _jumps(arrived, ticks, rate, known)
     firsts = np.unique(np.concatenate([[0], known, jumps]).astype(np.int64))
     firsts = firsts[firsts < len(ticks)]
@@ -95,7 +105,9 @@ def stamped(
     for longest in np.argsort(firsts - lasts, kind="stable").tolist():
         piece = slice(int(firsts[longest]), int(lasts[longest]))
         lasting = rate * float(ticks[piece][-1] - ticks[piece][0])
-        own = _guess(arrived[piece], ticks[piece], 2)[0] if lasting > 2 * _SHORT else rate
+        own = rate
+        if lasting > 2 * _SHORT:
+            own = _guess(arrived[piece], ticks[piece], 2, about=rate, near=_NEARER)[0]
         host[piece], square, used = _stretch(arrived[piece], ticks[piece], own)
         squares, windows = squares + square, windows + used
         if np.isnan(slope):
@@ -109,10 +121,12 @@ def _believed(
     ticks: NDArray[np.int64],
     breaks: NDArray[np.int64],
     told: float,
+    counted: bool,
 ) -> float:
     """Seconds a tick: as told, or as the arrivals tell where they contradict it or tell enough."""
-    guess, over = _guess(arrived, ticks, 8, breaks)
-    if not told > 0:
+    about = 1.0 / told if told > 0 else 0.0
+    guess, over = _guess(arrived, ticks, 8, breaks, about=about)
+    if not (told > 0 and counted):
         return guess
     contradicted = over * abs(guess * told - 1) > _PROMISED
     return guess if over > _SHORT or contradicted else 1.0 / told
@@ -123,11 +137,15 @@ def _guess(
     ticks: NDArray[np.int64],
     parts: int,
     breaks: NDArray[np.int64] | tuple[int, ...] = (),
+    *,
+    about: float = 0.0,
+    near: float = _NEAR,
 ) -> tuple[float, float]:
     """Seconds a tick: the median over pairs of samples far apart; and how far apart (s).
 
     That is up to 1 / `parts` of the samples between two breaks: few pairs have a jump of the
     counter between them where these parts are many. Of a recording of one or two bursts it is all.
+    Where it is known to be `about` something, only pairs that are as `near` as that count.
     """
     n = len(ticks)
     edges = np.unique(np.concatenate([[0], np.asarray(breaks, dtype=np.int64), [n]]))
@@ -147,6 +165,10 @@ def _guess(
     steps = ticks[begin + apart] - ticks[begin]
     slopes = (arrived[begin + apart] - arrived[begin])[steps > 0] / steps[steps > 0]
     slopes = slopes[slopes > 0]
+    like = slopes[np.abs(slopes - about) < near * about]
+    # Of those of another pace, which only end so near, the middle one would lie at the edge.
+    if len(like) > _SOME * len(begin) and abs(np.median(like) - about) < 0.5 * near * about:
+        slopes = like
     return (float(np.median(slopes)), apart * rough) if len(slopes) else (1e-3, 0.0)
 
 
@@ -164,7 +186,9 @@ def _jumps(
     edges = np.unique(np.concatenate([[0], known, back, [len(ticks)]]))
     behind = arrived - rate * (ticks - ticks[0])
     found: list[int] = []
-    for i in (np.flatnonzero((np.abs(off) > threshold) & (steps > 0)) + 1).tolist():
+    # Where the counter went on by one, what comes early is the rest of a backlog.
+    doubtful = (off > threshold) & (steps > 0) | (off < -threshold) & (steps > 1)
+    for i in (np.flatnonzero(doubtful) + 1).tolist():
         place = int(np.searchsorted(edges, i, side="right"))
         first, last = int(edges[place - 1]), int(edges[place])
         if first == i:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import select
 import tempfile
@@ -23,6 +24,9 @@ BURST = 0.004
 BACKLOG = 65_536
 #: Seconds after which a thread that does not answer is taken for broken.
 PATIENCE = 10.0
+#: Seconds that whoever opens a port takes until what comes is kept, as a board takes to start: the
+#: first of it would be dropped with what was there before.
+OPENING = 0.25
 
 
 class VirtualPort(Opened):
@@ -181,13 +185,14 @@ class VirtualPort(Opened):
 
     def _run(self) -> None:
         """Deliver at the times of an absolute schedule until closed."""
-        begun = time.monotonic()
+        begun, since = time.monotonic(), math.inf
         while not self._closing.is_set():
             now = time.monotonic()
             self._tend()
             events = self._look(0.0)
             listened = self._master is not None and not events & select.POLLHUP
-            if not self._started and (listened or not self._waits):
+            since = min(since, now) if listened else math.inf
+            if not self._started and (not self._waits or now - since >= OPENING):
                 self._started = True
                 self._begin(now)
             if self._started and self._master is not None and now >= self._held_until:

@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from forcelab.capture.blocks import Device
 from forcelab.capture.calibration import counting, uncalibrated
@@ -22,11 +22,9 @@ from forcelab.cli import capture_listing
 from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable
-from forcelab.cli.recognising_live import told
-from forcelab.cli.stopping import unbroken
+from forcelab.cli.recognising_live import Recognition, told
 from forcelab.errors import InputError
 from forcelab.live.recognition import LATENCY, LiveRecognition
-from forcelab.live.segments import Recognised
 from forcelab.project import Project
 from forcelab.recognition.storage import load
 from forcelab.wording import counted
@@ -46,8 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _recover(arguments.project, arguments.json)
     _check(arguments)
     with telling_newcomers(arguments.project):
-        _record(arguments)
-    return 0
+        return _record(arguments)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -65,12 +62,11 @@ def _check(arguments: argparse.Namespace) -> None:
         raise WrongWordError("--latency is that of a recogniser; name one with --recogniser FILE.")
 
 
-def _record(arguments: argparse.Namespace) -> None:
-    """Record into a project, and recognise meanwhile where that is asked for."""
+def _record(arguments: argparse.Namespace) -> int:
+    """Record into a project, and recognise meanwhile where that is asked for; 1 if that failed."""
     recogniser = None if arguments.recogniser is None else load(arguments.recogniser)
-    out = sys.stderr if arguments.json else sys.stdout
     devices = devices_named(arguments.device)
-    live = None
+    live = recognition = None
     recorder = Recorder(arguments.project, devices, open_cameras(arguments.camera))
     with _telling_where(recorder), recorder:
         if recogniser is not None:
@@ -83,21 +79,26 @@ def _record(arguments: argparse.Namespace) -> None:
         name = recorder.start(arguments.task, arguments.name)
         if live is not None:
             live.begin(firsts=recorder.firsts)
+            recognition = Recognition(live, sys.stderr if arguments.json else sys.stdout)
         _say(f"Recording '{name}'; Ctrl+C stops and keeps it.")
         try:
-            _watch(recorder, arguments.seconds, live, out)
+            _watch(recorder, arguments.seconds, recognition)
         except KeyboardInterrupt:  # that is how a recording without an end is ended
             pass
         finally:
             _clear()
         state = recorder.state()
-        if live is not None:
-            _found(live.finish(), live, out)
+        recorder.end()
+        if recognition is not None:
+            recognition.finish()
         kept = recorder.stop()
         remarks = recorder.remarks()
     for sentence in remarks:
         _say(sentence)
-    recognised = None if live is None else live.keep(arguments.project, kept)
+    recognised = None if recognition is None else recognition.keep(arguments.project, kept)
+    trouble = "" if recognition is None else recognition.trouble
+    if trouble:
+        _say(trouble)
     if arguments.json:
         more = {} if recognised is None else {"recognised": recognised}
         print(json_text(_plain(kept, state) | more))
@@ -105,6 +106,7 @@ def _record(arguments: argparse.Namespace) -> None:
         print(_told(kept, state))
         if recognised is not None:
             print(printable(told(recognised)))
+    return int(bool(trouble))
 
 
 @contextmanager
@@ -127,16 +129,6 @@ def _warnings(devices: Sequence[Device], live: LiveRecognition | None) -> list[s
     return found if live is None else [*found, *live.remarks]
 
 
-def _found(found: Sequence[Recognised], live: LiveRecognition, out: TextIO) -> None:
-    """Print the segments that have ended, where there is no line that shows them."""
-    if sys.stderr.isatty():
-        return
-    for one in found:
-        sure = "" if math.isnan(one.probability) else f"  {one.probability:.2f}"
-        start, end = (max(at - live.begun, 0.0) for at in (one.start, one.end))
-        print(f"{start:7.2f} {end:7.2f}  {printable(one.action)}{sure}", file=out, flush=True)
-
-
 def _ready(path: Path) -> None:
     """Make the project where there is none, and tell of recordings that were not finished."""
     if Project.vacant(path):
@@ -150,25 +142,21 @@ def _ready(path: Path) -> None:
         )
 
 
-def _watch(
-    recorder: Recorder, seconds: float | None, live: LiveRecognition | None, out: TextIO
-) -> None:
+def _watch(recorder: Recorder, seconds: float | None, recognition: Recognition | None) -> None:
     """Wait until so many seconds are recorded, and show how it goes."""
     until = time.monotonic() + (math.inf if seconds is None else seconds)
     shown = -math.inf
     while (left := until - time.monotonic()) > 0:
-        time.sleep(min(LOOK if live is None else BLOCK, left))
-        if live is not None:
-            with unbroken():
-                found = live.look()
-            _found(found, live, out)
+        time.sleep(min(LOOK if recognition is None else BLOCK, left))
+        if recognition is not None:
+            recognition.look()
         if time.monotonic() - shown < LOOK:
             continue
         shown = time.monotonic()
         for sentence in recorder.remarks():
             _say(sentence)
         if sys.stderr.isatty():
-            now = "" if live is None or not live.now else f"{live.now}  |  "
+            now = "" if recognition is None or not recognition.now else f"{recognition.now}  |  "
             sys.stderr.write(f"\r\x1b[K{printable(now + _line(recorder.state()))}")
             sys.stderr.flush()
 

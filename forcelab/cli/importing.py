@@ -9,7 +9,6 @@ from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.signals.remarks import glitch_remarks
 from forcelab.wording import counted
 
 
@@ -30,7 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
         calibration=arguments.calibration,
     )
     with telling_newcomers(arguments.project), progress_bar() as watch:
-        job = importing(arguments.project, arguments.files, options, glitch_remarks)
+        job = importing(arguments.project, arguments.files, options)
         report = finish(job, watch)
     print(json_text(_plain(report)) if arguments.json else _told(report))
 

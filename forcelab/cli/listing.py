@@ -64,7 +64,7 @@ def _left(
 ) -> tuple[DemonstrationInfo, ...]:
     """What a coder still has to label."""
     assigned = {one.demonstration: one for one in project.assignments(author)}
-    alike = name_alike(author, project.coders())
+    alike = name_alike(author, project.people())
     if alike is not None and not assigned:
         raise InputError(f"'{author}' has labelled nothing here; there is '{alike}'.")
     return tuple(

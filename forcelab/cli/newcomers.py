@@ -37,7 +37,5 @@ def telling_newcomers(path: Path) -> Iterator[None]:
 def _names(path: Path) -> dict[str, list[str]]:
     """The coders and tasks of a project."""
     with Project.open(path) as project:
-        coders = [*project.coders(), *(one.author for one in project.assignments())]
-        coders += [note.author for note in project.notes()]
         tasks = [task for task in project.tasks() if task]
-    return {"coder": list(dict.fromkeys(coders)), "task": tasks}
+        return {"coder": list(project.people()), "task": tasks}

@@ -230,11 +230,19 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "--task", metavar="TASK", type=name_of, help="the latest evaluation of this task"
     )
-    parser.add_argument(
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
         "--kind",
         action="append",
         choices=("suspected", "actions", "missed", "boundaries", "invented"),
         help="only this; may be given several times (all but boundaries and invented)",
+    )
+    which.add_argument(
+        "--actions",
+        metavar=("HUMAN", "MODEL"),
+        nargs=2,
+        type=name_of,
+        help="instead, every place of a cell of the confusion matrix; MODEL may be unlabelled",
     )
     parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
     json_flag(parser)

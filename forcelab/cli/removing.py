@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, percent, printable
 from forcelab.errors import InputError
-from forcelab.project import DemonstrationInfo, Project, StoredRecogniser
+from forcelab.project import DemonstrationInfo, Project
 from forcelab.wording import amount, counted, listed
 
 #: How many things a sentence names one by one.
 NAMED = 8
-#: Digits of an id that tell a recogniser.
-SHORTEST = 6
+#: Digits of an id that tell a recogniser, and that stand for its name where that is damaged.
+SHORTEST, NAME = 6, 8
 
 
 @dataclass
 class _Asked:
-    """What is to be removed, each once, and what goes with it, one text each."""
+    """What is to be removed, each once, and what goes with it, one text each.
+
+    Recognisers are ids with names.
+    """
 
     infos: list[DemonstrationInfo] = field(default_factory=list)
     heads: dict[str, dict[str, int]] = field(default_factory=dict)
     runs: list[int] = field(default_factory=list)
-    recognisers: list[StoredRecogniser] = field(default_factory=list)
+    recognisers: dict[str, str] = field(default_factory=dict)
     named: list[str] = field(default_factory=list)
     goes: list[str] = field(default_factory=list)
     bytes: int = 0
@@ -37,9 +41,10 @@ def run(arguments: argparse.Namespace) -> None:
         raise WrongWordError("Name what is to be removed: demonstrations, --run or --recogniser.")
     with Project.open(arguments.project) as project:
         asked = _Asked()
-        _ask_demonstrations(project, arguments.demonstrations, asked)
-        _ask_runs(project, arguments.run or (), asked)
-        _ask_recognisers(project, arguments.recogniser or (), asked)
+        with project.snapshot():  # what is asked twice is the same then
+            _ask_demonstrations(project, arguments.demonstrations, asked)
+            _ask_runs(project, arguments.run or (), asked)
+            _ask_recognisers(project, arguments.recogniser or (), asked)
         goes = ", ".join(asked.goes)
         if not arguments.yes:
             one = len(asked.named) == 1
@@ -51,9 +56,11 @@ def run(arguments: argparse.Namespace) -> None:
         project.refuse_read_only()
         project.remove_all(asked.heads)
         for number in asked.runs:
-            project.remove_run(number)
-        for recogniser in asked.recognisers:
-            project.remove_recogniser(recogniser.id)
+            if project.run_uses(number):  # somebody may have been quicker
+                project.remove_run(number)
+        for id_ in asked.recognisers:
+            if id_ in project.recogniser_bytes():
+                project.remove_recogniser(id_)
     if arguments.json:
         print(json_text(_plain(asked)))
         return
@@ -123,9 +130,10 @@ def _ask_recognisers(project: Project, keys: Sequence[str], asked: _Asked) -> No
         return
     sizes, uses = project.recogniser_bytes(), project.run_uses()
     gone = {use.recogniser for use in uses if use.run in asked.runs}  # with their runs
-    found = {one.id: one for one in _recognisers(project, keys) if one.id not in gone}
-    asked.recognisers += found.values()
-    asked.named += [f"recogniser '{one.name}'" for one in found.values()]
+    meant = _recognisers(project, keys)
+    found = {id_: name for id_, name in meant.items() if id_ not in gone}
+    asked.recognisers |= found
+    asked.named += [f"recogniser '{name}'" for name in found.values()]
     size = sum(sizes[id_] for id_ in found)
     if found:
         told = "its file" if len(found) == 1 else "their files"
@@ -136,19 +144,23 @@ def _ask_recognisers(project: Project, keys: Sequence[str], asked: _Asked) -> No
         asked.bytes += size
 
 
-def _recognisers(project: Project, keys: Sequence[str]) -> list[StoredRecogniser]:
-    """The recognisers that are meant; two runs may share one."""
-    every = project.recognisers()
-    meant = []
+def _recognisers(project: Project, keys: Sequence[str]) -> dict[str, str]:
+    """Ids of the recognisers that are meant, and their names; two runs may share one."""
+    every = {id_: id_[:NAME] for id_ in project.recogniser_bytes()}
+    with contextlib.suppress(InputError):  # a damaged one can be removed, too
+        every |= {one.id: one.name for one in project.recognisers()}
+    meant = {}
     for key in keys:
-        found = [r for r in every if r.id == key or (len(key) >= SHORTEST and r.id.startswith(key))]
+        found = [
+            id_ for id_ in every if id_ == key or (len(key) >= SHORTEST and id_.startswith(key))
+        ]
         if len(found) != 1:
             how_many = "more than one" if found else "no"
             raise InputError(
                 f"There is {how_many} recogniser '{key}' in '{project.path}'; 'forcelab runs' and "
                 f"'forcelab list --json' tell those that there are."
             )
-        meant += found
+        meant[found[0]] = every[found[0]]
     return meant
 
 
@@ -157,6 +169,6 @@ def _plain(asked: _Asked) -> dict[str, object]:
     return {
         "removed": [{"id": info.id, "name": info.name, "task": info.task} for info in asked.infos],
         "runs": asked.runs,
-        "recognisers": [{"id": one.id, "name": one.name} for one in asked.recognisers],
+        "recognisers": [{"id": id_, "name": name} for id_, name in asked.recognisers.items()],
         "bytes": asked.bytes,
     }

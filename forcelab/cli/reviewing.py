@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, percent, printable, table
 from forcelab.errors import InputError
+from forcelab.jobs import finish
+from forcelab.labels import means_unlabelled
 from forcelab.project import Project
+from forcelab.review.cells import crossing
 from forcelab.review.differences import Difference
 from forcelab.review.judging import Judged, report
 from forcelab.review.outcome import Outcome, latest, load
 from forcelab.review.queue import Queue, queue
-from forcelab.wording import counted
+from forcelab.wording import counted, unknown_word
 
 #: What each section is called in the table.
 KINDS = {
@@ -33,6 +37,10 @@ def run(arguments: argparse.Namespace) -> None:
         raise WrongWordError(f"--limit is 1 or more, not {arguments.limit}.")
     with Project.open(arguments.project) as project:
         outcome = _outcome(project, arguments.run, arguments.task)
+        if arguments.actions is not None:
+            human, model = arguments.actions
+            _print_cell(outcome, human, model, arguments.limit, arguments.json)
+            return
         found = queue(project, outcome, invented=True)
     kinds = tuple(dict.fromkeys(arguments.kind or USUAL))
     sections = {kind: getattr(found, kind)[: arguments.limit] for kind in kinds}
@@ -53,6 +61,44 @@ def _outcome(project: Project, number: int | None, task: str | None) -> Outcome:
             f"'{project.path}' has no evaluation{of_task} yet; 'forcelab evaluate' makes one."
         )
     return outcome
+
+
+def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_json: bool) -> None:
+    """Print the places of a cell of the confusion matrix, as a click on it lists them."""
+    predicted = None if means_unlabelled(model) else model
+    for action in (human, predicted):
+        if action is not None and action not in outcome.actions:
+            raise InputError(unknown_word("action", action, outcome.actions))
+    cells = finish(crossing(outcome))
+    row = outcome.actions.index(human)
+    column = len(outcome.actions) if predicted is None else outcome.actions.index(predicted)
+    number, seconds = int(cells.numbers()[row, column]), float(cells.matrix()[row, column])
+    places = cells.places(human, predicted, most=number if limit is None else limit)
+    if as_json:
+        listed = [asdict(place) for place in places]
+        plain = {"run": outcome.number, "title": outcome.title, "author": outcome.author}
+        print(json_text({**plain, "number": number, "seconds": seconds, "places": listed}))
+        return
+    names = {one.id: one.name for one in outcome.tested}
+    rows = [["demonstration", "s", "", "human", "model", "confidence"]]
+    rows += [
+        [
+            names[place.demonstration],
+            f"{place.start:.3f}",
+            f"{place.end:.3f}",
+            place.human or "-",
+            place.predicted or "-",
+            percent(place.confidence),
+        ]
+        for place in places
+    ]
+    print(
+        f"Run {outcome.number}, {printable(outcome.title)}: {counted(number, 'place')}, "
+        f"{seconds:.2f} s, that {printable(outcome.author)} labelled '{printable(human)}' and "
+        f"the model {'left unlabelled' if predicted is None else f'calls {printable(model)!r}'}."
+    )
+    if places:
+        print(f"\n{table(rows, right=[1, 2, 5])}\n\nConfidence in percent.")
 
 
 def _told(outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]) -> str:

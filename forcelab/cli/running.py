@@ -133,19 +133,33 @@ def _line(comparison: Comparison, stage: str, metric: str) -> list[str]:
     """A metric's line."""
     first, second = (look_up(scores, metric) for scores in comparison.pooled[stage])
     ends = comparison.intervals[stage][metric]
-    scale = 1.0 if metric.startswith("boundary_") else 100.0
-    between = "" if ends is None else f"{scale * ends[0]:+.1f} to {scale * ends[1]:+.1f}"
+    scale = 1.0 if metric == "kappa" or metric.startswith("boundary_") else 100.0
+    digits = 3 if metric == "kappa" else 1
+    between = ""
+    if ends is not None:
+        between = " to ".join(f"{scale * end:+.{digits}f}" for end in ends)
     return [
-        metric,
-        *("-" if value is None else f"{scale * value:.1f}" for value in (first, second)),
-        _less(first, second, scale),
+        _called(metric),
+        *("-" if value is None else f"{scale * value:.{digits}f}" for value in (first, second)),
+        _less(first, second, scale, digits),
         between,
     ]
 
 
-def _less(one: float | None, other: float | None, scale: float = 100.0) -> str:
+def _called(metric: str) -> str:
+    """What a score is called for people, as in the window and the other tables."""
+    name, _, part = metric.partition(".")
+    labelled = " labelled" * ("_labelled" in name)
+    if name.startswith("f1"):
+        return f"F1@{part}{labelled}"
+    if name.startswith("boundary_"):
+        return f"boundary {'90 %' if part == 'p90' else part}{labelled}"
+    return {"balanced_accuracy": "balanced", "boundaries_found": "boundaries found"}.get(name, name)
+
+
+def _less(one: float | None, other: float | None, scale: float = 100.0, digits: int = 1) -> str:
     """What the other has more."""
-    return "-" if one is None or other is None else f"{scale * (other - one):+.1f}"
+    return "-" if one is None or other is None else f"{scale * (other - one):+.{digits}f}"
 
 
 def _plain(comparison: Comparison) -> dict[str, Any]:

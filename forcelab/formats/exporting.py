@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Generator
 from dataclasses import replace
 from pathlib import Path
@@ -130,9 +131,19 @@ def _chosen(
     return chosen
 
 
-def _title(info: DemonstrationInfo) -> str:
-    """What files of a demonstration are called after."""
-    return f"{info.task} - {info.name}" if info.task else info.name
+def _titles(project: Project) -> dict[str, str]:
+    """What files of each demonstration are called after: its name, if no other has the same.
+
+    So labels can be laid beside the recording that they are of, and are read with it.
+    """
+    infos = project.demonstrations()
+    times = Counter(info.name.casefold() for info in infos)
+    return {
+        info.id: f"{info.task} - {info.name}"
+        if info.task and times[info.name.casefold()] > 1
+        else info.name
+        for info in infos
+    }
 
 
 def _together(
@@ -176,10 +187,11 @@ def _apart(
     project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write a file a demonstration, for Audacity a file a track."""
+    titles, apart = _titles(project), kind == "audacity"
     wanted = [
-        (info, part, f"{_title(info)} - {part[0].author}" if kind == "audacity" else _title(info))
+        (info, part, f"{titles[info.id]} - {part[0].author}" if apart else titles[info.id])
         for info, tracks in chosen
-        for part in ([(track,) for track in tracks] if kind == "audacity" else [tracks])
+        for part in ([(track,) for track in tracks] if apart else [tracks])
     ]
     # Not NAME.csv: that is what recordings are called.
     suffix = {"csv": ".labels.csv", "elan": ".eaf", "audacity": ".txt"}[kind]

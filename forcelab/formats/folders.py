@@ -6,11 +6,17 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from unicodedata import category, normalize
 
 from forcelab.errors import InputError
 from forcelab.project import Project
 
 __all__ = ["file_names", "filling", "stay_out_of_projects"]
+
+#: What no file's name may have under Windows.
+REFUSED = '<>:"/\\|?*'
+#: Nor characters of these kinds: control, half a pair, and none at all.
+NO_TEXT = ("Cc", "Cs", "Cn")
 
 
 @contextmanager
@@ -53,17 +59,21 @@ def stay_out_of_projects(path: Path, folder: Path) -> None:
 
 
 def file_names(names: Sequence[str]) -> list[str]:
-    """A distinct, harmless file name for each name, distinct also on systems that ignore case."""
+    """A harmless file name for each name, distinct also where case or composition is ignored.
+
+    Only what some system refuses is replaced: a name in any script is told by its file.
+    """
     taken: set[str] = set()
     result = []
     for name in names:
-        base = "".join(c if c.isalnum() or c in " ._-()" else "_" for c in name).strip(" .") or "_"
+        base = "".join("_" if c in REFUSED or category(c) in NO_TEXT else c for c in name)
+        base = base.strip(" .") or "_"
         # Bytes, not characters, are what a file system limits, to 255.
         base = base.encode()[:200].decode(errors="ignore")
         free, number = base, 1
-        while free.casefold() in taken:
+        while (alike := normalize("NFC", free).casefold()) in taken:
             number += 1
             free = f"{base} ({number})"
-        taken.add(free.casefold())
+        taken.add(alike)
         result.append(free)
     return result

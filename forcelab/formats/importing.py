@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Generator, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
+from forcelab.formats.import_report import Imported, ImportReport, report_of
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table.labels import lies_beside
@@ -18,62 +19,13 @@ from forcelab.formats.videos import beside, paired, with_videos
 from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import Keepable
+from forcelab.signals.remarks import glitch_remarks
 from forcelab.wording import listed
 
 __all__ = ["ImportReport", "Imported", "import_files", "importing"]
 
 #: So many files that cannot be read are named.
 NAMED = 20
-#: So many files of which the same is to be remarked are named.
-SHARING = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Imported:
-    """What became of one demonstration.
-
-    Parameters
-    ----------
-    file : Path
-        Where it was read from.
-    added : Added
-        Its name in the project, and whether it is new, updated or unchanged.
-    """
-
-    file: Path
-    added: Added
-
-
-@dataclass(frozen=True, slots=True)
-class ImportReport:
-    """What an import did.
-
-    Parameters
-    ----------
-    demonstrations : tuple of Imported
-        In the order of the files and, within a file, in the file's order.
-    remarks : mapping of Path to tuple of str
-        For each file that gave cause: a sentence for each thing that was dropped, repaired or is
-        worth a look.
-    statistics : mapping of str to int
-        What the formats counted while they read, added up over all files.
-    """
-
-    demonstrations: tuple[Imported, ...] = ()
-    remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
-    statistics: Mapping[str, int] = field(default_factory=dict)
-
-    def count(self, status: str) -> int:
-        """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
-        return sum(one.added.status == status for one in self.demonstrations)
-
-    def told(self) -> tuple[str, ...]:
-        """A line for each remark; where it is the same for several files, one line for all."""
-        files: dict[str, list[str]] = {}
-        for path, remarks in self.remarks.items():
-            for remark in dict.fromkeys(remarks):
-                files.setdefault(remark, []).append(path.name)
-        return tuple(f"{listed(names, SHARING)}: {remark}" for remark, names in files.items())
 
 
 def import_files(
@@ -109,7 +61,6 @@ def importing(
     project_path: str | os.PathLike[str],
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
-    look: Callable[[Demonstration], Iterable[str]] = lambda _: (),
 ) -> Generator[Progress, None, ImportReport]:
     """Read files of any format, then write what they hold into a project.
 
@@ -130,8 +81,6 @@ def importing(
     options : ReadOptions, optional
         How the files are to be understood where they do not say so themselves. Neither the task
         nor the rate of a demonstration that is there already changes where nobody says anything.
-    look : callable, optional
-        Gives further remarks on a demonstration, as of :mod:`forcelab.signals.remarks`.
 
     Yields
     ------
@@ -170,7 +119,7 @@ def importing(
             yield Progress(done, total, f"reading {path.name}")
             try:
                 read_files[path] = [
-                    replace(one, remarks=(*one.remarks, *look(one.demonstration)))
+                    replace(one, remarks=(*one.remarks, *glitch_remarks(one.demonstration)))
                     for one in _checked(path, read(path, options))
                 ]
             except InputError as error:
@@ -184,7 +133,7 @@ def importing(
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
-    return ImportReport(demonstrations, _remarks(read_files, demonstrations), _counted(read_files))
+    return report_of(read_files, demonstrations)
 
 
 def _is_archive(path: Path) -> bool:
@@ -302,29 +251,3 @@ def _unsaid(demonstration: Demonstration, options: ReadOptions) -> list[Keepable
     if options.rate is None and demonstration.grid_rate is None:
         unsaid.append("grid_rate")
     return unsaid
-
-
-def _remarks(
-    read_files: Mapping[Path, list[Recording]], demonstrations: Sequence[Imported]
-) -> dict[Path, tuple[str, ...]]:
-    """The remarks of the formats, then those of the project, by file."""
-    remarks = {
-        file: [remark for recording in recordings for remark in recording.remarks]
-        for file, recordings in read_files.items()
-    }
-    changed = {one.file for one in demonstrations if one.added.status != "unchanged"}
-    for file in changed:
-        remarks[file] += dict.fromkeys(r.left for r in read_files[file] if r.left)
-    for one in demonstrations:
-        remarks[one.file] += one.added.remarks
-    return {file: tuple(sentences) for file, sentences in remarks.items() if sentences}
-
-
-def _counted(read_files: Mapping[Path, list[Recording]]) -> dict[str, int]:
-    """What the formats counted, added up."""
-    total: dict[str, int] = {}
-    for recordings in read_files.values():
-        for recording in recordings:
-            for name, number in recording.statistics.items():
-                total[name] = total.get(name, 0) + number
-    return total

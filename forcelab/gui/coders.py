@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QWidget
 
+from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.naming import settled_name
@@ -35,6 +36,7 @@ class CoderChoice(QWidget):
         row.addWidget(self._box)
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
+        document.listing_changed.connect(self._list_anew)
         self._list()
 
     def choose(self) -> None:
@@ -46,9 +48,7 @@ class CoderChoice(QWidget):
 
     def _list(self) -> None:
         """Offer the coders of the project, and a new one."""
-        project = self._document.project
-        known = project.coders() if project else ()
-        names = list(dict.fromkeys([*known, self._document.author]))
+        names = self._names()
         self._box.clear()
         self._box.addItems(names)
         self._box.setCurrentIndex(names.index(self._document.author))
@@ -57,14 +57,27 @@ class CoderChoice(QWidget):
         painted = self.tr("Whose labels are painted: {0}")
         self._box.setToolTip(painted.format(self._document.author))
 
+    def _list_anew(self) -> None:
+        """Offer whom something was assigned to, or who began to label, just now."""
+        try:
+            names = self._names()
+        except ForcelabError:  # whoever reads the listing says so
+            return
+        if names != [self._box.itemText(at) for at in range(self._box.count() - 2)]:
+            self._list()
+
+    def _names(self) -> list[str]:
+        """The coders of the project and who labels now."""
+        project, author = self._document.project, self._document.author
+        return list(dict.fromkeys([*(() if project is None else project.people()), author]))
+
     def _chosen(self, index: int) -> None:
         """Label as another coder, and remember it."""
         name = self._box.itemText(index)
         if index == self._box.count() - 1:
             title, text = self.tr("Another coder"), self.tr("Name of the coder:")
             name, agreed = QInputDialog.getText(self, title, text)
-            known = [self._box.itemText(at) for at in range(index - 1)]  # without the separator
-            name = settled_name(self, name, known) if agreed else ""
+            name = settled_name(self, name, self._names()) if agreed else ""
         self._document.set_author(name)
         project = self._document.project
         settings.remember_coder(project.path if project else None, self._document.author)

@@ -20,7 +20,7 @@ from forcelab.gui.reviewing import Reviewing
 from forcelab.gui.seen_labels import Seen, seen_by
 from forcelab.labels import Segments, is_model
 from forcelab.names import tidy_name
-from forcelab.project import DemonstrationInfo, Project
+from forcelab.project import DemonstrationInfo, Project, Reverted
 from forcelab.project.labelling import Labelling
 from forcelab.review.places import Place
 from forcelab.vocabulary import Vocabulary
@@ -309,6 +309,12 @@ class Document(Reviewing):
                 self._look_again(self.demonstration)
 
     # Inside
+
+    def _bring_back(self, reverted: Reverted) -> None:
+        """Follow what an undo or a redo changed, in other demonstrations, too."""
+        super()._bring_back(reverted)
+        if len(reverted.edits) > 1:
+            self.refresh_listing()
 
     def _look_away(self) -> None:
         """Examine nothing while coding blind: a place tells where others begin and end."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from operator import attrgetter
@@ -12,11 +12,10 @@ from typing import Literal
 from PySide6.QtCore import QObject, Signal
 
 from forcelab.errors import ForcelabError, StaleTrackError
-from forcelab.gui.looking import Looking
+from forcelab.gui.task_actions import TaskActions
 from forcelab.labels import Segment, Segments
-from forcelab.project import Edit, Origin, Project
+from forcelab.project import Edit, Origin, Reverted
 from forcelab.project.labelling import Labelling
-from forcelab.vocabulary import Action, Vocabulary
 
 __all__ = ["Editing", "Stroke"]
 
@@ -31,52 +30,38 @@ class Stroke:
     start: float
 
 
-class Editing(Looking):
+class Editing(TaskActions):
     """The part of the window's state that is painted: one coder's track.
 
     A verb gives whether it changed anything; what stands in its way is said in the status line.
 
     Attributes
     ----------
-    project : Project or None
-        The open project.
     id : str
         Of the open demonstration; ``""`` without one.
     author : str
         The coder whose track is painted.
-    vocabulary : Vocabulary
-        Of the open demonstration's task.
     selected : int or None
         Which of :attr:`segments` is selected.
-    action : str or None
-        The brush: what dragging on the track paints.
     stroke : Stroke or None
         What a key has begun.
-    refused : bool
-        Whether what was asked of the store last could not be done: it may be asked once more.
     said_here : str
         What was said last of the demonstration that was open then.
+    reverted : Reverted or None
+        What the latest undo or redo changed, in the demonstration that was open then and others.
     copied_from : str
         The author whose segments were copied last.
     """
 
     tracks_changed = Signal()
-    vocabulary_changed = Signal()
     selection_changed = Signal()
     stroke_changed = Signal()
-    action_changed = Signal()
-    store_failed = Signal(str)
 
     def __init__(self, author: str, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.author = author
-        self.project: Project | None = None
-        self.action: str | None = None
-        self.refused = False
         self.said_here = self.copied_from = ""
-        # A task, with its actions on either side of each renaming, both ways round.
-        self._renamings: list[tuple[str, Vocabulary, Vocabulary]] = []
-        self._list_actions(Vocabulary())
+        self.reverted: Reverted | None = None
         self._take_up("", None)
 
     def _take_up(self, id_: str, labelling: Labelling | None) -> None:
@@ -92,45 +77,6 @@ class Editing(Looking):
         if self.project is None or not self.id:
             return False
         return self.project.is_blind(self.id, self.author)
-
-    def set_vocabulary(self, vocabulary: Vocabulary) -> bool:
-        """Replace the actions of the open demonstration's task, unless others changed them."""
-        if self.project is None or self.demonstration is None:
-            return False
-        task, done = self.demonstration.task, False
-        with self._telling():
-            done = self.project.set_vocabulary(task, vocabulary, before=self._listed)
-            if done:
-                self._list_actions(vocabulary)
-            else:
-                now = self.vocabulary
-                self._list_actions(self.project.vocabulary(task), now.names, now)
-                self.say(
-                    self.tr("The actions were changed elsewhere; look at them and repeat it."), True
-                )
-            self.vocabulary_changed.emit()
-        return done
-
-    def add_actions(self, *names: str) -> bool:
-        """Make sure that the vocabulary has these actions; those that others add stay."""
-        if all(name in self.vocabulary for name in names):
-            return True
-        if self.project is None or self.demonstration is None:
-            return False
-        with self._telling() as told:
-            wider = self.vocabulary.with_actions(*names)
-            self._list_actions(self.project.add_actions(self.demonstration.task, wider.names))
-            self.vocabulary_changed.emit()
-        return not told
-
-    def _list_actions(
-        self, listed: Vocabulary, painted: tuple[str, ...] = (), like: Iterable[Action] = ()
-    ) -> None:
-        """Offer the actions that are stored, and painted ones besides; nobody is told yet."""
-        self._listed = listed
-        self.vocabulary = listed.with_actions(*painted, like=like)
-        if self.action is not None and self.action not in self.vocabulary:
-            self.set_action(None)
 
     # What is chosen
 
@@ -153,12 +99,6 @@ class Editing(Looking):
         if index != self.selected:
             self.selected = index
             self.selection_changed.emit()
-
-    def set_action(self, name: str | None) -> None:
-        """Take up a brush, or put it down."""
-        if name != self.action:
-            self.action = name
-            self.action_changed.emit()
 
     # Painting
 
@@ -225,12 +165,14 @@ class Editing(Looking):
         return self._edit(lambda track: track.copy_from(author, start, end), same)
 
     def undo(self) -> bool:
-        """Take back the latest edit."""
-        return self._edit(lambda track: track.undo(), self.tr("There is nothing to undo."))
+        """Take back the latest edit; a renaming in all demonstrations that it changed."""
+        nothing = self.tr("There is nothing to undo.")
+        return self._edit(lambda track: track.undo_everywhere(), nothing)
 
     def redo(self) -> bool:
-        """Take back the latest undo."""
-        return self._edit(lambda track: track.redo(), self.tr("There is nothing to redo."))
+        """Take back the latest undo; that of a renaming in all demonstrations."""
+        nothing = self.tr("There is nothing to redo.")
+        return self._edit(lambda track: track.redo_everywhere(), nothing)
 
     def history(self) -> tuple[Edit, ...]:
         """Every edit of the coder's track, the first one first."""
@@ -283,50 +225,28 @@ class Editing(Looking):
 
     # Inside
 
-    def _edit(self, verb: Callable[[Labelling], Edit | None], nothing: str = "") -> bool:
+    def _edit(self, verb: Callable[[Labelling], Edit | Reverted | None], nothing: str = "") -> bool:
         """Carry out an edit; the store has it before a view hears of it."""
         if self._labelling is None:
             return False
-        edit, chosen = None, None if self.selected is None else self.segments[self.selected]
+        done, chosen = None, None if self.selected is None else self.segments[self.selected]
         with self._telling() as told:
-            edit = verb(self._labelling)
-        if edit is None:
+            done = verb(self._labelling)
+        if done is None:
             if nothing and not told:
                 self.say_here(nothing)
             return False
+        edit = done.edits[0] if isinstance(done, Reverted) else done
         if chosen is not None:
             self.select(self._followed(chosen, edit))
-        # Undoing may bring back an action that has left the vocabulary since.
-        if edit.reverts is None or not self._renamed_back(edit):
+        if isinstance(done, Reverted):
+            self.reverted = done
+            self._bring_back(done)
+        else:
             self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
-        self.say_here(edit.what)
+        self.say_here(done.sentence() if isinstance(done, Reverted) else done.what)
         return True
-
-    def _renamed_back(self, edit: Edit) -> bool:
-        """Give actions the look and the key back that they had before a renaming was undone.
-
-        Not where the task still needs those that it would take away.
-        """
-        project, demonstration = self.project, self.demonstration
-        if project is None or demonstration is None:
-            return False
-        old, new = ({segment.action for segment in run} for run in (edit.removed, edit.inserted))
-        for task, listed, other in self._renamings:
-            gone, back = {*listed.names} - {*other.names}, new - {*listed.names}
-            fits = gone <= old and back and new <= {*other.names}
-            if not fits or (task, listed) != (demonstration.task, self._listed):
-                continue
-            with self._telling():
-                if gone & project.painted_actions(task):
-                    continue
-                if project.set_vocabulary(task, other, before=listed):
-                    shown = self.vocabulary
-                    besides = tuple(name for name in shown.names if name not in listed)
-                    self._list_actions(other, besides, shown)
-                    self.vocabulary_changed.emit()
-                    return True
-        return False
 
     def _leave_selection(self) -> None:
         """Select nothing any more if the cursor is elsewhere."""
@@ -348,18 +268,13 @@ class Editing(Looking):
 
     @contextmanager
     def _telling(self) -> Iterator[list[str]]:
-        """Say in the status line what stands in the way; gives a list that holds it then."""
-        told: list[str] = []
-        self.refused = False
-        try:
-            yield told
-        except ForcelabError as error:
-            self.refused = True
-            told.append(str(error))
-            if isinstance(error, StaleTrackError) and self._labelling is not None:
-                self._labelling.refresh()
-                self.select(None)
-                self.tracks_changed.emit()
-            self.say(str(error), True)
-            if error.__cause__ is not None:  # the disk or the store refused, not what was asked for
-                self.store_failed.emit(str(error))
+        """Say what stands in the way; a track that others changed is read anew first."""
+        with super()._telling() as told:
+            try:
+                yield told
+            except StaleTrackError:
+                if self._labelling is not None:
+                    self._labelling.refresh()
+                    self.select(None)
+                    self.tracks_changed.emit()
+                raise

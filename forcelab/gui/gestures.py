@@ -43,7 +43,7 @@ MOUSE = _pairs(
     QT_TRANSLATE_NOOP("forcelab", "Double click an edit in the history"),
     QT_TRANSLATE_NOOP("forcelab", "Go back or forth to where it was the last one"),
     QT_TRANSLATE_NOOP("forcelab", "Drop files on the window"),
-    QT_TRANSLATE_NOOP("forcelab", "Import recordings, or open a project"),
+    QT_TRANSLATE_NOOP("forcelab", "Import demonstrations, or open a project"),
     QT_TRANSLATE_NOOP("forcelab", "Right button"),
     QT_TRANSLATE_NOOP("forcelab", "Menu of what is under the pointer"),
 )

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QHBoxLayout,
     QLabel,
+    QLineEdit,
     QListWidget,
     QPushButton,
     QScrollArea,
@@ -28,13 +29,13 @@ from forcelab.errors import InputError
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.arranging import ProgressBar, copyable, resize_on_screen, toned
-from forcelab.gui.choosing import ask_files, local_paths
+from forcelab.gui.choosing import ask_file, ask_files, local_paths
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.import_columns import ImportColumns
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.naming import settled_name
 from forcelab.gui.theme import colours
-from forcelab.signals.remarks import glitch_remarks
 
 __all__ = ["ImportDialog"]
 
@@ -60,13 +61,13 @@ class ImportDialog(QDialog):
         files: Sequence[Path] = (),
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Import recordings"))
+        self.setWindowTitle(self.tr("Import demonstrations"))
         resize_on_screen(self, QSize(680, 560))
         self._document, self._jobs = document, jobs
         self._files = QListWidget()
         self._files.setAccessibleName(self.tr("Files to import"))
         # The end of a path tells files apart.
-        self._files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self._files.setTextElideMode(NAMES)
         self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._make_removable()
         self.setAcceptDrops(True)
@@ -125,6 +126,16 @@ class ImportDialog(QDialog):
         self._rate.setSpecialValueText(self.tr("as their times say"))
         self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
         self._rate.valueChanged.connect(self.columns.set_rate)
+        self.calibration = QLineEdit()
+        self.calibration.setClearButtonEnabled(True)
+        self.calibration.setPlaceholderText(self.tr("none: forces stay in counts"))
+        self.calibration.setAccessibleName(self.tr("Calibration file of raw OptoForce dumps"))
+        choose = QPushButton(self.tr("Choose…"))
+        choose.setAccessibleName(self.tr("Choose the calibration file"))
+        choose.clicked.connect(self._ask_calibration)
+        calibration = QHBoxLayout()
+        calibration.addWidget(self.calibration, 1)
+        calibration.addWidget(choose)
         self.videos = QCheckBox(self.tr("Attach videos beside them that have the same name"))
         self.videos.setChecked(True)
         self._taskless = toned(
@@ -134,10 +145,14 @@ class ImportDialog(QDialog):
                 "them, such as stylus, and import each task by itself."
             ),
         )
+        keeping = self._taskless.sizePolicy()  # so that nothing moves while a task is typed
+        keeping.setRetainSizeWhenHidden(True)
+        self._taskless.setSizePolicy(keeping)
         form = QFormLayout()
         form.addRow(self.tr("Task"), self._task)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
         form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
+        form.addRow(self.tr("Calibration of raw OptoForce dumps"), calibration)
         form.addRow("", self.videos)
         return form
 
@@ -197,6 +212,13 @@ class ImportDialog(QDialog):
         if chosen:
             self._go.setFocus()
 
+    def _ask_calibration(self) -> None:
+        """Let a calibration file be chosen."""
+        kinds = self.tr("Calibration files (*.toml)")
+        file = ask_file(self, self.tr("Calibration file"), "calibration", kinds)
+        if file is not None:
+            self.calibration.setText(str(file))
+
     def _remove(self) -> None:
         """Leave out the files that are selected."""
         for item in self._files.selectedItems():
@@ -224,11 +246,13 @@ class ImportDialog(QDialog):
         project = self._document.project
         if project is None:
             return
+        calibration = self.calibration.text().strip()
         options = ReadOptions(
             task=settled_name(self, self._task.currentText(), project.tasks()) or None,
             author=settled_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
+            calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
         options, files = self.columns.options(options), self._chosen()
@@ -236,7 +260,7 @@ class ImportDialog(QDialog):
         self._bar.setVisible(True)
         self._tell("")
         self._jobs.run(
-            importing(project.path, files, options, glitch_remarks),
+            importing(project.path, files, options),
             partial(self._imported, files),
             self._failed,
             self._bar.show_progress,

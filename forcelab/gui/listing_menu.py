@@ -12,7 +12,7 @@ from forcelab.errors import ForcelabError
 from forcelab.gui.choosing import ask_file
 from forcelab.gui.document import Document
 from forcelab.gui.listing_rows import Group, Row
-from forcelab.gui.naming import settled_name
+from forcelab.gui.naming import settled_name, verbatim
 from forcelab.project import DemonstrationInfo, Project
 
 __all__ = ["ListingMenu"]
@@ -121,7 +121,7 @@ class ListingMenu(QObject):
             menu.addAction(self.tr("Mark as done"), lambda: self.set_done([info.id], True))
         menu.addAction(self.tr("Assign blind…"), lambda: self._ask_assign([info.id]))
         for one in row.assignments:
-            taking = self.tr("Take the assignment of {0} back").format(one.author)
+            taking = self.tr("Take the assignment of {0} back").format(verbatim(one.author))
             menu.addAction(taking, self._taking([info.id], one.author))
         menu.addSeparator()
         menu.addAction(self.tr("Note…"), lambda: self.ask_note(row))
@@ -131,7 +131,7 @@ class ListingMenu(QObject):
         menu.addAction(self.tr("Task…"), lambda: self._ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
-            back = self.tr("Back to task '{0}'").format(before or self.tr("No task"))
+            back = self.tr("Back to task '{0}'").format(verbatim(before) or self.tr("No task"))
             menu.addAction(back, lambda: self.set_task([info.id], before))
         menu.addSeparator()
         menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove([row]))
@@ -154,7 +154,7 @@ class ListingMenu(QObject):
             for one in row.assignments:
                 held.setdefault(one.author, []).append(row.info.id)
         for author, of in held.items():
-            text = self.tr("Take {0} assignments of {1} back").format(len(of), author)
+            text = self.tr("Take {0} assignments of {1} back").format(len(of), verbatim(author))
             menu.addAction(text, self._taking(of, author))
         menu.addSeparator()
         text = self.tr("Task of these {0}…").format(len(ids))
@@ -191,8 +191,7 @@ class ListingMenu(QObject):
         project, document = self._document.project, self._document
         if project is None:
             return
-        assigned = [one.author for one in project.assignments()]
-        names = list(dict.fromkeys([document.author, *project.coders(), *assigned]))
+        names = list(dict.fromkeys([document.author, *project.people()]))
         name, agreed = QInputDialog.getItem(
             self._window,
             self.tr("Assign blind"),
@@ -269,23 +268,24 @@ class ListingMenu(QObject):
 
     def _ask_remove(self, rows: Sequence[Row]) -> None:
         """Ask whether demonstrations are to go, and say what goes with them."""
-        from forcelab.gui.removing import removal_of
+        from forcelab.gui.removing import removal_agreed
 
-        project = self._document.project
-        if project is None:
-            return
-        # Read before anything is asked: labels painted meanwhile are not among what was told.
-        heads = {
-            row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
-            for row in rows
-        }
-        dialog = removal_of(rows, self._document.author, self._window)
-        if dialog.exec() and self.remove(heads):
+        agreed: dict[str, dict[str, int]] = {}
+
+        def ask(project: Project) -> None:
+            # Read before anything is asked: labels painted meanwhile are not among what was told.
+            heads = {
+                row.info.id: {name: project.head(row.info.id, name) for name in row.info.authors}
+                for row in rows
+            }
+            if removal_agreed(rows, self._document.author, project, self._window):
+                agreed.update(heads)
+
+        if self._do((), ask) and agreed and self.remove(agreed):
             told = self.tr("'{0}' was removed.").format(rows[0].info.name)
             if len(rows) > 1:
                 told = self.tr("{0} demonstrations were removed.").format(len(rows))
             self._document.say(told)
-        dialog.deleteLater()
 
     def ask_video(self, info: DemonstrationInfo) -> None:
         """Ask for a video of a demonstration."""

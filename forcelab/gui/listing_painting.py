@@ -7,6 +7,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from forcelab.gui.figures.shades import translucent
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.icons import paint_icon
 from forcelab.gui.indexes import Index
 from forcelab.gui.listing_model import ListingModel
@@ -29,8 +30,6 @@ __all__ = ["RowPainter"]
 
 #: The bar's width and thickness, in heights of the smaller line, and its most of a row's width.
 BAR_WIDTH, BAR_THICKNESS, BAR_SHARE = 3.6, 0.32, 0.18
-
-MIDDLE = Qt.TextElideMode.ElideMiddle
 
 
 class RowPainter(QStyledItemDelegate):
@@ -100,7 +99,7 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) 
     )
     name = group.task or QCoreApplication.translate("forcelab", "No task")
     where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
-    put_line(painter, where, name, face, theme.text, elide=MIDDLE)
+    put_line(painter, where, name, face, theme.text, elide=NAMES)
 
 
 def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_open: bool) -> None:
@@ -118,7 +117,7 @@ def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_ope
         paint_icon(painter, where, mark, QColor(ink))
         edge -= side + GAP * height
     where = QRectF(left, top, edge - left, height)
-    put_line(painter, where, row.info.name, face, theme.text, elide=MIDDLE)
+    put_line(painter, where, row.info.name, face, theme.text, elide=NAMES)
 
     small = smaller(option.font)
     sizes = QFontMetricsF(small)

@@ -172,7 +172,7 @@ class Empty(QWidget):
         self._label = QLabel()
         self._label.setWordWrap(True)
         self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton(self.tr("Import recordings…"))
+        self._import = QPushButton(self.tr("Import demonstrations…"))
         self._import.clicked.connect(self.importing)
         self._all = QPushButton(self.tr("Show all"))
         self._all.clicked.connect(self.showing_all)
@@ -197,7 +197,7 @@ class Empty(QWidget):
             text = self.tr("No demonstration is of this kind.")
         elif has_project:
             text = self.tr(
-                "This project has no demonstrations yet. Import recordings: tables (CSV, TSV), ROS "
+                "This project has no demonstrations yet. Import them: tables (CSV, TSV), ROS "
                 "bags, raw OptoForce dumps, *.pdl or archives."
             )
         else:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget
 from forcelab.gui import settings
 from forcelab.gui.shortcuts import COMMANDS
 
-__all__ = ["fill_menus", "follow_tabs"]
+__all__ = ["fill_menus", "follow_tabs", "follow_view"]
 
 translate = QCoreApplication.translate
 
@@ -22,6 +22,11 @@ _BEGINNING = frozenset(
     | {"previous_segment", "start_earlier", "start_to_cursor", "next_review", "accept"}
     | {"verdict_human"}
 )
+#: Groups of commands that act on the demonstration in view, and the others that do.
+_GROUPS_IN_VIEW = frozenset({"Time", "Playing", "Labelling", "Segments", "Review"})
+_IN_VIEW = frozenset({"zoom_in", "zoom_out", "zoom_fit", "zoom_selection"})
+#: Those of these groups that mean something wherever one is.
+_ANYWHERE = frozenset({"cancel", "coder", "note", "snapping", "train", "cancel_training"})
 
 
 def fill_menus(
@@ -67,6 +72,14 @@ def fill_menus(
     view.addMenu(translate("forcelab", "Theme")).addActions(themes)
     _one_of(window, themes)
     commands[f"theme_{chosen}"].setChecked(True)
+
+
+def follow_view(commands: Mapping[str, QAction], seen: bool) -> None:
+    """Switch off what acts on the demonstration in view while another workspace hides it."""
+    for command in COMMANDS:
+        acts = command.group in _GROUPS_IN_VIEW or command.id in _IN_VIEW
+        if acts and command.id not in _ANYWHERE and command.id in commands:
+            commands[command.id].setEnabled(seen)
 
 
 def follow_tabs(tabs: QTabWidget, actions: Sequence[QAction]) -> None:

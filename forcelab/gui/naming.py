@@ -1,4 +1,4 @@
-"""Names that differ from one there is only by case or spaces: the one there is comes first."""
+"""Names: as menus and buttons show them, and as they are typed where one like it is there."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ from PySide6.QtWidgets import QMessageBox, QWidget
 
 from forcelab.names import name_alike, tidy_name
 
-__all__ = ["settled_name"]
+__all__ = ["settled_name", "verbatim"]
 
 translate = QCoreApplication.translate
+
+
+def verbatim(name: str) -> str:
+    """A name as an entry of a menu or a button has it: a single ampersand would mark a key."""
+    return name.replace("&", "&&")
 
 
 def settled_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str:
@@ -38,10 +43,11 @@ def settled_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str
         translate("forcelab", "'{0}' would be another name beside it.").format(name)
     )
     use = box.addButton(
-        translate("forcelab", "Use '{0}'").format(there), QMessageBox.ButtonRole.AcceptRole
+        translate("forcelab", "Use '{0}'").format(verbatim(there)),
+        QMessageBox.ButtonRole.AcceptRole,
     )
     other = box.addButton(
-        translate("forcelab", "Add '{0}'").format(name), QMessageBox.ButtonRole.ActionRole
+        translate("forcelab", "Add '{0}'").format(verbatim(name)), QMessageBox.ButtonRole.ActionRole
     )
     box.setDefaultButton(use)
     box.setEscapeButton(use)

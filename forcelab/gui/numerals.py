@@ -7,4 +7,4 @@ __all__ = ["thousands"]
 
 def thousands(number: int) -> str:
     """A whole number with its thousands apart."""
-    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return f"{number:,}"

@@ -84,7 +84,7 @@ class Opening(QObject):
     def _take_coder(self, path: Path) -> None:
         """Label as who was asked for, or as who labels in this project."""
         project = self._document.project
-        known = project.coders() if project else ()
+        known = () if project is None else project.people()
         name = tidy_name(self._author) or settings.coder(path, known)
         if self._remembering:
             self._author = ""

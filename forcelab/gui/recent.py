@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QMenu, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.naming import verbatim
 
 __all__ = ["RecentProjects"]
 
@@ -33,9 +34,7 @@ class RecentProjects(QMenu):
         """Offer the projects that there are now."""
         self.clear()
         for path in settings.recent_projects():
-            # An ampersand would be taken for the mark of a key.
-            name = path.name.replace("&", "&&")
-            action = self.addAction(name, partial(self._opening, path))
+            action = self.addAction(verbatim(path.name), partial(self._opening, path))
             action.setToolTip(str(path))
         if self.isEmpty():
             self.addAction(self.tr("No project was open before")).setEnabled(False)

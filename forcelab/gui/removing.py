@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import (
@@ -15,15 +16,18 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.listing_rows import Row, percent
+from forcelab.gui.naming import verbatim
 from forcelab.labels import is_model
-from forcelab.project import RunUse
+from forcelab.project import Project, RunUse
 from forcelab.wording import amount
 
-__all__ = ["Removal", "removal_of", "removal_of_run"]
+__all__ = ["Removal", "removal_agreed", "removal_of", "removal_of_run"]
 
 translate = QCoreApplication.translate
 #: How many things are named one by one.
 NAMED = 3
+#: How many letters of a note are shown.
+LETTERS = 300
 
 
 class Removal(QDialog):
@@ -43,7 +47,7 @@ class Removal(QDialog):
         self.text.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
         self.text.setWordWrap(True)
         self.text.setMinimumWidth(360)
-        self.others = QCheckBox(others, self)  # alone it would be a window for a moment
+        self.others = QCheckBox(verbatim(others), self)  # alone it would be a window for a moment
         self.others.setVisible(bool(others))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
         self.remove = buttons.addButton(
@@ -61,7 +65,34 @@ class Removal(QDialog):
             column.addWidget(widget)
 
 
-def removal_of(rows: Sequence[Row], author: str, parent: QWidget | None = None) -> Removal:
+def removal_agreed(
+    rows: Sequence[Row], author: str, project: Project, parent: QWidget | None = None
+) -> bool:
+    """Whether the coder agrees that demonstrations go; parameters are those of `removal_of`.
+
+    Notes that were written while it asked were not agreed to: then it asks again.
+    """
+    changed = False
+    while True:
+        dialog = removal_of(rows, author, parent, changed=changed)
+        agreed = dialog.exec()
+        dialog.deleteLater()
+        if not agreed:
+            return False
+        notes = project.notes(author)
+        now = [
+            replace(row, notes=tuple(n for n in notes if n.demonstration == row.info.id))
+            for row in rows
+        ]
+        changed = [row.notes for row in now] != [row.notes for row in rows]
+        if not changed:
+            return True
+        rows = now
+
+
+def removal_of(
+    rows: Sequence[Row], author: str, parent: QWidget | None = None, *, changed: bool = False
+) -> Removal:
     """Asks whether demonstrations are to go, with whoever's labels are on them.
 
     Parameters
@@ -70,9 +101,13 @@ def removal_of(rows: Sequence[Row], author: str, parent: QWidget | None = None) 
         The demonstrations as the coder may see them, at least one.
     author : str
         The coder.
+    changed : bool
+        Whether it is asked again, as notes were written meanwhile.
     """
-    title = translate("forcelab", "Remove from the project")
-    return Removal(title, _told(rows, author), _others(rows), parent)
+    title, told = translate("forcelab", "Remove from the project"), _told(rows, author)
+    if changed:
+        told = translate("forcelab", "Notes have changed meanwhile.") + "\n\n" + told
+    return Removal(title, told, _others(rows), parent)
 
 
 def _told(rows: Sequence[Row], author: str) -> str:
@@ -108,9 +143,16 @@ def _goes(row: Row, author: str) -> list[str]:
     ]
     if row.assignments:
         goes.append(translate("forcelab", "assignments"))
-    if row.notes:
-        goes.append(translate("forcelab", "notes"))
+    goes += [
+        translate("forcelab", "the note of {0}: “{1}”").format(note.author, _beginning(note.text))
+        for note in row.notes
+    ]
     return goes
+
+
+def _beginning(text: str) -> str:
+    """As much of a note as leaves room for the other sentences."""
+    return text if len(text) <= LETTERS else text[:LETTERS].rstrip() + "…"
 
 
 def _all_go(rows: Sequence[Row], author: str) -> list[str]:
@@ -130,8 +172,8 @@ def _all_go(rows: Sequence[Row], author: str) -> list[str]:
     ]
     if any(row.assignments for row in rows):
         goes.append(translate("forcelab", "assignments"))
-    if any(row.notes for row in rows):
-        goes.append(translate("forcelab", "notes"))
+    if notes := sum(len(row.notes) for row in rows):
+        goes.append(translate("forcelab", "notes ({0})").format(notes))
     return goes
 
 

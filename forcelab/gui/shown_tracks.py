@@ -7,6 +7,7 @@ from functools import partial
 from PySide6.QtWidgets import QMenu, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.naming import verbatim
 
 __all__ = ["ShownTracks"]
 
@@ -28,7 +29,7 @@ class ShownTracks(QMenu):
             self.addAction(self.tr("Hidden until your blind coding is done")).setEnabled(False)
             return
         for author in document.other_authors():
-            action = self.addAction(author)
+            action = self.addAction(verbatim(author))
             action.setCheckable(True)
             action.setChecked(author not in document.hidden_authors)
             action.toggled.connect(partial(self._show, author))

@@ -7,12 +7,12 @@ from typing import Literal
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QGuiApplication, QPalette
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.figures.shades import mixed
 from forcelab.gui.theme_colours import DARK, LIGHT, Colours
 
-__all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "palette", "themes"]
+__all__ = ["DARK", "LIGHT", "Choice", "Colours", "apply", "colours", "dress", "palette", "themes"]
 
 Choice = Literal["light", "dark", "system"]
 
@@ -58,7 +58,8 @@ class _Themes(QObject):
         app.setPalette(palette(self.colours))
         for kind in FRAMED:
             app.setPalette(framed(self.colours), kind)  # type: ignore[arg-type]  # its stub is wrong
-        app.setStyleSheet(_sheet(self.colours))
+        # What a box unfolds takes no colours from it: it is framed as menus are.
+        app.setPalette(palette(self.colours), "QComboBoxPrivateContainer")  # type: ignore[arg-type]
         self.changed.emit()
 
 
@@ -79,11 +80,20 @@ def apply(app: QApplication, choice: Choice) -> None:
     Parameters
     ----------
     app : QApplication
-        Gets the Fusion style, a palette and a small style sheet.
+        Gets the Fusion style and a palette; its windows are dressed by :func:`dress`.
     choice : "light", "dark" or "system"
         ``"system"`` follows the system whenever it changes.
     """
     themes().apply(app, choice)
+
+
+def dress(window: QWidget) -> None:
+    """Give a window, and all that belongs to it, what of the theme that is on is no palette.
+
+    Whatever wears a style sheet is dressed anew each time that it is put into something else. On
+    the application, instead of on windows that are complete, it would double what they take.
+    """
+    window.setStyleSheet(_sheet(colours()))
 
 
 def _chosen(choice: Choice) -> Colours:

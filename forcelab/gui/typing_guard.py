@@ -103,6 +103,9 @@ def wants(widget: QWidget | None, event: QKeyEvent) -> bool:
         if not plain:
             return any(event.matches(standard) for standard in _EDITING)
         return key in _TYPING or (bool(event.text()) and event.text().isprintable())
+    if isinstance(widget, QAbstractItemView) and event.matches(_S.SelectAll):
+        # All of this list, if anything; where one row is chosen at most, not all of another list.
+        return widget.selectionMode() is not QAbstractItemView.SelectionMode.ExtendedSelection
     if modifiers != Qt.KeyboardModifier.NoModifier:
         return False
     if isinstance(widget, QAbstractItemView) and key == _K.Key_Space:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
@@ -27,7 +28,7 @@ from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label import verbs
 from forcelab.gui.label.workspace import LabelWorkspace
-from forcelab.gui.menus import fill_menus, follow_tabs
+from forcelab.gui.menus import fill_menus, follow_tabs, follow_view
 from forcelab.gui.opening import Opening, sample_place
 from forcelab.gui.recent import RecentProjects
 from forcelab.gui.review.tab import UNHURRIED, ReviewTab
@@ -116,13 +117,13 @@ class Window(QMainWindow):
         self.statusBar().addPermanentWidget(self.review.standing)
         self.statusBar().addPermanentWidget(self.capture.line)
         self.capture.line.clicked.connect(partial(self.show_workspace, "capture"))
-        self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
         self._look = QTimer(self)
         self._connect()
         self._project_changed()
+        self._dress()
 
     # What the program does with the window
 
@@ -186,19 +187,16 @@ class Window(QMainWindow):
         if event.spontaneous() and not self.capture.may_close(self):
             event.ignore()
             return
-        if self._remembering:
-            settings.put("window/geometry", bytes(self.saveGeometry().data()))
-            settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
-            self.label.take_back()  # its layout is the one in which nothing is lent
-            self.label.remember_layout()
-            self.review.remember_layout()
-        self._look.stop()
-        self._listing.stop()
-        self.label.let_go()
-        self.capture.let_go()  # before the jobs: one of them may be keeping a recording
-        self.jobs.close()
-        self.document.close()
-        super().closeEvent(event)
+        with ExitStack() as leaving:  # the last step first, and each whatever becomes of another
+            leaving.callback(super().closeEvent, event)
+            leaving.callback(self.document.close)
+            leaving.callback(self.jobs.close)
+            leaving.callback(self.capture.let_go)  # a job may be keeping a recording
+            leaving.callback(self.label.let_go)
+            leaving.callback(self._listing.stop)
+            leaving.callback(self._look.stop)
+            if self._remembering:
+                leaving.callback(self._remember_layout)
 
     def showEvent(self, event: QShowEvent) -> None:
         """Share out the room once there is some, unless a layout was remembered."""
@@ -241,8 +239,10 @@ class Window(QMainWindow):
         document.tracks_changed.connect(self._listing.start)
         document.snapping_changed.connect(self._check_snapping)
         self.capture.recording_changed.connect(self._recording_changed)
+        self.capture.label_wanted.connect(partial(self.show_workspace, "label"))
         self.jobs.trouble.connect(partial(self._line.say, trouble=True))
         opening.sampling.connect(self._show_sample)
+        theme.themes().changed.connect(self._dress)
         self._welcome.cancelled.connect(opening.cancel_sample)
         self._sample.cancelled.connect(opening.cancel_sample)
         self.demonstrations.importing.connect(opening.ask_import)
@@ -298,6 +298,7 @@ class Window(QMainWindow):
         self.review.come_to_front(name == "review")
         self.capture.come_to_front(name == "capture")
         self.tradeoff.come_to_front(name == "tradeoff")
+        follow_view(self.commands, name in ("label", "review"))
         # Panels that were put back have handed the keyboard on, to whatever came next.
         if name == "label":
             self.label.tracks.setFocus()
@@ -366,6 +367,18 @@ class Window(QMainWindow):
         theme.apply(application, choice)
         settings.put("window/theme", choice)
         self.commands[f"theme_{choice}"].setChecked(True)
+
+    def _dress(self) -> None:
+        """Look like the theme."""
+        theme.dress(self)
+
+    def _remember_layout(self) -> None:
+        """Keep the layout for the next time."""
+        settings.put("window/geometry", bytes(self.saveGeometry().data()))
+        settings.put("window/layout", bytes(self.saveState(LAYOUT).data()))
+        self.label.take_back()  # its layout is the one in which nothing is lent
+        self.label.remember_layout()
+        self.review.remember_layout()
 
     def _reset_layout(self) -> None:
         """Put every panel back."""

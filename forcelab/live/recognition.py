@@ -166,13 +166,16 @@ class LiveRecognition:
         return found
 
     def finish(self) -> list[Recognised]:
-        """Take in the last samples; gives the segments that were waiting. Once is enough."""
+        """Take in the last samples, of a recording that has ended the last that is in it.
+
+        Gives the segments that were waiting. Once is enough.
+        """
         if self.finished:
             return []
         worked = time.thread_time()
         found = []
         for last in (
-            self._online.push(*self._following.read(ended=True)),
+            self._online.push(*self._following.read(self._recorder.ends)),
             self._online.finish(),
         ):
             ended = self._segments.take(last)

@@ -8,7 +8,7 @@ from functools import partial
 
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress, finish
-from forcelab.measure.loading import VIDEO, Loaded, loading
+from forcelab.measure.loading import VIDEO, loading
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.recognition.planning import Part
 from forcelab.recognition.presets import preset
@@ -69,7 +69,7 @@ def viewed(demonstration: Demonstration, authors: Sequence[str]) -> tuple[Part, 
     """
     film = demonstration.video is not None
     filmed = "there is a video" if film else "there is no video"
-    others = len(_scalogram_channels(demonstration)) - 1
+    others = len(channel_map(demonstration.channels).names) - 1
     return (
         Part("Qt and the window", True, "the command line does without"),
         Part("scipy.fft", True, "for the scalogram, while that is shown"),
@@ -113,9 +113,16 @@ def measuring_needs(
     """
     stages = tuple(_stages(demonstration))
     loaded = yield from loading([what for _, _, what in stages], repetitions)
-    costs = [_loaded(*stage[:2], one) for stage, one in zip(stages, loaded, strict=True)]
-    part = _beginning(demonstration)
-    ways = tuple(_ways(part, settings))
+    costs = [
+        Cost(name, computed, one.seconds, one.resident, one.refusal)
+        for (name, computed, _), one in zip(stages, loaded, strict=True)
+    ]
+    beginning = replace(
+        demonstration,
+        times=demonstration.times[:MEASURED],
+        signals=demonstration.signals[:MEASURED],
+    )
+    ways = tuple(_ways(beginning, settings))
     timed = yield from timed_ways([way for _, way in ways], repetitions)
     found = {way.name: one for (_, way), one in zip(ways, timed, strict=True)}
     for computed, way in ways:
@@ -137,15 +144,6 @@ def _stages(demonstration: Demonstration) -> Iterator[tuple[str, bool, str]]:
         yield name, False, module
 
 
-def _beginning(demonstration: Demonstration) -> Demonstration:
-    """As much of a demonstration as is measured."""
-    return replace(
-        demonstration,
-        times=demonstration.times[:MEASURED],
-        signals=demonstration.signals[:MEASURED],
-    )
-
-
 _FEATURES, _REST, _WAVELETS = "features", "channels, scales, phases, steps left out", "wavelets"
 _SHOWN, _HIDDEN = "scalogram of 1 channel", "scalograms of the other channels"
 #: What is measured with what is needed in it, and is told without it.
@@ -156,7 +154,7 @@ def _ways(
     demonstration: Demonstration, settings: Settings
 ) -> Iterator[tuple[bool, Way[None, None]]]:
     """What is transformed, each with whether it is needed."""
-    names = _scalogram_channels(demonstration)
+    names = channel_map(demonstration.channels).names  # in this order the window offers them
     yield True, _way(_SHOWN, partial(_scalograms, demonstration, names[:1]))
     if len(names) > 1:
         yield False, _way(_HIDDEN, partial(_scalograms, demonstration, names[1:]))
@@ -194,11 +192,6 @@ def _features(demonstration: Demonstration, settings: Settings) -> None:
     prepare(Labelled(demonstration), settings)
 
 
-def _scalogram_channels(demonstration: Demonstration) -> tuple[str, ...]:
-    """The channels that the window offers a scalogram of first; one of them is shown."""
-    return channel_map(demonstration.channels).names
-
-
 def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:
     """Compute scalograms of a whole demonstration as a wide screen shows them."""
     from forcelab.signals.scalogram import row_scales, scalogram, survey
@@ -208,11 +201,6 @@ def _scalograms(demonstration: Demonstration, names: Sequence[str]) -> None:
     for name in names:
         view = finish(survey(demonstration, name, LARGEST))
         finish(scalogram(view, start, end, scales=scales, columns=COLUMNS))
-
-
-def _loaded(name: str, computed: bool, one: Loaded) -> Cost:
-    """What a stage of loading cost."""
-    return Cost(name, computed, one.seconds, one.resident, one.refusal)
 
 
 def _timed(name: str, computed: bool, one: Timed[None], within: Timed[None] | None) -> Cost:

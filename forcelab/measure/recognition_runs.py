@@ -100,11 +100,7 @@ def keeping(
         If the project cannot keep it, or too little is labelled.
     """
     with Project.open(path) as project:
-        if project.read_only:
-            raise InputError(
-                f"'{path}' may only be read here, so it cannot keep what is measured; copy it to "
-                f"where you may write."
-            )
+        project.refuse_read_only()  # before the work and not after it
         yield Progress(0, 1, "labels")
         coder = author or usual_coder(project, task)
         found = corpus(project, [task], coder)

@@ -1,8 +1,9 @@
 """Error against run time of the scalogram on the screen: first and exact image of any span.
 
-Long spans are put together from tiles, so their exact image has two rows: with the tiles still to
-be computed, once for a recording, and with them ready, ever after. First images of long spans are
-those with the channel's means ready; the very first one shows narrow wavelets alone until they are.
+Long spans are put together from tiles, so their exact image has three rows: with the tiles still to
+be computed, once for a recording; with those that a file has kept still to be read, once in each
+later session; and with them ready, ever after. First images of long spans are those with the
+channel's means ready; the very first one shows narrow wavelets alone until they are.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +32,7 @@ from forcelab.signals.scalogram import (
     survey,
 )
 from forcelab.signals.scalogram_columns import Columns
+from forcelab.signals.scalogram_kept import keep, kept
 
 __all__ = ["measuring", "tabulate"]
 
@@ -81,18 +85,24 @@ def measuring(
     )
     yield Progress(0, 1, "survey")
     view = finish(survey(demonstration, "f", LARGEST))
-    ways: list[tuple[int, str, Way[Scalogram, Judgement]]] = []
-    for span in spans:
-        first = (len(x) - span) // 2
-        kinds = [FIRST_IMAGE, EXACT]
-        if span > LONG:
-            kinds[1:] = [ONCE, READY]
-            yield Progress(0, 1, f"tiles of {span} samples")
-            finish(_job(view, first, span, columns))
-        for kind in kinds:
-            run = partial(_picture, view, first, span, columns, kind)
-            ways.append((span, kind, Way(f"{kind}, {span}", run, partial(_judged, x, first, span))))
-    timed = yield from timed_ways([way for _, _, way in ways], repetitions)
+    with TemporaryDirectory(prefix="forcelab-measure-") as folder:
+        ways = []
+        for span in spans:
+            first = (len(x) - span) // 2
+            kinds = [FIRST_IMAGE, EXACT]
+            if span > LONG:
+                kinds[1:] = [ONCE, FILE, READY]
+                yield Progress(0, 1, f"tiles of {span} samples")
+                finish(_job(view, first, span, columns))
+            for kind in kinds:
+                run = partial(_picture, view, first, span, columns, kind, Path(folder))
+                judged = partial(_judged, x, first, span)
+                ways.append((span, kind, Way(f"{kind}, {span}", run, judged)))
+        if spans[-1] > LONG:
+            tiles = view.tiles(row_scales(ROWS, LARGEST))
+            finish(tiles.building(tiles.missing(0, len(x))))
+            keep(Path(folder), view, tiles.scales)
+        timed = yield from timed_ways([way for _, _, way in ways], repetitions)
     megabytes = view.tiles(row_scales(ROWS, LARGEST)).nbytes / 1e6
     return with_front(
         [
@@ -102,9 +112,11 @@ def measuring(
     )
 
 
-#: The first image, that which stays, and that of a long span before and after tiles are there.
+#: The first image, that which stays, and that of a long span before its tiles are there, with those
+#: of a file, and after.
 FIRST_IMAGE, EXACT = "first image", "exact image"
 ONCE, READY = "exact image, first time", "exact image, tiles ready"
+FILE = "exact image, tiles in a file"
 
 
 def _noise(n: int) -> Real:
@@ -144,10 +156,18 @@ def _job(view: Survey, first: int, span: int, columns: int) -> Generator[Step, N
     )
 
 
-def _picture(view: Survey, first: int, span: int, columns: int, kind: str) -> Scalogram:
+def _picture(
+    view: Survey, first: int, span: int, columns: int, kind: str, folder: Path
+) -> Scalogram:
     """Compute the image of a span, as far as it is asked for."""
-    fresh = kind in (FIRST_IMAGE, ONCE)
-    job = _job(view.without_tiles() if fresh else view, first, span, columns)
+    if kind in (FIRST_IMAGE, ONCE):
+        view = view.without_tiles()
+    elif kind == FILE:
+        source, scales = view.source, row_scales(ROWS, LARGEST)
+        again = kept(folder, source.demonstration, source.channel, scales, view.wavelet)
+        assert again is not None
+        view = again
+    job = _job(view, first, span, columns)
     if kind != FIRST_IMAGE:
         return finish(job)
     return next(step.picture for step in job if step.picture is not None)

@@ -15,6 +15,7 @@ from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Way, timed_ways
 from forcelab.signals.cwt import cwt, geometric_scales
+from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt
 from forcelab.wording import counted
 
@@ -26,7 +27,6 @@ Complex = NDArray[np.complexfloating]
 #: Delays over scale of early estimates, and tolerances of complete coefficients.
 SHARES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 TOLERANCES = (1.4e-3, 3e-5, 3e-7)
-RATE = 1000.0
 
 
 def tabulate(*, quick: bool = False) -> Generator[Progress, None, Table]:
@@ -149,12 +149,10 @@ class _Run:
 
     def stream(self) -> Complex:
         """All coefficients."""
-        from threadpoolctl import threadpool_limits
-
         taken = np.empty(len(self.sizes))
         self.transform.reset()
         start = 0
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             for i, end in enumerate(np.minimum(np.cumsum(self.sizes), len(self.x)).tolist()):
                 began = time.thread_time()
                 found = self.transform.push(self.x[start:end])

@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
+from forcelab.measure.peers import Library
 from forcelab.signals.engine.design import SINGLE
 from forcelab.signals.engine.plan import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
@@ -46,14 +46,13 @@ REACH = 5.7
 
 
 @dataclass(frozen=True)
-class Peer:
+class Peer(Library):
     """A library that transforms with a Morlet wavelet.
 
     Parameters
     ----------
-    name : str
-    module : str
-        What is imported.
+    name, module : str
+        As of :class:`~forcelab.measure.peers.Library`.
     transform : callable
         Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
         gives coefficients, shape (c, k, n), but for a factor of each scale.
@@ -61,15 +60,8 @@ class Peer:
         How it is called.
     """
 
-    name: str
-    module: str
     transform: Callable[[Real, Real], Complex]
     setting: str = "as it comes"
-
-    @property
-    def installed(self) -> bool:
-        """Whether it can be imported."""
-        return find_spec(self.module) is not None
 
     def coefficients(self, x: Real, scales: Real) -> Complex:
         """Transform channels.
@@ -79,8 +71,7 @@ class Peer:
         InputError
             If the library is not installed or cannot be loaded.
         """
-        if not self.installed:
-            raise InputError(f"{self.name} is not installed; pip install 'forcelab[peers]' has it.")
+        self.check()
         try:
             return self.transform(x, scales)
         except ImportError as error:

@@ -18,6 +18,7 @@ from forcelab.project.records import (
     Incoming,
     Origin,
 )
+from forcelab.project.reverting import Reverted
 from forcelab.project.store import Project
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "Note",
     "Origin",
     "Project",
+    "Reverted",
     "RunSummary",
     "RunUse",
     "StoredRecogniser",

@@ -20,14 +20,18 @@ from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.database import Database, Value
 from forcelab.project.edits import Tracks
-from forcelab.project.loading import DEMONSTRATIONS, TRUTH, known_ids, read_signals
+from forcelab.project.loading import (
+    DEMONSTRATIONS,
+    TRUTH,
+    channels_of,
+    read_signals,
+)
 from forcelab.project.notes import add_notes
 from forcelab.project.ownership import kind_of
 from forcelab.project.records import Added, Incoming
-from forcelab.project.runs import RECOGNISERS, clear_recognisers
 from forcelab.project.vocabularies import extend_vocabulary
 
-__all__ = ["add_all", "clear_away"]
+__all__ = ["add_all"]
 
 
 @dataclass
@@ -237,7 +241,7 @@ class _Adding:
             _, signals = read_signals(self.database.folder / DEMONSTRATIONS / row["id"], row)
         except InputError:
             return False
-        there = [name for name, _ in json.loads(row["channels"])]
+        there = [channel.name for channel in channels_of(row)]
         return any(
             np.array_equal(given.signals[:, i], signals[:, there.index(c.name)], equal_nan=True)
             for i, c in enumerate(given.channels)
@@ -283,17 +287,6 @@ def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tu
     for one in adding:
         one.tidy()
     return tuple(one.added() for one in adding)
-
-
-def clear_away(database: Database) -> None:
-    """Delete what killed processes left behind."""
-    for parent in (database.folder / DEMONSTRATIONS, database.folder / RECOGNISERS):
-        parent.mkdir(exist_ok=True)
-        if files.leftovers(parent, known_ids(database)):
-            with database.writing():
-                for path in files.leftovers(parent, known_ids(database)):
-                    files.remove(path)
-    clear_recognisers(database)
 
 
 def _intact(home: Path, row: sqlite3.Row) -> bool:

@@ -34,11 +34,11 @@ _OWN = re.compile(r'"recogniser": "([0-9a-f]{32})"\}$')
 #: Characters at the end of a result in which that stands.
 _END = 64
 #: Who proposed something, as of :attr:`forcelab.review.outcome.Outcome.proposer`.
-_PROPOSER = """
+_PROPOSER = """(
     'model ' || coalesce(
         CASE WHEN json_valid(settings) THEN json_extract(settings, '$.preset') END, 'paper'
     ) || ' ' || id
-"""
+)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,8 @@ def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
     new = sqlite3.sqlite_version_info >= (3, 43)
     length = "octet_length(result)" if new else "length(CAST(result AS BLOB))"
     rows = database.all(
-        f"SELECT id, {length} AS bytes, substr(result, {-_END}) AS last, {_PROPOSER} AS proposer "
+        f"SELECT id, {length} AS bytes, CAST(substr(result, {-_END}) AS BLOB) AS last, "
+        f"CAST({_PROPOSER} AS BLOB) AS proposer "  # a run that is no text can be removed, too
         "FROM run WHERE ? IS NULL OR id = ? ORDER BY id",
         number,
         number,
@@ -91,10 +92,10 @@ def uses(database: Database, number: int | None = None) -> tuple[RunUse, ...]:
     sizes = recogniser_bytes(database)
     found = []
     for row in rows:
-        own = _OWN.search(row["last"])
+        own = _OWN.search(row["last"].decode(errors="replace"))
         id_ = own[1] if own is not None and own[1] in sizes else ""
         number, size = row["id"], row["bytes"] + sizes.get(id_, 0)
-        taken = accepted.get(row["proposer"], 0)
+        taken = accepted.get(row["proposer"].decode(errors="replace"), 0)
         found.append(RunUse(number, size, id_, verdicts.get(number, 0), taken))
     return tuple(found)
 

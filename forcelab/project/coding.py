@@ -18,6 +18,7 @@ from forcelab.project.loading import known_ids, row_of
 from forcelab.project.notes import notes_of, write_note
 from forcelab.project.ownership import kind_of
 from forcelab.project.records import utc_now
+from forcelab.project.troubles import time_of
 
 __all__ = ["ProjectCoding"]
 
@@ -206,7 +207,7 @@ class ProjectCoding(ProjectFolder):
                 demonstration=row["demonstration"],
                 author=row["author"],
                 kind=row["kind"],
-                time=datetime.fromisoformat(row["time"]),
+                time=time_of(row, f"An assignment of {row['author']}"),
             )
             for row in self._db.all(f"SELECT * FROM assignment {condition} ORDER BY id", *values)
         )

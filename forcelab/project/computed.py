@@ -16,6 +16,7 @@ from forcelab.project.loading import known_ids
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.runs import (
     RECOGNISERS,
+    RUN,
     columns_of,
     keep_recogniser,
     keep_run,
@@ -196,7 +197,7 @@ class ProjectComputed(ProjectCoding):
 
     def runs(self) -> tuple[StoredRun, ...]:
         """Every run, the first one first."""
-        return tuple(map(run_of, self._db.all("SELECT * FROM run ORDER BY id")))
+        return tuple(map(run_of, self._db.all(f"SELECT {RUN} FROM run ORDER BY id")))
 
     def forget_run(self, number: int, proposer: str) -> bool:
         """Delete a run that another one has taken the place of, with its recogniser.

@@ -9,21 +9,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from forcelab.errors import InputError
-from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version, migrate
+from forcelab.project.opening import connected, probe
+from forcelab.project.schema import APPLICATION_ID, MIGRATIONS, check_version
 from forcelab.project.syncing import Syncing
-from forcelab.project.troubles import FILE, sentence_of, told_of_store
+from forcelab.project.troubles import FILE, told_of_store
 
-__all__ = ["FILE", "Database", "Value"]
+__all__ = ["FILE", "Database", "Value", "fits"]
 
 #: What a column holds.
 Value = str | int | float | None
-
-_SETTINGS = (
-    "PRAGMA synchronous = FULL",  # with WAL: one fsync a commit, and a commit survives a power cut
-    "PRAGMA foreign_keys = ON",
-    "PRAGMA trusted_schema = OFF",
-    "PRAGMA cell_size_check = ON",
-)
 
 
 class Database:
@@ -38,8 +32,6 @@ class Database:
 
     Attributes
     ----------
-    read_only : bool
-        Whether the folder or the file may not be written here.
     on_rollback : callable
         Called after a transaction came to nothing, to drop what was remembered from it.
 
@@ -55,26 +47,20 @@ class Database:
         self.on_rollback: Callable[[], None] = lambda: None
         self._timeout = timeout
         self._syncing: Syncing | None = None
-        _probe(folder)
-        file, journal = folder / FILE, folder / f"{FILE}-wal"
-        self.read_only = not (os.access(folder, os.W_OK) and os.access(file, os.W_OK))
-        if self.read_only and journal.exists() and journal.stat().st_size:
-            raise InputError(
-                f"'{folder}' may only be read here and was not closed by whoever wrote it; open it "
-                f"once where it may be written."
-            )
-        # Where nothing may be written, nobody else writes either, and locks cannot be taken.
-        self._connection = self._connect("ro&immutable=1" if self.read_only else "rw")
+        probe(folder)
+        writable = os.access(folder, os.W_OK) and os.access(folder / FILE, os.W_OK)
+        self._connection, self._refusal = connected(folder, timeout, writable)
         try:
-            if self.read_only:
-                self._connection = self._up_to_date_copy()
-            with told_of_store(folder, timeout):
-                migrate(self._connection, str(folder))
             self._seen = self._data_version()
-            self._place = _place(file)
+            self._place = _place(folder / FILE)
         except BaseException:
             self._connection.close()
             raise
+
+    @property
+    def read_only(self) -> bool:
+        """Whether the project may not or cannot be written here."""
+        return bool(self._refusal)
 
     @staticmethod
     def create(folder: Path) -> None:
@@ -132,12 +118,10 @@ class Database:
         Raises
         ------
         InputError
-            If it may only be read.
+            If it can only be read.
         """
-        if self.read_only:
-            raise InputError(
-                f"'{self.folder}' may only be read here; copy it to where you may write."
-            )
+        if self._refusal:
+            raise InputError(self._refusal)
 
     def changed_elsewhere(self) -> bool:
         """Whether another connection has written since this was asked last, or since opening."""
@@ -199,40 +183,10 @@ class Database:
         """Whether there is a transaction now."""
         return self._connection.in_transaction
 
-    def _up_to_date_copy(self) -> sqlite3.Connection:
-        """A copy in memory of an older version's file, which cannot be brought up to date itself.
 
-        Of a file that is up to date, the connection as it is.
-        """
-        with told_of_store(self.folder, self._timeout):
-            version = int(self._connection.execute("PRAGMA user_version").fetchone()[0])
-            if version == len(MIGRATIONS):
-                return self._connection
-            copy = sqlite3.connect(":memory:", isolation_level=None)
-            copy.row_factory = sqlite3.Row
-            try:
-                with contextlib.closing(self._connection) as file:
-                    file.backup(copy)
-            except BaseException:
-                copy.close()
-                raise
-            return copy
-
-    def _connect(self, mode: str) -> sqlite3.Connection:
-        """Connect to the file without ever making one."""
-        with told_of_store(self.folder, self._timeout):
-            uri = (self.folder / FILE).absolute().as_uri()
-            connection = sqlite3.connect(
-                f"{uri}?mode={mode}", uri=True, timeout=self._timeout, isolation_level=None
-            )
-            connection.row_factory = sqlite3.Row
-            try:
-                for setting in _SETTINGS:
-                    connection.execute(setting)
-            except BaseException:
-                connection.close()
-                raise
-            return connection
+def fits(number: int) -> bool:
+    """Whether SQLite can hold a whole number: larger ones are none of any row."""
+    return -(2**63) <= number < 2**63
 
 
 def _place(file: Path) -> tuple[int, int] | None:
@@ -242,36 +196,3 @@ def _place(file: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return found.st_dev, found.st_ino
-
-
-def _probe(folder: Path) -> None:
-    """Refuse what is no project of ours, without touching a byte of it.
-
-    The file is looked at through SQLite and not with open(): closing an ordinary handle would
-    release the locks that this process holds on it through another connection.
-    """
-    try:
-        if not folder.exists():
-            raise InputError(f"There is no project '{folder}'; create it, or check the name.")
-        if not folder.is_dir():
-            raise InputError(f"'{folder}' is a file; a project is a folder.")
-        if not (folder / FILE).is_file():
-            raise InputError(f"'{folder}' is not a forcelab project: it holds no {FILE}.")
-    except OSError as error:
-        raise InputError(f"'{folder}' cannot be read: {error.strerror}.") from error
-    # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
-    file, journal = folder / FILE, folder / f"{FILE}-wal"
-    try:
-        uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
-        with contextlib.closing(sqlite3.connect(uri, uri=True)) as probe:
-            application_id, version, pages, page_size = (
-                int(probe.execute(f"PRAGMA {name}").fetchone()[0])
-                for name in ("application_id", "user_version", "page_count", "page_size")
-            )
-        check_version(application_id, version, len(MIGRATIONS), str(folder))
-        if file.stat().st_size < pages * page_size:
-            raise sqlite3.DatabaseError("the file is malformed: its end is missing")
-    except sqlite3.DatabaseError as error:
-        # With a journal it may be whole once SQLite has taken that into account.
-        if not (journal.is_file() and journal.stat().st_size):
-            raise InputError(sentence_of(folder, error, 0)) from error

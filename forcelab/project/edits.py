@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import replace
+from datetime import datetime
 from typing import Literal
 
 from forcelab.errors import InputError, StaleTrackError
@@ -72,8 +73,9 @@ class Tracks:
         *,
         kind: EditKind,
         proposed_by: str | None = None,
+        time: datetime | None = None,
     ) -> Edit:
-        """Turn `before`, which the track must be, into `after`."""
+        """Turn `before`, which the track must be, into `after`; at a `time`, by default now."""
         before, after = tuple(before), tuple(after)
         if kind == "paint" and is_model(author):
             raise InputError(f"'{author}' is a model's name; paint under a coder's.")
@@ -98,7 +100,7 @@ class Tracks:
             demonstration=demonstration,
             author=author,
             kind=kind,
-            time=utc_now(),
+            time=utc_now() if time is None else time,
             what=what,
             position=position,
             removed=removed,

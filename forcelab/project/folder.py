@@ -10,10 +10,9 @@ from typing import TypeVar
 
 from forcelab.errors import InputError
 from forcelab.project import files
-from forcelab.project.adding import clear_away
 from forcelab.project.database import FILE, Database
-from forcelab.project.loading import DEMONSTRATIONS
-from forcelab.project.runs import RECOGNISERS
+from forcelab.project.loading import DEMONSTRATIONS, known_ids
+from forcelab.project.runs import RECOGNISERS, clear_recognisers
 
 __all__ = ["ProjectFolder"]
 
@@ -89,6 +88,11 @@ class ProjectFolder:
                 (part / RECOGNISERS).mkdir()
                 Database.create(part)
                 with cls.open(part) as project:
+                    if project.read_only:  # its tables are in memory alone
+                        raise InputError(
+                            f"{refused}: no more can be written there; make room on the disk or "
+                            "check it."
+                        )
                     yield project
         except InputError as error:  # in the name that the user knows
             raise InputError(str(error).replace(str(part), str(path))) from error
@@ -116,7 +120,7 @@ class ProjectFolder:
         try:
             with files.told(f"'{folder}' cannot be opened"):
                 if not project.read_only:
-                    clear_away(project._db)
+                    _clear_away(project._db)
         except BaseException:
             project.close()
             raise
@@ -166,3 +170,14 @@ class ProjectFolder:
         """
         with self._db.reading():
             yield
+
+
+def _clear_away(database: Database) -> None:
+    """Delete what killed processes left behind."""
+    for parent in (database.folder / DEMONSTRATIONS, database.folder / RECOGNISERS):
+        parent.mkdir(exist_ok=True)
+        if files.leftovers(parent, known_ids(database)):
+            with database.writing():
+                for path in files.leftovers(parent, known_ids(database)):
+                    files.remove(path)
+    clear_recognisers(database)

@@ -18,8 +18,9 @@ from datetime import datetime
 from forcelab.project.database import Database
 from forcelab.project.made import LabelsUsed
 from forcelab.project.records import Edit, segments_from_json
+from forcelab.project.troubles import told_of_content
 
-__all__ = ["Line", "edit_of", "edits_of", "edits_since", "line_of", "net_edits"]
+__all__ = ["Line", "edit_of", "edits_of", "edits_since", "line_of", "net_edits", "stands"]
 
 _EDITS = """
     SELECT edit.*, track.demonstration, author.name AS author
@@ -72,6 +73,14 @@ def net_edits(database: Database, track: int, since: int) -> int:
         else:
             then = _below(database, then)
     return count
+
+
+def stands(database: Database, track: int, number: int) -> bool:
+    """Whether an edit that was no undo or redo is part of what the track is now."""
+    now = line_of(database, track).undo
+    while now is not None and now > number:
+        now = _below(database, now)
+    return now == number
 
 
 def edits_since(database: Database, labels: Sequence[LabelsUsed], tasks: Sequence[str]) -> int:
@@ -134,16 +143,17 @@ def edit_of(database: Database, number: int) -> Edit:
 
 def _edit(row: sqlite3.Row) -> Edit:
     """An edit as stored."""
-    return Edit(
-        id=row["id"],
-        demonstration=row["demonstration"],
-        author=row["author"],
-        kind=row["kind"],
-        time=datetime.fromisoformat(row["time"]),
-        what=row["what"],
-        position=row["position"],
-        removed=segments_from_json(json.loads(row["removed"])),
-        inserted=segments_from_json(json.loads(row["inserted"])),
-        reverts=row["reverts"],
-        proposed_by=row["proposed_by"],
-    )
+    with told_of_content(f"Edit {row['id']}"):
+        return Edit(
+            id=row["id"],
+            demonstration=row["demonstration"],
+            author=row["author"],
+            kind=row["kind"],
+            time=datetime.fromisoformat(row["time"]),
+            what=row["what"],
+            position=row["position"],
+            removed=segments_from_json(json.loads(row["removed"])),
+            inserted=segments_from_json(json.loads(row["inserted"])),
+            reverts=row["reverts"],
+            proposed_by=row["proposed_by"],
+        )

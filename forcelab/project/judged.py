@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import sqlite3
 from collections.abc import Iterable, Mapping
-from datetime import datetime
 from pathlib import Path
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project.database import Database
+from forcelab.project.database import Database, fits
 from forcelab.project.decisions import VERDICT_KINDS, StoredVerdict, Verdict
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_id, row_of
 from forcelab.project.origins import Origins
 from forcelab.project.records import Origin, utc_now
+from forcelab.project.troubles import time_of
 
 __all__ = ["ProjectJudged"]
 
@@ -164,8 +164,7 @@ def _had_run(database: Database, number: int) -> bool:
 
 def _has_run(database: Database, number: int) -> bool:
     """Whether there is such a run; a number that SQLite cannot hold is none."""
-    fits = -(2**63) <= number < 2**63
-    return fits and database.one("SELECT 1 FROM run WHERE id = ?", number) is not None
+    return fits(number) and database.one("SELECT 1 FROM run WHERE id = ?", number) is not None
 
 
 def _verdict(row: sqlite3.Row) -> StoredVerdict:
@@ -180,6 +179,6 @@ def _verdict(row: sqlite3.Row) -> StoredVerdict:
         predicted=row["predicted"],
         verdict=row["verdict"],
         run=row["run"],
-        time=datetime.fromisoformat(row["time"]),
+        time=time_of(row, f"Verdict {row['id']}"),
         id=row["id"],
     )

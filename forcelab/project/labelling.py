@@ -6,7 +6,7 @@ read is written here, so that it is the same for both.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, TypeVar
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
@@ -23,11 +23,13 @@ from forcelab.painting import (
 )
 from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.records import Edit
+from forcelab.project.reverting import Reverted
 from forcelab.project.store import Project
 from forcelab.splicing import splice
-from forcelab.wording import counted
 
 __all__ = ["Labelling", "said"]
+
+Done = TypeVar("Done", Edit | None, Reverted | None)
 
 #: A line of history names so many accepted predictions, and only counts further ones.
 NAMED = 3
@@ -195,6 +197,14 @@ class Labelling:
         """Take back the latest undo, unless another edit came after it."""
         return self._reverted(self.project.redo(self.demonstration, self.author))
 
+    def undo_everywhere(self) -> Reverted | None:
+        """Take back the latest edit, and a renaming in all of the coder's tracks."""
+        return self._reverted(self.project.undo_everywhere(self.demonstration, self.author))
+
+    def redo_everywhere(self) -> Reverted | None:
+        """Take back the latest undo, and that of a renaming in all of the coder's tracks."""
+        return self._reverted(self.project.redo_everywhere(self.demonstration, self.author))
+
     def _store(self, after: Segments, what: str, proposer: str | None = None) -> Edit | None:
         """Write the edit; only then is the track here the new one."""
         if after == self.segments:
@@ -205,18 +215,19 @@ class Labelling:
         self.segments = after
         return edit
 
-    def _reverted(self, edit: Edit | None) -> Edit | None:
+    def _reverted(self, done: Done) -> Done:
         """Follow an undo or a redo."""
-        if edit is not None:
+        if done is not None:
             self.refresh()
-        return edit
+        return done
 
 
 def _counted(painted: Segments, proposer: str) -> str:
     """Accepted predictions in a line of history."""
-    many = f"{counted(len(painted), 'prediction')} of {proposer} accepted: "
-    named = [said(segment) for segment in painted[:NAMED]]
-    return many + ", ".join([*named, "…"] if len(painted) > NAMED else named)
+    # What tells one line from the next comes first: a narrow list cuts their ends off.
+    named = ", ".join(said(segment) for segment in painted[:NAMED])
+    more = f" and {len(painted) - NAMED} more" if len(painted) > NAMED else ""
+    return f"{named}{more} accepted from {proposer}"
 
 
 def _stretch(start: float, end: float) -> str:

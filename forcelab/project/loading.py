@@ -20,10 +20,12 @@ from forcelab.errors import InputError
 from forcelab.project.database import Database
 from forcelab.project.files import read_array, read_json
 from forcelab.project.records import DemonstrationInfo
+from forcelab.project.troubles import told_of_content
 
 __all__ = [
     "DEMONSTRATIONS",
     "TRUTH",
+    "channels_of",
     "id_of",
     "info",
     "infos",
@@ -71,10 +73,10 @@ def info(database: Database, id_: str) -> DemonstrationInfo:
 
 
 @lru_cache(maxsize=1 << 14)
-def natural_order(name: str) -> tuple[tuple[int, str], ...]:
-    """What names sort by, so that ``pen-2`` comes before ``pen-10``."""
+def natural_order(name: str) -> tuple[tuple[bool, int, str], ...]:
+    """What names sort by, so that ``pen-2`` comes before ``pen-10``, and ``2`` before ``pen``."""
     parts = re.findall(r"(\d+)|(\D+)", name)
-    return tuple((int(digits), "") if digits else (-1, word.casefold()) for digits, word in parts)
+    return tuple((bool(word), int(digits or 0), word.casefold()) for digits, word in parts)
 
 
 def known_ids(database: Database) -> set[str]:
@@ -120,7 +122,7 @@ def load(database: Database, key: str) -> Demonstration:
         task=row["task"],
         times=times,
         signals=signals,
-        channels=_channels(row["channels"]),
+        channels=channels_of(row),
         video=video,
         grid_rate=row["grid_rate"],
     )
@@ -131,7 +133,7 @@ def load(database: Database, key: str) -> Demonstration:
 
 def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
-    n, c = row["samples"], len(_channels(row["channels"]))
+    n, c = row["samples"], len(channels_of(row))
     return read_array(home / "times.npy", (n,)), read_array(home / "signals.npy", (n, c))
 
 
@@ -147,7 +149,7 @@ def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:
         name=row["name"],
         task=row["task"],
         samples=row["samples"],
-        channels=_channels(row["channels"]),
+        channels=channels_of(row),
         rate=row["grid_rate"] or 1.0 / row["period"],
         duration=row["duration"],
         labelled={track["author"]: track["seconds"] for track in tracks},
@@ -172,6 +174,12 @@ def _find(database: Database, key: str) -> sqlite3.Row:
         which = ", ".join(f"{row['id'][:12]} (task '{row['task']}')" for row in rows)
         raise InputError(f"'{key}' may be any of {which}; use the id.")
     return rows[0]
+
+
+def channels_of(row: sqlite3.Row) -> tuple[Channel, ...]:
+    """The channels of a stored demonstration."""
+    with told_of_content(f"The list of channels of '{row['name']}'"):
+        return _channels(row["channels"])
 
 
 @lru_cache(maxsize=256)

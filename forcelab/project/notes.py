@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from datetime import datetime, timedelta, timezone
+from datetime import timedelta, timezone
 
 from forcelab.labels import Track
 from forcelab.project.database import Database
 from forcelab.project.decisions import Note
 from forcelab.project.records import utc_now
+from forcelab.project.troubles import time_of
 
 __all__ = ["add_notes", "notes_of", "write_note"]
 
@@ -54,6 +55,11 @@ def notes_of(database: Database, demonstration: str | None) -> tuple[Note, ...]:
     )
     # Texts of times in UTC are sorted as the times are.
     return tuple(
-        Note(row["demonstration"], row["author"], row["text"], datetime.fromisoformat(row["time"]))
+        Note(
+            row["demonstration"],
+            row["author"],
+            row["text"],
+            time_of(row, f"A note of {row['author']}"),
+        )
         for row in database.all(f"SELECT * FROM note {which} ORDER BY time, author, text", *values)
     )

@@ -18,6 +18,7 @@ from forcelab.labels import Segment, Segments
 from forcelab.painting import SLIVER
 from forcelab.project.database import Database
 from forcelab.project.records import Origin, segments_from_json
+from forcelab.project.troubles import told_of_content
 
 __all__ = ["Origins"]
 
@@ -81,6 +82,7 @@ class Origins:
         touched = False
         for edit in rows:
             touched |= _follow(followed, edit)
+            followed.head = edit["id"]
         if touched:
             # A copy, so that who was told before keeps what was told.
             followed.told = MappingProxyType(dict(followed.now))
@@ -90,13 +92,13 @@ class Origins:
 def _follow(followed: _Followed, row: sqlite3.Row) -> bool:
     """Follow one edit; gives whether it touched any origin."""
     now, reverts = followed.now, row["reverts"]
-    followed.head = row["id"]
     if reverts is not None:
         gave, took = followed.done.get(reverts, ({}, {}))
     elif not now and row["proposed_by"] is None:
         return False
     else:
-        removed, inserted = _segments(row["removed"]), _segments(row["inserted"])
+        with told_of_content(f"Edit {row['id']}"):
+            removed, inserted = _segments(row["removed"]), _segments(row["inserted"])
         took = {segment: now[segment] for segment in removed if segment in now}
         if row["proposed_by"] is not None:
             gave = _accepted(removed, inserted, took, Origin(row["proposed_by"]))

@@ -1,8 +1,8 @@
 """Renaming an action that has segments, or merging it into another one.
 
 Nobody edits another's track: only the coder's own segments get the new name, and where others use
-the old one it stays in the vocabulary beside it. While a demonstration is coded blind, nothing is
-told of what others have labelled on it.
+the old one it stays in the vocabulary beside it. Who codes a demonstration of a task blind is told
+nothing of what others have labelled on it: there the old one stays, whether they use it or not.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from forcelab.labels import check_action_name
 from forcelab.project.coding import ProjectCoding
 from forcelab.project.loading import natural_order
 from forcelab.project.painted import ProjectPainted
+from forcelab.project.records import utc_now
 from forcelab.project.vocabularies import write_vocabulary
 from forcelab.vocabulary import Vocabulary
 from forcelab.wording import counted, listed, unknown_word
@@ -65,15 +66,15 @@ class Renaming:
     def sentences(self, *, done: bool) -> str:
         """What changes, or has changed, and what stays, for people."""
         told = f"'{self.old}' {'is now' if done else 'becomes'} '{self.new}'"
-        if self.merges and not done:
-            told += ", which is there already,"
         where = listed([task or "no task" for task in self.tasks], NAMED)
         if self.segments:
             segments = counted(sum(self.segments.values()), "segment")
             number = counted(len(self.segments), "demonstration")
             told += f" in {segments} of {self.author}, in {number} of {where}."
         else:
-            told += f" in {where}; {self.author} has no segment of it."
+            told += f" in {where}; {self.author} has no segment of '{self.old}'."
+        if self.merges and not done:
+            told += f" There is an action '{self.new}' already."
         if self.others:
             left = [f"{who} ({counted(number, 'segment')})" for who, number in self.others.items()]
             told += f" It stays '{self.old}' for {listed(left, NAMED)}."
@@ -101,11 +102,12 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
         others = [row for row in used if row["author"] != author]
         hidden = self.blind_to(author)
         seen = [row for row in others if row["demonstration"] not in hidden]
+        # Others may use it wherever the coder must not know whether they do.
+        shared = frozenset(row["task"] for row in seen) | self._blind_tasks(author)
         offering = {task for task, vocabulary in known.items() if old in vocabulary}
         if not (mine or seen or offering):
             names = dict.fromkeys(name for one in known.values() for name in one.names)
             raise InputError(unknown_word("action", old, names or ("none at all",)))
-        shared = frozenset(row["task"] for row in others)
         changing = {row["task"] for row in mine} | (offering - shared)
         if not changing:
             raise InputError(
@@ -142,7 +144,8 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
     ) -> Renaming:
         """Rename an action in all of a coder's tracks, one edit a track, all or nothing.
 
-        Each edit stands in the history of its track and can be undone there. Where nobody else
+        Each edit stands in the history of its track and can be undone there, or all of them at
+        once by :meth:`~forcelab.project.Project.undo_everywhere`. Where nobody else
         uses the action, it keeps its colour and its key; otherwise the old one stays for the
         others. Predictions, recognisers and runs keep the old name.
 
@@ -176,15 +179,60 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
                 raise InputError(
                     f"There is an action '{new}' already; merge the two or choose another name."
                 )
+            now = utc_now()  # which tells that these edits were made together
             for id_, number in change.segments.items():
                 before = self._tracks.track(id_, author).segments
                 after = tuple(replace(s, action=new) if s.action == old else s for s in before)
                 what = f"{old} is now {new} in {counted(number, 'segment')}"
-                self._tracks.edit(id_, author, before, after, what, kind="paint")
+                self._tracks.edit(id_, author, before, after, what, kind="paint", time=now)
             for task in change.tasks:
                 vocabulary = _renamed(self.vocabulary(task), old, new, task in change.kept)
                 write_vocabulary(self._db, task, vocabulary)
             return change
+
+    def refuse_removing(self, author: str, action: str, task: str) -> None:
+        """Refuse to take an action out of a task's vocabulary that segments have, or may have.
+
+        Parameters
+        ----------
+        author : str
+            The coder who would remove it, and is told no more than that coder may know.
+        action, task : str
+
+        Raises
+        ------
+        InputError
+            If a segment of the task has the action, as far as the coder may see; or if the coder
+            codes demonstrations of the task blind.
+        """
+        hidden = self.blind_to(author)
+        rows = self._db.all(
+            "SELECT DISTINCT demonstration, author.name AS author FROM segment "
+            "JOIN track ON track.id = segment.track JOIN author ON author.id = track.author "
+            "JOIN demonstration ON demonstration.id = track.demonstration "
+            "WHERE action = ? AND task = ?",
+            action,
+            task,
+        )
+        if any(row["author"] == author or row["demonstration"] not in hidden for row in rows):
+            raise InputError(
+                f"There are segments of '{action}' in demonstrations of {task or 'no task'}; "
+                "rename it to the action they should be, or delete those."
+            )
+        if task in self._blind_tasks(author):
+            raise InputError(
+                f"'{action}' stays in the list, as others may use it: {author} codes "
+                f"demonstrations of {task or 'no task'} blind. It can be removed once those are "
+                "done."
+            )
+
+    def _blind_tasks(self, author: str) -> frozenset[str]:
+        """The tasks of demonstrations of which everything by others is hidden from a coder."""
+        rows = self._db.all(
+            "SELECT DISTINCT task FROM demonstration WHERE id IN (SELECT value FROM json_each(?))",
+            json.dumps(sorted(self.blind_to(author))),
+        )
+        return frozenset(row["task"] for row in rows)
 
     def _using(self, action: str) -> list[sqlite3.Row]:
         """How many segments of an action each coder has on each demonstration."""

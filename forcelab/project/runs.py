@@ -13,13 +13,15 @@ from typing import Any
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.project import files
-from forcelab.project.database import Database, Value
+from forcelab.project.database import Database, Value, fits
 from forcelab.project.made import LabelsUsed, RunSummary, StoredRecogniser, StoredRun
 from forcelab.project.records import utc_now
+from forcelab.project.troubles import told_of_content
 
 __all__ = [
     "DIGEST",
     "RECOGNISERS",
+    "RUN",
     "clear_recognisers",
     "columns_of",
     "keep_recogniser",
@@ -38,6 +40,10 @@ RECOGNISERS = "recognisers"
 DIGEST = "digest"
 #: Characters of a result that are read for its digest.
 _FRONT = 4096
+#: The columns of a run that say how it was made.
+_HOW = "id, kind, time, settings, seed, labels, versions"
+#: All of its columns; bytes that are no text are met where the result is parsed.
+RUN = f"{_HOW}, CAST(result AS BLOB) AS result"
 
 
 def columns_of(
@@ -49,7 +55,7 @@ def columns_of(
     time: datetime | None = None,
 ) -> dict[str, Value]:
     """The columns that say how a thing was made; the labels must be there."""
-    if seed is not None and not -(2**63) <= seed < 2**63:
+    if seed is not None and not fits(seed):
         raise InputError(f"The seed {seed} does not fit into 64 bits; use a smaller one.")
     for used in labels:
         _check(database, used)
@@ -127,24 +133,23 @@ def recogniser_id(content: bytes) -> str:
 
 def recogniser_of(row: sqlite3.Row) -> StoredRecogniser:
     """A recogniser as stored."""
-    return StoredRecogniser(id=row["id"], name=row["name"], **_made(row))
+    cure = f"remove it with 'forcelab remove --recogniser {row['id'][:8]}'"
+    with told_of_content(f"The recogniser '{row['name']}'", cure):
+        return StoredRecogniser(id=row["id"], name=row["name"], **_made(row))
 
 
 def run_of(row: sqlite3.Row) -> StoredRun:
-    """A run as stored."""
-    try:
+    """A run as stored, of a row of :data:`RUN`."""
+    with told_of_content(f"What run {row['id']} found", "repeat it"):
         result = json.loads(row["result"])
-    except (ValueError, RecursionError) as error:
-        raise InputError(
-            f"What run {row['id']} found is damaged in the store; repeat it, or restore the store "
-            f"from a copy."
-        ) from error
-    return StoredRun(id=row["id"], kind=row["kind"], result=result, **_made(row))
+    with _told_of_run(row):
+        return StoredRun(id=row["id"], kind=row["kind"], result=result, **_made(row))
 
 
-def row_of_run(database: Database, number: int, columns: str = "*") -> sqlite3.Row:
+def row_of_run(database: Database, number: int, columns: str = RUN) -> sqlite3.Row:
     """The row of a run that must be there; what it found may be large, or damaged."""
-    row = database.one(f"SELECT {columns} FROM run WHERE id = ?", number)
+    query = f"SELECT {columns} FROM run WHERE id = ?"
+    row = database.one(query, number) if fits(number) else None
     if row is None:
         raise InputError(
             f"There is no run {number} in '{database.folder}'; 'forcelab runs' lists those that "
@@ -156,16 +161,25 @@ def row_of_run(database: Database, number: int, columns: str = "*") -> sqlite3.R
 def summaries(database: Database, kind: str | None) -> tuple[RunSummary, ...]:
     """Every run of a kind without its result, the first one first."""
     rows = database.all(
-        "SELECT id, kind, time, settings, seed, labels, versions, "
-        f"substr(result, 1, {_FRONT}) AS front FROM run "
+        f"SELECT {_HOW}, CAST(substr(result, 1, {_FRONT}) AS BLOB) AS front FROM run "
         "WHERE ? IS NULL OR kind = ? ORDER BY id",
         kind,
         kind,
     )
-    return tuple(
-        RunSummary(id=row["id"], kind=row["kind"], digest=_digest(row["front"]), **_made(row))
-        for row in rows
-    )
+    return tuple(map(_summary, rows))
+
+
+def _summary(row: sqlite3.Row) -> RunSummary:
+    """A run without its result."""
+    front = row["front"].decode(errors="replace")
+    with _told_of_run(row):
+        return RunSummary(id=row["id"], kind=row["kind"], digest=_digest(front), **_made(row))
+
+
+def _told_of_run(row: sqlite3.Row) -> contextlib.AbstractContextManager[None]:
+    """Tell that how a run was made cannot be read."""
+    number = row["id"]
+    return told_of_content(f"Run {number}", f"remove it with 'forcelab remove --run {number}'")
 
 
 def _check(database: Database, used: LabelsUsed) -> None:

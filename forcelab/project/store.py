@@ -3,32 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from os import PathLike
-from pathlib import Path
-from typing import Any
 
-from numpy.typing import NDArray
-
-from forcelab.clock import ClockMap
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.labels import Track
 from forcelab.project.adding import add_all
-from forcelab.project.arranging import attach_video, rename, set_task, set_video_clock
-from forcelab.project.cameras import Camera, cameras
+from forcelab.project.arranging import rename, set_task
 from forcelab.project.computed import ProjectComputed
 from forcelab.project.discarding import discard, remove
 from forcelab.project.judged import ProjectJudged
-from forcelab.project.loading import id_of, info, infos, load, natural_order, truth
+from forcelab.project.loading import id_of, info, infos, load, natural_order
+from forcelab.project.recorded import ProjectRecorded
 from forcelab.project.records import Added, DemonstrationInfo, Incoming
 from forcelab.project.renaming import ProjectRenaming
-from forcelab.project.stamps import attach_beside, attach_stamps, files_beside, stamps
+from forcelab.project.reverting import ProjectReverting
 from forcelab.wording import unknown_word
 
 __all__ = ["Project"]
 
 
-class Project(ProjectRenaming, ProjectJudged, ProjectComputed):
+class Project(ProjectRenaming, ProjectReverting, ProjectJudged, ProjectComputed, ProjectRecorded):
     """A folder of demonstrations with everybody's labels and every edit ever made.
 
     Made by :meth:`create` or :meth:`open`; a context manager. Everything is on the disk when a
@@ -97,6 +91,16 @@ class Project(ProjectRenaming, ProjectJudged, ProjectComputed):
         """
         return info(self._db, demonstration)
 
+    def people(self) -> tuple[str, ...]:
+        """The people the project knows by name, no models: see :meth:`coders`.
+
+        After who made an edit come those to whom something is assigned, and who wrote a note:
+        whoever is to label blind has to be found under the very name that was assigned to.
+        """
+        assigned = (one.author for one in self.assignments())
+        noted = (note.author for note in self.notes())
+        return tuple(dict.fromkeys([*self.coders(), *assigned, *noted]))
+
     def tasks(self) -> tuple[str, ...]:
         """The tasks of all demonstrations, sorted."""
         rows = self._db.all("SELECT DISTINCT task FROM demonstration")
@@ -144,89 +148,6 @@ class Project(ProjectRenaming, ProjectJudged, ProjectComputed):
             truncated or another one.
         """
         return load(self._db, key)
-
-    def truth(self, demonstration: str) -> dict[str, Any] | None:
-        """What was told as the truth when it was added; None for all but simulated ones.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or the file is damaged.
-        """
-        return truth(self._db, demonstration)
-
-    def attach_stamps(self, demonstration: str, arrays: Mapping[str, NDArray[Any]]) -> None:
-        """Keep a recording's raw stamps beside it, in place of those there.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        arrays : mapping of str to ndarray
-            Numbers and names, such as of :class:`~forcelab.capture.gathering.Gathered`.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or they cannot be written.
-        """
-        attach_stamps(self._db, demonstration, arrays)
-
-    def attach_beside(self, demonstration: str, path: str | PathLike[str]) -> Path:
-        """Keep a file beside a recording, such as the video of a second camera; gives the copy.
-
-        Archives leave it out; :meth:`beside` tells where it is.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        path : path-like
-            A file; what is in it is not looked at.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or it cannot be copied.
-        """
-        return attach_beside(self._db, demonstration, Path(path))
-
-    def beside(self, demonstration: str) -> tuple[Path, ...]:
-        """The files that are kept beside a recording, such as videos of further cameras.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration.
-        """
-        return files_beside(self._db, demonstration)
-
-    def cameras(self, demonstration: Demonstration) -> tuple[Camera, ...]:
-        """The cameras that filmed a recording; none unless there are several.
-
-        Parameters
-        ----------
-        demonstration : Demonstration
-            As :meth:`load` gave it; its video is the first camera's.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or its stamps are damaged.
-        """
-        return cameras(self._db, demonstration.id, demonstration.video)
-
-    def stamps(self, demonstration: str) -> dict[str, NDArray[Any]] | None:
-        """The raw stamps beside a demonstration; None for all but recorded ones.
-
-        Archives leave them out.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or the file is damaged.
-        """
-        return stamps(self._db, demonstration)
 
     def discard(self, demonstration: str, heads: Mapping[str, int]) -> None:
         """Remove a recording that was not worth keeping, for good, with what was marked live.
@@ -291,34 +212,3 @@ class Project(ProjectRenaming, ProjectJudged, ProjectComputed):
             task has it.
         """
         rename(self._db, demonstration, name)
-
-    def attach_video(
-        self, demonstration: str, path: str | PathLike[str], clock: ClockMap | None = None
-    ) -> None:
-        """Copy a video into the project, in place of the one that the demonstration has.
-
-        Parameters
-        ----------
-        demonstration : str
-            Its id.
-        path : path-like
-            The video; what is in it is not looked at.
-        clock : ClockMap, optional
-            From the video's own timestamps to force time; by default both are the same.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or the video cannot be read; nothing was changed.
-        """
-        attach_video(self._db, demonstration, Path(path), clock or ClockMap())
-
-    def set_video_clock(self, demonstration: str, clock: ClockMap) -> None:
-        """Say how the clock of a demonstration's video maps onto the force clock.
-
-        Raises
-        ------
-        InputError
-            If there is no such demonstration or it has no video.
-        """
-        set_video_clock(self._db, demonstration, clock)

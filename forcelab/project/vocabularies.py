@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 from forcelab.project.database import Database
+from forcelab.project.troubles import told_of_content
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["extend_vocabulary", "vocabularies", "write_vocabulary"]
@@ -13,7 +14,11 @@ __all__ = ["extend_vocabulary", "vocabularies", "write_vocabulary"]
 def vocabularies(database: Database) -> dict[str, Vocabulary]:
     """By task, every vocabulary that was written."""
     rows = database.all("SELECT task, actions FROM vocabulary ORDER BY task")
-    return {row["task"]: Vocabulary.from_json(json.loads(row["actions"])) for row in rows}
+    found = {}
+    for row in rows:
+        with told_of_content(f"The list of actions of {row['task'] or 'no task'}"):
+            found[row["task"]] = Vocabulary.from_json(json.loads(row["actions"]))
+    return found
 
 
 def write_vocabulary(database: Database, task: str, vocabulary: Vocabulary) -> None:

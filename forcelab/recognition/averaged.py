@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.recognition.forest import Forest, Linear, softmax
+from forcelab.recognition.forest import Forest, Linear, must, must_be_numbers, softmax
 
 __all__ = ["Averaged", "sharpened"]
 
@@ -92,22 +92,16 @@ class Averaged:
             If anything does not fit together.
         """
         codes, columns, exponent = plain["classes_"], plain["columns"], float(plain["exponent"])
-        if not (codes.dtype == columns.dtype == np.int64 and codes.ndim == columns.ndim == 1):
-            raise ValueError("codes and columns must be whole numbers")
-        if len(codes) < 2 or codes[0] < 0 or codes[-1] >= actions or np.any(np.diff(codes) <= 0):
-            raise ValueError("codes must be those of actions")
-        if not ((columns >= 0) & (columns < width)).all():
-            raise ValueError("columns must be those of features")
-        if not 0 < exponent < 1e3:
-            raise ValueError("the exponent must be a number above 0")
+        must(codes.dtype == columns.dtype == np.int64, "whole numbers for codes and columns")
+        must(codes.ndim == columns.ndim == 1 and len(codes) >= 2, "codes")
+        must(codes[0] >= 0 and codes[-1] < actions and (np.diff(codes) > 0).all(), "codes")
+        must(((columns >= 0) & (columns < width)).all(), "columns of features")
+        must(0 < exponent < 1e3, "an exponent above 0")
         mean, scale = plain["mean"], plain["scale"]
         for array in (mean, scale):
-            if not (array.dtype == np.float64 and array.shape == columns.shape):
-                raise ValueError("features must have a mean and a scale each")
-        if not (np.isfinite(mean).all() and (scale > 0).all() and np.isfinite(scale).all()):
-            raise ValueError("means and scales must be finite, scales above 0")
-        if not plain["members"]:
-            raise ValueError("there must be a member")
+            must_be_numbers(array, columns.shape)
+        must((scale > 0).all(), "scales above 0")
+        must(plain["members"], "a member")
         members = tuple(
             _KINDS[member["kind"]](member, len(columns), len(codes)) for member in plain["members"]
         )

@@ -28,6 +28,7 @@ from forcelab.labels import UNLABELLED, Segment, Segments
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.choreography import HOLE
 from forcelab.recognition.examples import Examples
+from forcelab.recognition.forest import must
 from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 
@@ -81,8 +82,7 @@ class Changes:
             If anything does not fit together.
         """
         share = float(plain["share"])
-        if not 0 < share < 1:
-            raise ValueError("the share near a change must lie between 0 and 1")
+        must(0 < share < 1, "a share near changes between 0 and 1")
         return cls(Averaged.from_plain(plain["classifier"], width, 2), share)
 
 

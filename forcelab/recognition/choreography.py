@@ -44,6 +44,7 @@ USUAL, SPREAD = 1.0, 0.5
 LEAST_SPREAD = 0.1
 #: Seconds of each action that count as seen beforehand in the shares of time.
 SHARE_SECONDS = 0.5
+_ARRAYS = ("mean", "sd", "share", "start", "follow")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,14 +111,8 @@ class Choreography:
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
-        return {
-            "actions": list(self.actions),
-            "mean": self.mean.tolist(),
-            "sd": self.sd.tolist(),
-            "share": self.share.tolist(),
-            "start": self.start.tolist(),
-            "follow": self.follow.tolist(),
-        }
+        arrays = {name: getattr(self, name).tolist() for name in _ARRAYS}
+        return {"actions": list(self.actions)} | arrays
 
     @classmethod
     def from_json(cls, plain: Mapping[str, Any]) -> Choreography:
@@ -131,8 +126,7 @@ class Choreography:
         try:
             actions = tuple(str(action) for action in plain["actions"])
             mean, sd, share, start, follow = (
-                np.asarray(plain[name], dtype=np.float64)
-                for name in ("mean", "sd", "share", "start", "follow")
+                np.asarray(plain[name], dtype=np.float64) for name in _ARRAYS
             )
         except (KeyError, TypeError) as error:
             raise ValueError(f"the choreography is not whole: {error}") from error
@@ -140,9 +134,8 @@ class Choreography:
         follow = follow.reshape(K, K)
         rows = (mean, sd, share, start)
         sound = all(row.shape == (K,) and np.isfinite(row).all() for row in rows)
+        sound = sound and bool(np.isfinite(follow).all() and (follow >= 0).all())
         if not (sound and (sd > 0).all() and (share > 0).all() and (start > 0).all()):
-            raise ValueError("the choreography holds numbers that cannot be")
-        if not (np.isfinite(follow).all() and (follow >= 0).all()):
             raise ValueError("the choreography holds numbers that cannot be")
         return cls(actions, mean, sd, share, start, follow)
 

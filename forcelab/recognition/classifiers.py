@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
+from forcelab.signals.engine.threads import one_blas_thread
 
 __all__ = ["Step", "fitting"]
 
@@ -157,18 +158,15 @@ def _fitting_mlp(X: NDArray[np.float64], y: NDArray[np.int64], seed: int) -> Ite
     loss has not fallen by `tol` for more than `n_iter_no_change` epochs, or after `max_iter`.
     """
     from sklearn.neural_network import MLPClassifier
-    from threadpoolctl import ThreadpoolController
 
     # An int would start every epoch's shuffle anew and show all epochs the same batches.
     state = np.random.RandomState(seed)
     mlp = MLPClassifier(random_state=state)
     actions = np.unique(y)
     best, stale = np.inf, 0
-    # Found once: looking for the BLAS takes as long as a small epoch.
-    pools = ThreadpoolController()
     for number in range(1, mlp.max_iter + 1):
         # Two BLAS threads on matrices this small cost seven times the time of one.
-        with pools.limit(limits=1, user_api="blas"), _hearing_interrupts():
+        with one_blas_thread(), _hearing_interrupts():
             mlp.partial_fit(X, y, classes=actions)
         loss = float(mlp.loss_)
         yield Step(number, mlp.max_iter, loss, mlp)

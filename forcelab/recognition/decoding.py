@@ -13,6 +13,8 @@ the ends of what was recorded.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +25,7 @@ from forcelab.recognition.joining import Best
 from forcelab.recognition.semimarkov import Scores, Use
 from forcelab.recognition.sweep import Sweep
 
-__all__ = ["best_code", "best_codes", "checked", "decode", "runs_of"]
+__all__ = ["best_code", "best_codes", "checked", "decode", "runs_of", "scored"]
 
 Real = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -69,20 +71,39 @@ def decode(
         If the numbers of steps or actions disagree, the step is not above 0 or there is no such
         use.
     """
+    codes = np.full(len(log_probabilities), UNLABELLED, dtype=np.int64)
+    for part, scores, evidence, after in scored(
+        log_probabilities, valid, step, choreography, use, changes
+    ):
+        sweep = Sweep(scores, Best(), len(evidence))
+        sweep.push(evidence, after)
+        codes[part] = best_codes(sweep, len(evidence))
+    return codes
+
+
+def scored(
+    log_probabilities: NDArray[np.floating],
+    valid: NDArray[np.bool_],
+    step: float,
+    choreography: Choreography,
+    use: Use,
+    changes: NDArray[np.floating] | None,
+) -> Iterator[tuple[slice, Scores, Real, Real | None]]:
+    """Each stretch without a gap: where it is, the model, and what it takes of steps and changes.
+
+    Parameters and errors as of :func:`decode`.
+    """
     valid = checked(log_probabilities, valid, choreography)
-    codes = np.full(len(valid), UNLABELLED, dtype=np.int64)
     if not valid.any():
-        return codes
+        return
     scores = Scores.of(choreography, step, use)
     for first, last in runs_of(valid):
-        own = scores if first == 0 else scores.anywhere()
-        sweep = Sweep(own, Best(), last - first)
-        sweep.push(
-            own.evidence(log_probabilities[first:last]),
-            None if changes is None else own.changing(changes[first:last]),
+        yield (
+            slice(first, last),
+            scores if first == 0 else scores.anywhere(),
+            scores.evidence(log_probabilities[first:last]),
+            None if changes is None else scores.changing(changes[first:last]),
         )
-        codes[first:last] = best_codes(sweep, last - first)
-    return codes
 
 
 def checked(

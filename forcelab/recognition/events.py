@@ -25,7 +25,7 @@ error of two actions, missed for the one and false for the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,11 +99,7 @@ class Events:
 
     def to_json(self) -> dict[str, dict[str, float]]:
         """``{"human": {"count": ..., "seconds": ...}, "predicted": ..., "insertion": ...}``."""
-        result = {}
-        for part in fields(self):
-            tally: Tally = getattr(self, part.name)
-            result[part.name] = {"count": tally.count, "seconds": tally.seconds}
-        return result
+        return asdict(self)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

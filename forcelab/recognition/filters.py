@@ -16,11 +16,11 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
 from forcelab.stretches import sample_ends, stretches
 
-__all__ = ["drop_short", "median", "threshold"]
+__all__ = ["ROUNDING", "drop_short", "median", "threshold"]
 
 #: Seconds by which a segment may fall short of a limit and still count as reaching it: far below
 #: any sample period, far above the rounding of the stamps that its length is the difference of.
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 
 
 def threshold(
@@ -135,7 +135,7 @@ def drop_short(
     for code, seconds in shortest.items():
         if 0 <= code < len(limits):
             limits[code] = share * seconds
-    short = found.seconds < limits[found.codes] - _ROUNDING
+    short = found.seconds < limits[found.codes] - ROUNDING
     dropped = np.zeros(len(codes) + 1, dtype=np.int64)
     dropped[found.firsts[short]] += 1
     dropped[found.lasts[short]] -= 1

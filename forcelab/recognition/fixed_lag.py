@@ -103,23 +103,17 @@ class FixedLag:
         """Decide what `lag` steps of the same stretch have followed."""
         if self._sweep is None:
             scores = self._scores.anywhere() if self._begun else self._scores
-            self._sweep, self._begun = self._new(scores), True
+            # Room for twice what must be kept.
+            room = 2 * (max(int(scores.longest.max()), 64) + self.lag) + 64
+            self._sweep, self._begun = Sweep(scores, Best(), room), True
         sweep = self._sweep
         evidence = self._scores.evidence(log_probabilities)
         decided: list[int] = []
         for step in range(len(evidence)):
             if not sweep.room:
-                sweep.forget(self._kept(sweep))
+                # Places that decisions to come look back upon.
+                sweep.forget(sweep.margin + self.lag + 2)
             sweep.push(evidence[step : step + 1])
             if sweep.now > self.lag:
                 decided.append(best_code(sweep, self.lag))
         return np.array(decided, dtype=np.int64)
-
-    def _kept(self, sweep: Sweep) -> int:
-        """Places that decisions to come look back upon."""
-        return sweep.margin + self.lag + 2
-
-    def _new(self, scores: Scores) -> Sweep:
-        """A sweep with room for twice what must be kept."""
-        reach = max(int(scores.longest.max()), 64)
-        return Sweep(scores, Best(), 2 * (reach + self.lag) + 64)

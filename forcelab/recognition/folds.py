@@ -18,7 +18,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples
 from forcelab.recognition.trimming import Contradicted
 
-__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one", "parted", "recognised"]
+__all__ = ["Fold", "FoldResult", "in_processes", "one_by_one", "parted", "recognised", "relied_on"]
 
 
 @dataclass(frozen=True)
@@ -123,12 +123,16 @@ def recognised(
     far smaller.
     """
     prediction = recogniser.predict_examples(examples, certainty=certainty, unaided=True)
-    reliability = None
-    if prediction.probabilities is not None:
-        actions = actions_of([examples])
-        human = examples.codes(actions)
-        reliability = Reliability.of(prediction.probabilities, prediction.actions, human, actions)
-    return replace(prediction, probabilities=None), reliability
+    return replace(prediction, probabilities=None), relied_on(prediction, examples)
+
+
+def relied_on(prediction: Prediction, examples: Examples) -> Reliability | None:
+    """How far to rely on the probabilities of a prediction; None where it has none."""
+    if prediction.probabilities is None:
+        return None
+    actions = actions_of([examples])
+    human = examples.codes(actions)
+    return Reliability.of(prediction.probabilities, prediction.actions, human, actions)
 
 
 def _worked(fold: Fold, settings: Settings, certainty: bool) -> list[FoldResult]:

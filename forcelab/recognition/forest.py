@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.preorder import are_trees, right_children, roots
 
-__all__ = ["Forest", "Linear", "must", "softmax"]
+__all__ = ["Forest", "Linear", "must", "must_be_numbers", "softmax"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.signedinteger[Any]]
@@ -162,7 +162,7 @@ class Forest:
         must(((made.feature >= -1) & (made.feature < width)).all(), "nodes that ask for features")
         must(are_trees(leaf), "complete trees")
         inner = (int((~leaf).sum()),)
-        _must_be_numbers(made.threshold, inner, (np.float32, np.float64))
+        must_be_numbers(made.threshold, inner, (np.float32, np.float64))
         must(made.leaf.dtype.kind == "u" and made.leaf.shape == (int(leaf.sum()),), "a row a leaf")
         must((made.leaf < len(made.value)).all(), "leaves that say values")
         made._check_values(classes)
@@ -181,8 +181,8 @@ class Forest:
         for name in ("feature", "left", "right"):
             whole = plain[name].dtype == np.int64 and plain[name].shape == (n,)
             must(whole, "whole numbers for each node")
-        _must_be_numbers(plain["threshold"], (n,))
-        _must_be_numbers(plain["value"], (n, classes))
+        must_be_numbers(plain["threshold"], (n,))
+        must_be_numbers(plain["value"], (n, classes))
         leaf = plain["feature"] == -1
         must(are_trees(leaf), "complete trees")
         own = np.arange(n)
@@ -201,8 +201,8 @@ class Forest:
     def _check_values(self, classes: int) -> None:
         """Raise unless leaves say something of each action."""
         must(self.value.ndim == 2, "values of each action")
-        _must_be_numbers(self.value, (len(self.value), classes))
-        _must_be_numbers(self.base, (classes,))
+        must_be_numbers(self.value, (len(self.value), classes))
+        must_be_numbers(self.base, (classes,))
         must(type(self.boosted) is bool, "sums of one kind")
         if not self.boosted:
             must((self.value >= 0).all() and (self.value.sum(axis=1) > 0).all(), "shares at leaves")
@@ -251,8 +251,8 @@ class Linear:
             If they do not fit.
         """
         made = cls(plain["weights"], plain["bias"])
-        _must_be_numbers(made.weights, (width, classes))
-        _must_be_numbers(made.bias, (classes,))
+        must_be_numbers(made.weights, (width, classes))
+        must_be_numbers(made.bias, (classes,))
         return made
 
 
@@ -262,7 +262,7 @@ def _rounded_down(threshold: Real) -> NDArray[np.float32]:
     return np.where(near > threshold, np.nextafter(near, np.float32(-np.inf)), near)
 
 
-def _must_be_numbers(
+def must_be_numbers(
     array: NDArray[Any], shape: tuple[int, ...], kinds: tuple[type, ...] = (np.float64,)
 ) -> None:
     """Raise unless an array holds finite numbers of some kind in this shape."""

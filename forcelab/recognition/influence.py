@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.forest import softmax
 from forcelab.recognition.recogniser import Recogniser
+from forcelab.signals.engine.threads import one_blas_thread
 
 __all__ = ["FLOOR", "Judge", "Network", "Voter", "judge_of", "log_odds"]
 
@@ -145,9 +146,7 @@ class Voter:
 
     def scores(self, features: Real) -> Real:
         """As of :class:`Judge`: logarithms of probabilities from :data:`FLOOR` on, or margins."""
-        from threadpoolctl import threadpool_limits
-
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             if hasattr(self.classifier, "predict_joint_log_proba"):  # known without rounding
                 return np.asarray(self.classifier.predict_joint_log_proba(features))
             if self.probabilistic:
@@ -159,11 +158,9 @@ class Voter:
 
     def probabilities(self, features: Real) -> Real | None:
         """Of each action at each time step, shape (n, K); None where it has none."""
-        from threadpoolctl import threadpool_limits
-
         if not self.probabilistic:
             return None
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             return np.asarray(self.classifier.predict_proba(features))
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from forcelab.recognition.decided import Decided
 from forcelab.recognition.evaluation import Job, ready_to_part, tested_by, together
 from forcelab.recognition.examples import Examples, Labelled, common_rate
+from forcelab.recognition.folds import relied_on
 from forcelab.recognition.online import check_latency, with_latency
 from forcelab.recognition.recogniser import Prediction, Recogniser
-from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.results import Evaluation, Tested
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.silence import silence_remark
@@ -77,8 +77,12 @@ def leave_one_out_live(
             decided = with_latency(recogniser, used[i].demonstration, latency)
             seconds["predict"] += perf_counter() - started
             examples = _examples(merged[i], recogniser, decided)
-            tested[i] = tested_by(used[i], examples, _prediction(recogniser, decided), actions)
-            reliable.append(_reliability(examples, recogniser, decided, actions))
+            codes = decided.codes
+            prediction = Prediction(
+                decided.times, recogniser.actions, codes, codes, decided.probabilities, {}
+            )
+            tested[i] = tested_by(used[i], examples, prediction, actions)
+            reliable.append(relied_on(prediction, examples))  # gaps, which have none, do not count
     return Evaluation(
         title=title,
         settings=settings,
@@ -112,19 +116,3 @@ def _examples(item: Labelled, recogniser: Recogniser, decided: Decided) -> Examp
         channels=recogniser.channels,
         rate=recogniser.rate,
     )
-
-
-def _reliability(
-    examples: Examples, recogniser: Recogniser, decided: Decided, actions: tuple[str, ...]
-) -> Reliability | None:
-    """How far to rely on the probabilities of a stream; gaps, which have none, do not count."""
-    if decided.probabilities is None:
-        return None
-    human = examples.codes(actions)
-    return Reliability.of(decided.probabilities, recogniser.actions, human, actions)
-
-
-def _prediction(recogniser: Recogniser, decided: Decided) -> Prediction:
-    """What was decided, as an evaluation takes it."""
-    codes = decided.codes
-    return Prediction(decided.times, recogniser.actions, codes, codes, None, {})

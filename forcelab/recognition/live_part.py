@@ -22,15 +22,14 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.labels import UNLABELLED, Segment, to_codes
-from forcelab.merging import MergeMap
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.causal import CausalWindows, usual_size
-from forcelab.recognition.examples import Labelled
+from forcelab.recognition.examples import Labelled, prepare
+from forcelab.recognition.forest import must, must_be_numbers
 from forcelab.recognition.learning import Care, fitting_averaged, learnt_steps
 from forcelab.recognition.settings import Settings
 from forcelab.signals.channels import channel_map
-from forcelab.signals.grid import Grid, on_grid
+from forcelab.signals.grid import on_grid
 
 __all__ = ["LOOKS", "STEP", "LivePart", "fitting_live", "hop_of", "live_for", "needs_whole"]
 
@@ -83,13 +82,10 @@ class LivePart:
             If anything does not fit together; a missing or wrong part may raise other errors.
         """
         usual = plain["usual"]
-        if not (usual.dtype == np.float64 and usual.shape == (channels,)):
-            raise ValueError("every channel must have a usual size")
-        if not ((usual > 0).all() and np.isfinite(usual).all()):
-            raise ValueError("usual sizes must be finite and above 0")
+        must_be_numbers(usual, (channels,))
+        must((usual > 0).all(), "usual sizes above 0")
         look, own = float(plain["look"]), plain["own"]
-        if not 0 <= look <= max(LOOKS) or not isinstance(own, bool):
-            raise ValueError("windows that a stream is looked at in")
+        must(0 <= look <= max(LOOKS) and isinstance(own, bool), "windows of a stream")
         try:  # the settings know what windows may be
             spreads = Settings(windows=tuple(plain["windows"])).windows
         except InputError as error:
@@ -144,14 +140,10 @@ def fitting_live(
     own : bool
         Whether forces count in units of each demonstration's own size.
     """
-    codes = []
-    for item in labelled:
-        grid, _ = _heard(item, settings, rate)
-        hop = hop_of(settings, grid.rate)
-        steps = slice(min(hop // 2, len(grid.times) - 1), None, hop)
-        codes.append(_codes(item, settings.merge, grid.times[steps], grid.valid[steps], actions))
-    usual = usual_size((_heard(item, settings, rate)[1] for item in labelled), rate)
-    y, groups, steps_of = learnt_steps(codes)
+    stepping = settings.replace(step=settings.step or STEP)
+    seen = [prepare(item, stepping, rate, kept=False) for item in labelled]
+    usual = usual_size((_heard(item, settings, rate) for item in labelled), rate)
+    y, groups, steps = learnt_steps([one.codes(actions) for one in seen])
     if len(np.unique(y)) < 2:  # all but one fell between two steps: no stream can be followed
         return ()
     parts: dict[float, LivePart] = {}
@@ -162,9 +154,10 @@ def fitting_live(
         care = Care(groups, balanced=settings.balanced, calibrated=calibrated)
         # Of one demonstration after the other only what is learnt from: that is a part of it.
         X, done = np.empty((len(y), windows.width)), 0
-        for item, own_steps in zip(labelled, steps_of, strict=True):
-            _, channels = _heard(item, settings, rate)
-            X[done : done + len(own_steps)] = windows.of(channels, rate, hop)[own_steps]
+        for item, one, own_steps in zip(labelled, seen, steps, strict=True):
+            # Rates that differ a little are kept, and may make hops of a sample more or less.
+            found = windows.of(_heard(item, settings, rate), rate, hop_of(settings, one.rate))
+            X[done : done + len(own_steps)] = found[own_steps]
             done += len(own_steps)
         made = finish(fitting_averaged(CLASSIFIER, X, y, settings.seed, care))
         del X  # before the next one is gathered
@@ -174,22 +167,7 @@ def fitting_live(
     return tuple(parts[look] for look in LOOKS)
 
 
-def _heard(item: Labelled, settings: Settings, rate: float) -> tuple[Grid, Real]:
-    """A demonstration on its grid and its channels there, (q, n): made anew, and not kept."""
+def _heard(item: Labelled, settings: Settings, rate: float) -> Real:
+    """The channels of a demonstration on its grid, (q, n): made anew, and not kept."""
     channels = channel_map(item.demonstration.channels, settings.channels)
-    grid = on_grid(item.demonstration, rate, channels.recorded)
-    return grid, channels.apply(grid.signals)
-
-
-def _codes(
-    item: Labelled,
-    merge: MergeMap,
-    times: Real,
-    valid: NDArray[np.bool_],
-    actions: tuple[str, ...],
-) -> NDArray[np.int64]:
-    """Human codes of time steps."""
-    known: list[Segment] = [s for s in item.merged(merge).segments if s.action in actions]
-    codes = to_codes(known, times, actions)
-    codes[~valid] = UNLABELLED
-    return codes
+    return channels.apply(on_grid(item.demonstration, rate, channels.recorded).signals)

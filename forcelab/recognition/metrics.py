@@ -10,7 +10,7 @@ before segments are gathered. A sample that the human labelled and the predictio
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import reduce
 from operator import add
 from typing import Any
@@ -138,21 +138,7 @@ class Scores:
 
     def to_json(self) -> dict[str, Any]:
         """Only dictionaries, lists, strings, numbers and None, under the names above."""
-        return {
-            "name": self.name,
-            "accuracy": self.accuracy,
-            "balanced_accuracy": self.balanced_accuracy,
-            "coverage": self.coverage,
-            "kappa": self.kappa,
-            "edit": self.edit,
-            "f1": dict(self.f1),
-            "f1_labelled": dict(self.f1_labelled),
-            "boundaries_found": self.boundaries_found,
-            "boundary_ms": dict(self.boundary_ms),
-            "boundary_labelled_ms": dict(self.boundary_labelled_ms),
-            "confusion": [list(row) for row in self.confusion],
-            "events": self.events.to_json(),
-        }
+        return asdict(self)
 
 
 def count(

@@ -31,18 +31,17 @@ from forcelab.recognition.online_features import StreamingFeatures
 from forcelab.recognition.online_filters import CausalDrop, CausalMedian
 from forcelab.recognition.online_grid import CausalGrid
 from forcelab.recognition.online_resampling import Steps
-from forcelab.recognition.online_threads import OneThread
 from forcelab.recognition.online_windows import PartStages
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
+from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt, early_error
 from forcelab.signals.streaming_kernels import reaches
 
 __all__ = ["LONGEST", "Decided", "OnlineRecogniser", "check_latency", "with_latency"]
 
 Real = NDArray[np.float64]
-Codes = NDArray[np.int64]
 
 #: Samples of a demonstration that are pushed at once.
 BLOCK = 4096
@@ -105,7 +104,6 @@ class OnlineRecogniser:
         self._columns = list(self._channels.recorded)
         self._width = len(channels)
         self._grid = CausalGrid(len(self._columns), recogniser.rate, rate, longest_gap(recogniser))
-        self._blas = OneThread()
         self._stages = None if rate is None else self._made()
 
     @property
@@ -177,7 +175,7 @@ class OnlineRecogniser:
         if self._stages is None:
             self._stages = self._made()
         first = self._through(steps)
-        with self._blas:
+        with one_blas_thread():
             last = self._stages.finish()
         return _joined([first, last])
 
@@ -191,7 +189,7 @@ class OnlineRecogniser:
         if self._stages is None or not len(steps):
             return _nothing(self.recogniser)
         rows = np.ascontiguousarray(self._channels.apply(steps.signals).T)
-        with self._blas:
+        with one_blas_thread():
             return self._stages.push(steps.times, rows, steps.valid)
 
 

@@ -71,13 +71,7 @@ class Budget:
 def limits_of(recogniser: Recogniser) -> dict[int, float]:
     """The least seconds of each code that the drop heuristic keeps."""
     share = recogniser.settings.drop
-    if share is None:
-        return {}
-    return {
-        code: share * recogniser.shortest[action]
-        for code, action in enumerate(recogniser.actions)
-        if action in recogniser.shortest
-    }
+    return {} if share is None else recogniser.least(share)
 
 
 def longest_gap(recogniser: Recogniser) -> int:

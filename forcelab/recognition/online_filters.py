@@ -14,14 +14,12 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.labels import UNLABELLED
+from forcelab.recognition.filters import ROUNDING
 
 __all__ = ["CausalDrop", "CausalMedian"]
 
 Codes = NDArray[np.int64]
 Real = NDArray[np.float64]
-
-#: As in :mod:`forcelab.recognition.filters`.
-_ROUNDING = 1e-9
 
 
 class CausalMedian:
@@ -128,7 +126,7 @@ class CausalDrop:
             gone += end <= ready
             code = int(self._codes[max(0, begin)])
             if end > 0 and 0 <= code < len(self._limits):
-                least = start + float(self._limits[code]) - _ROUNDING
+                least = start + float(self._limits[code]) - ROUNDING
                 self._judge(out, max(0, begin), end, least, ended)
         self._times, self._codes = self._times[ready:], self._codes[ready:]
         gone = min(gone, len(self._stretches) - 1)  # the newest may go on

@@ -16,7 +16,6 @@ from forcelab.recognition.recogniser import Recogniser
 __all__ = ["PartStages"]
 
 Real = NDArray[np.float64]
-Codes = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 

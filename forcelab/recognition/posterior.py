@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.choreography import Choreography
-from forcelab.recognition.decoding import checked, runs_of
+from forcelab.recognition.decoding import scored
 from forcelab.recognition.joining import Total
 from forcelab.recognition.semimarkov import Scores, Use
 from forcelab.recognition.sweep import Sweep
@@ -34,16 +34,11 @@ def marginals(
     ndarray of float64, shape (n, K)
         Rows sum to 1, and are 0 where nothing is decoded.
     """
-    valid = checked(log_probabilities, valid, choreography)
     result = np.zeros(np.shape(log_probabilities))
-    if not valid.any():
-        return result
-    scores = Scores.of(choreography, step, use).per_place()
-    for first, last in runs_of(valid):
-        evidence = scores.evidence(log_probabilities[first:last])
-        after = None if changes is None else scores.changing(changes[first:last])
-        own = scores if first == 0 else scores.anywhere()
-        result[first:last] = _marginals(evidence, own, after)
+    for part, scores, evidence, after in scored(
+        log_probabilities, valid, step, choreography, use, changes
+    ):
+        result[part] = _marginals(evidence, scores.per_place(), after)
     return result
 
 

@@ -246,9 +246,11 @@ def unlike(corpora: Sequence[Corpus], settings: Settings) -> tuple[str, ...]:
 
 def _unkept(project: Project) -> tuple[str, ...]:
     """A remark where the project cannot keep the result."""
-    if not project.read_only:
-        return ()
-    return (f"'{project.path}' may only be read here, so it did not keep the result.",)
+    try:
+        project.refuse_read_only()
+    except InputError as error:
+        return (f"The result was not kept: {error}",)
+    return ()
 
 
 def train_tasks(

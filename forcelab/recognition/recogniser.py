@@ -24,6 +24,7 @@ from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.trimming import Contradicted
 from forcelab.recognition.units import other_units
+from forcelab.signals.engine.threads import one_blas_thread
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_part import LivePart
@@ -136,6 +137,14 @@ class Recogniser:
     units: tuple[str, ...] = ()
     left_out: tuple[Contradicted, ...] = ()
 
+    def least(self, share: float) -> dict[int, float]:
+        """A share of the shortest training segment of each code that has one, in seconds."""
+        return {
+            code: share * self.shortest[action]
+            for code, action in enumerate(self.actions)
+            if action in self.shortest
+        }
+
     def remarks_on(self, channels: Sequence[Channel]) -> tuple[str, ...]:
         """What is to be said before it recognises some recorded channels: that units differ.
 
@@ -231,15 +240,13 @@ class Recogniser:
         self, examples: Examples, certainty: bool
     ) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
         """Codes of every time step, and probabilities where something needs them."""
-        from threadpoolctl import threadpool_limits
-
         n, classes = len(examples.times), self.classifier.classes_
         raw = np.empty(n, dtype=np.int64)
         needed = self.settings.needs_probabilities
         # An SVM that was fitted without probabilities has none to ask for.
         asked = needed or (certainty and hasattr(self.classifier, "predict_proba"))
         probabilities = np.zeros((n, len(self.actions))) if asked else None
-        with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
             for first in range(0, n, BLOCK):
                 block = slice(first, first + BLOCK)
                 if probabilities is not None:
@@ -288,10 +295,5 @@ class Recogniser:
             codes[~examples.valid] = UNLABELLED
             stages["median"] = codes
         if settings.drop is not None:
-            shortest = {
-                code: self.shortest[action]
-                for code, action in enumerate(self.actions)
-                if action in self.shortest
-            }
-            codes = filters.drop_short(codes, examples.times, shortest, settings.drop)
+            codes = filters.drop_short(codes, examples.times, self.least(1.0), settings.drop)
         return codes, stages

@@ -218,7 +218,10 @@ class Settings:
                 self.step is None or _number(self.step, 1e-6, 1e3),
                 "be a positive number of seconds",
             ),
-            "stride": (_whole(self.stride, 1), "be a whole number, 1 or more"),
+            "stride": (
+                _whole(self.stride, 1) and self.stride < 1 << 31,
+                "be a whole number from 1 to 2^31 - 1",
+            ),
             "threshold": (
                 self.threshold is None or _number(self.threshold, 0, 1),
                 "be from 0 to 1",

@@ -62,22 +62,6 @@ DAMAGE = (
 
 def dump(recogniser: Recogniser) -> bytes:
     """A recogniser as the bytes of its file."""
-    classifier = copy.copy(recogniser.classifier)
-    if isinstance(classifier, Averaged):
-        return _packed(recogniser, classifier.plain())
-    # The optimiser's state and the shuffles serve further training only.
-    vars(classifier).pop("_optimizer", None)
-    vars(classifier).pop("_random_state", None)
-    if hasattr(classifier, "random_state"):
-        classifier.random_state = recogniser.settings.seed
-    if hasattr(classifier, "tree_"):
-        # As plain arrays, which can be checked before compiled code follows them.
-        classifier.tree_ = classifier.tree_.__getstate__()
-    return _packed(recogniser, classifier)
-
-
-def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
-    """A recogniser whose classifier is ready to be written."""
     from skops import io
 
     choreography, changes = recogniser.choreography, recogniser.changes
@@ -95,11 +79,27 @@ def _packed(recogniser: Recogniser, classifier: Any) -> bytes:
                 "choreography": None if choreography is None else choreography.to_json(),
                 "changes": None if changes is None else changes.plain(),
                 "versions": versions(),
-                "classifier": classifier,
+                "classifier": _bare(recogniser.classifier, recogniser.settings.seed),
                 "live": [part.plain() for part in recogniser.live],
             }
         )
     )
+
+
+def _bare(classifier: Any, seed: int) -> Any:
+    """What a classifier predicts with."""
+    if isinstance(classifier, Averaged):
+        return classifier.plain()
+    bare = copy.copy(classifier)
+    # The optimiser's state and the shuffles serve further training only.
+    vars(bare).pop("_optimizer", None)
+    vars(bare).pop("_random_state", None)
+    if hasattr(bare, "random_state"):
+        bare.random_state = seed
+    if hasattr(bare, "tree_"):
+        # As plain arrays, which can be checked before compiled code follows them.
+        bare.tree_ = bare.tree_.__getstate__()
+    return bare
 
 
 def save(recogniser: Recogniser, path: Path) -> None:

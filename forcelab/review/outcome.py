@@ -63,7 +63,7 @@ class Reviewed:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of a project found.
+    """What a run of a project found; printed, it tells what was run, and not all that was found.
 
     Parameters
     ----------
@@ -115,16 +115,16 @@ class Outcome:
     apart: bool
     settings: Settings
     actions: tuple[str, ...]
-    labels: tuple[LabelsUsed, ...]
-    tested: tuple[Reviewed, ...]
-    proposals: tuple[Reviewed, ...] = ()
+    labels: tuple[LabelsUsed, ...] = field(repr=False)
+    tested: tuple[Reviewed, ...] = field(repr=False)
+    proposals: tuple[Reviewed, ...] = field(default=(), repr=False)
     recogniser: str = ""
-    scores: Mapping[str, Any] = field(default_factory=dict)
+    scores: Mapping[str, Any] = field(default_factory=dict, repr=False)
     seconds: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     removed: int = 0
     folds: int = 0
-    reliability: Mapping[str, Any] = field(default_factory=dict)
+    reliability: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     @property
     def proposer(self) -> str:
@@ -166,18 +166,26 @@ def latest(project: Project, tasks: Sequence[str] | None = None) -> Outcome | No
     ----------
     project : Project
     tasks : sequence of str, optional
-        Only of runs that were trained on exactly these, in any order.
+        Only of runs that were trained and tested on exactly these, in any order. Where there is
+        none, of those that were tested on these, and then of those that were trained on them.
 
     Raises
     ------
     InputError
         If it is damaged.
     """
-    wanted = None if tasks is None else set(tasks)
-    for run in reversed(project.run_summaries(KIND)):
-        if wanted is None or set(tasks_of(run.settings)[0]) == wanted:
-            return load(project, run.id)
-    return None
+    runs = project.run_summaries(KIND)[::-1]
+    if tasks is not None:
+        told = [(run, *tasks_of(run.settings)) for run in runs]
+        wanted = set(tasks)
+        trained = [(run, test) for run, of, test in told if set(of) == wanted]
+        runs = (
+            # Whoever asks for a task wants its own demonstrations, and not those of another one.
+            *(run for run, test in trained if test is None),
+            *(run for run, _, test in told if {test} == wanted),
+            *(run for run, _ in trained),
+        )
+    return load(project, runs[0].id) if runs else None
 
 
 def edits_since(project: Project, outcome: Outcome) -> int:

@@ -101,11 +101,7 @@ def reviewing(
     """
     choice.check()
     with Project.open(path) as project:
-        if project.read_only:
-            raise InputError(
-                f"'{path}' may only be read here, so it cannot keep what is trained; copy it to "
-                f"where you may write."
-            )
+        project.refuse_read_only()  # before the work and not after it
         yield Step(0, 1, "labels", phase="features")
         snapshot = _snapshot(project, settings, choice)
         choice = choice.settled(snapshot.found)

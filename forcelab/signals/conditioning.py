@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Conditioned", "condition", "glitches", "noise_level", "robust_peak"]
+__all__ = [
+    "Conditioned",
+    "condition",
+    "glitches",
+    "in_short_runs",
+    "noise_level",
+    "robust_peak",
+]
 
 #: Differences below this share of a channel's size come from the rounding of float64. Its size is
 #: the largest value but for one in :data:`RARE`: a glitch must not pass all else for rounding.
@@ -78,11 +85,16 @@ def glitches(channel: NDArray[np.float64]) -> NDArray[np.bool_]:
     with np.errstate(over="ignore"):
         away = np.abs(good - np.median(good))
         found[there] = away > GLITCH * max(1.0, float(robust_peak(away)))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]])))
-    for first, last in edges.reshape(-1, 2).tolist():
-        if last - first > SPIKE:
-            found[first:last] = False
-    return found
+    return in_short_runs(found)
+
+
+def in_short_runs(found: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What was found in at most :data:`SPIKE` samples in a row, shape (n,) as `found`."""
+    runs = np.flatnonzero(np.diff(np.concatenate([[False], found, [False]]))).reshape(-1, 2)
+    short = found.copy()
+    for first, last in runs[runs[:, 1] - runs[:, 0] > SPIKE].tolist():
+        short[first:last] = False
+    return short
 
 
 def noise_level(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.conditioning import noise_level
-from forcelab.signals.grid import measured
+from forcelab.signals.grid import readings
 
 __all__ = ["ContactEvent", "finding_contacts"]
 
@@ -128,7 +128,7 @@ def finding_contacts(
     for column in range(values.shape[1]):
         progress = Progress(column, values.shape[1], "looking for contact events")
         yield progress
-        good = measured(values[:, column])
+        good = np.isfinite(readings(values[:, column]))  # a glitch would hide all forces beside it
         whole = bool(good.all())
         t = stamps if whole else stamps[good]
         x = values[:, column] if whole else values[good, column]

@@ -18,6 +18,9 @@ pyramid takes 2/16 + 2/64 + ... = 1/6 of the memory of its channel.
 Between the samples a curve is a straight line. With the line's values at the edges of the columns
 the same upright lines join up to the curve, however few samples there are; across a gap in the
 stamps and across a missing sample there is no line.
+
+One glitch of 1e16 would leave nothing to be seen of forces of some newtons: samples that no sensor
+can have read count as missing here too, and :attr:`Envelope.glitches` tells where they are.
 """
 
 from __future__ import annotations
@@ -30,11 +33,14 @@ from numpy.typing import NDArray
 
 from forcelab.jobs import Progress
 from forcelab.signals.columns import CHUNK, FACTOR, SIZES, UNIT, Columns
+from forcelab.signals.conditioning import GLITCH, in_short_runs
+from forcelab.signals.grid import readings
 
 __all__ = ["Envelope", "Extremes", "drawn_together", "read_envelopes"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
+Limits = tuple[float, float] | Real  # each one for all values, or one for each column of them
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,6 +74,11 @@ class Envelope:
     ----------
     filled : int
         The pyramid holds the samples before this one.
+    limits : tuple of float or None
+        Samples beyond them count as missing; None where none is, and until all was read.
+    glitches : ndarray of int64
+        Which of these samples are glitches: not those of long runs, as of a number that stands
+        for a sensor that was not there.
     """
 
     def __init__(self, signals: Real, column: int) -> None:
@@ -77,6 +88,8 @@ class Envelope:
         self._width = signals.shape[1]
         self._flat: Real = signals.reshape(-1)  # sample after sample, each with its channels
         self.filled = 0
+        self.limits: tuple[float, float] | None = None
+        self.glitches: Whole = np.empty(0, dtype=np.int64)
         # For each level the least sample and the negative of the greatest, shape (2, blocks): two
         # least values, found in one go. Made by the first read, in its thread: that takes time.
         self._levels: list[Real] = []
@@ -92,10 +105,7 @@ class Envelope:
     @property
     def range(self) -> tuple[float, float] | None:
         """Least and greatest sample of what was read; None where there is none."""
-        if self.filled == 0:
-            return None
-        low, high = self._levels[-1].min(axis=1).tolist()
-        return (low, -high) if low <= -high else None
+        return self._outermost() if self.filled else None
 
     def read(self, start: int) -> None:
         """Read the chunk that starts at sample `start`, a multiple of :data:`CHUNK`."""
@@ -106,11 +116,13 @@ class Envelope:
         values = self.values[start : start + CHUNK]
         padded = np.full(-(-len(values) // UNIT) * UNIT, np.nan)
         padded[: len(values)] = values
-        low, high = _present(padded)
+        low, high = _present(padded, self.limits)
         lowest = _coarser(np.stack([low, -high], axis=1), UNIT)
         for level, size in zip(self._levels, SIZES, strict=True):
             level[:, start // size : start // size + len(lowest)] = lowest.T
             lowest = _coarser(lowest, FACTOR)
+        if start + CHUNK >= len(self) and self.limits is None:
+            self._leave_out_glitches()
 
     def extremes(self, columns: Columns) -> Extremes:
         """The least and the greatest sample of each column.
@@ -127,7 +139,7 @@ class Envelope:
         elif len(columns.full):
             starts = columns.firsts[columns.full]
             first = starts[0]
-            lows, highs = _present(np.array(self.values[first : columns.lasts[-1]]))
+            lows, highs = _present(np.array(self.values[first : columns.lasts[-1]]), self.limits)
             low[columns.full] = np.minimum.reduceat(lows, starts - first)
             high[columns.full] = np.maximum.reduceat(highs, starts - first)
         empty = low > high
@@ -147,7 +159,8 @@ class Envelope:
             return
         if columns.ends:
             samples, *ends = columns.ends
-            least, greatest = _present(self._flat.take(samples.blocks * self._width + self._column))
+            values = self._flat.take(samples.blocks * self._width + self._column)
+            least, greatest = _present(values, self.limits)
             low[samples.which], high[samples.which] = least.min(axis=0), greatest.max(axis=0)
             for end, level in zip(ends, self._levels, strict=False):
                 _lower(low, high, end.which, level.take(end.blocks, axis=1).min(axis=1))
@@ -156,6 +169,29 @@ class Envelope:
             level = self._levels[columns.top][:, bounds[0] : bounds[-1] + 1]
             found = np.minimum.reduceat(level, bounds - bounds[0], axis=1)[:, ::2]
             _lower(low, high, which, found)
+
+    def _outermost(self) -> tuple[float, float] | None:
+        """Least and greatest value of the pyramid; None where it holds none."""
+        low, high = self._levels[-1].min(axis=1).tolist()
+        return (low, -high) if low <= -high else None
+
+    def _leave_out_glitches(self) -> None:
+        """Count as missing what no sensor can have read, now that all was read."""
+        whole = self._outermost()
+        if whole is None or max(-whole[0], whole[1]) <= GLITCH / 2:
+            return  # no glitch is as small: as good as always the answer
+        values = np.array(self.values)
+        known = readings(values)
+        known = known[np.isfinite(known)]
+        if not known.size:
+            return
+        low, high = float(known.min()), float(known.max())
+        beyond = np.isfinite(values) & _beyond(values, (low, high))
+        if beyond.any():
+            self.glitches = np.flatnonzero(in_short_runs(beyond))
+            self.limits = (low, high)
+        for chunk in np.unique(np.flatnonzero(beyond) // CHUNK).tolist():
+            self.read(chunk * CHUNK)
 
 
 def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes]:
@@ -180,7 +216,13 @@ def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | No
     if picks is None or picks.size == 0 or 2 * len(envelopes) < envelopes[0]._width:
         return None
     signals = envelopes[0]._signals
-    lows, highs = _present(signals.take(picks, axis=0))
+    limits = None
+    if any(envelope.limits for envelope in envelopes):
+        limits = np.tile([[-np.inf], [np.inf]], signals.shape[1])
+        for envelope in envelopes:
+            if envelope.limits:
+                limits[:, envelope._column] = envelope.limits
+    lows, highs = _present(signals.take(picks, axis=0), limits)
     shape = (len(columns), signals.shape[1])
     low, high = np.full(shape, np.nan), np.full(shape, np.nan)
     least, greatest = lows.min(axis=0), highs.max(axis=0)
@@ -199,6 +241,10 @@ def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
     else:
         samples = envelopes[0]._signals
         left, right = (samples.take(at, axis=0).T[chosen] for at in (after - 1, after))
+    for i, envelope in enumerate(envelopes):
+        if envelope.limits:
+            for side in (left[i], right[i]):
+                side[_beyond(side, envelope.limits)] = np.nan
     met = np.full((len(envelopes), len(columns) + 1), np.nan)
     met[:, which] = _between(left, right, share)
     if columns.pyramid:
@@ -229,9 +275,16 @@ def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, N
                 yield Progress(envelope.filled, n, "reading the channels")
 
 
-def _present(values: Real) -> tuple[Real, Real]:
+def _beyond(values: Real, limits: Limits) -> NDArray[np.bool_]:
+    """Which values are below the lower of two limits or above the upper one."""
+    return np.asarray((values < limits[0]) | (values > limits[1]))
+
+
+def _present(values: Real, limits: Limits | None) -> tuple[Real, Real]:
     """The values for the search of the least and of the greatest: missing ones are never found."""
     missing = ~np.isfinite(values)
+    if limits is not None:
+        missing |= _beyond(values, limits)
     if not missing.any():
         return values, values
     return np.where(missing, np.inf, values), np.where(missing, -np.inf, values)

@@ -20,7 +20,7 @@ from forcelab.demonstration import GAP_PERIODS, LARGEST, Demonstration
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import bridge, glitches
 
-__all__ = ["Grid", "measured", "on_grid"]
+__all__ = ["Grid", "measured", "on_grid", "readings"]
 
 #: Stamps count as uniform when none is further than this share of a period from its place.
 UNIFORM = 0.02
@@ -62,13 +62,13 @@ def measured(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(np.abs(values) <= LARGEST)
 
 
-def _known(column: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The column, NaN where it cannot be a reading.
+def readings(channel: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The samples of a channel, NaN where a sensor cannot have read them; shape (n,).
 
     Glitches are found here, as recorded: on another grid each would be spread over more samples.
     """
-    good = measured(column)
-    known = column if good.all() else np.where(good, column, np.nan)
+    good = measured(channel)
+    known = channel if good.all() else np.where(good, channel, np.nan)
     wild = glitches(known)
     return np.where(wild, np.nan, known) if wild.any() else known
 
@@ -125,7 +125,7 @@ def on_grid(
     """
     recorded = demonstration.signals
     wanted = range(recorded.shape[1]) if columns is None else columns
-    chosen = [_known(recorded[:, column]) for column in wanted]
+    chosen = [readings(recorded[:, column]) for column in wanted]
     own = 1.0 / demonstration.period
     asked = rate or demonstration.rate
     if abs(asked / own - 1) < SAME_RATE:

@@ -24,7 +24,6 @@ from forcelab.signals.wavelet import TAIL, Wavelet, gauss
 
 __all__ = ["Morlet", "RealMorlet", "TorrenceCompoMorlet", "UncorrectedMorlet"]
 
-Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -39,7 +39,7 @@ TOGETHER = 12.0
 #: Fresh samples of a frame at least, and to each sample that overlaps.
 _FEWEST, _ROOM = 1 << 10, 7
 #: Points that are transformed at once: they lie in the cache with their powers.
-_CACHED = 1 << 16
+_CACHED = 1 << 17
 
 
 def grid_step(scale: float, width: float) -> int:
@@ -250,11 +250,12 @@ class Frames:
         count, points = len(spectra), self.length // part.step
         skipped, kept = self.half // part.step, self.hop // part.step
         out = np.empty((len(positive), count, kept), dtype=np.float32)
-        together = max(1, _CACHED // (len(positive) * points))
+        together = min(count, max(1, _CACHED // (len(positive) * points)))
         above, below = positive.shape[1], negative.shape[1]
+        room = np.empty((len(positive), together, points), dtype=np.complex64)
         for f in range(0, count, together):
             source = spectra[f : f + together]
-            product = np.empty((len(positive), len(source), points), dtype=np.complex64)
+            product = room[:, : len(source)]
             parts = product.view(np.float32)
             held = source.view(np.float32)[:, 2 * part.first : 2 * part.first + above]
             np.multiply(held, positive[:, None], out=parts[:, :, :above])
@@ -266,9 +267,8 @@ class Frames:
             if part.first == 0:
                 product[:, :, 0] = -1j * part.slopes[chosen] * slopes[f : f + together]
             rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, :, skipped : skipped + kept]
-            into = out[:, f : f + together]
-            np.multiply(rows.real, rows.real, out=into)
-            into += rows.imag**2
+            squares = np.square(rows.view(np.float32), out=rows.view(np.float32))
+            np.add(squares[..., 0::2], squares[..., 1::2], out=out[:, f : f + together])
         return out.reshape(len(positive), -1)
 
 

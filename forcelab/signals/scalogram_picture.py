@@ -15,7 +15,7 @@ from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_frames import bank
 from forcelab.signals.scalogram_source import Level, Source
 from forcelab.signals.scalogram_sums import sum_rows, sums_are_cheaper
-from forcelab.signals.scalogram_threads import in_threads
+from forcelab.signals.scalogram_threads import THREADS, in_threads
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["Picture", "decimal", "magnitudes", "phases"]
@@ -29,6 +29,8 @@ Picture = NDArray[np.float32]
 NOISE_SHARE = 1e-3
 #: Pieces of fewer samples are not worth a coarser grid.
 _SHORT = 1 << 17
+#: Pieces of fewer samples are done before a second thread has begun: two take a third longer.
+_ALONE = 1 << 15
 #: Samples looked at around a column's middle where its level is told from the middle alone.
 _SPOT = 4096
 
@@ -79,8 +81,9 @@ def magnitudes(
     def take(rows: slice, step: int, power: Single) -> None:
         out[rows] = grid.largest(power, first, step)
 
+    threads = 1 if last - first < _ALONE else THREADS
     for group in groups:
-        yield from in_threads(group.tasks(values[half - group.half :], take), "rows")
+        yield from in_threads(group.tasks(values[half - group.half :], take), "rows", threads)
     there = np.maximum.reduceat(known[half : half + last - first], bounds[:-1] - first)
     return decimal(out, noise, scales, level.exponent, there)
 
@@ -172,12 +175,12 @@ def _levels(
     return Level.of(low, high), known
 
 
-def _floor(noise: float, scales: Real, exponent: int, largest: float = 1.0) -> Real:
-    """Decimal logarithms of the magnitudes below which nothing is told, shape (k, 1)."""
+def _floor(noise: float, scales: Real, exponent: int, largest: float | Real = 1.0) -> Real:
+    """Decimal logarithms of the magnitudes below which nothing is told, shape (k, 1) or (k, c)."""
     with np.errstate(divide="ignore"):
         level = np.log10(NOISE_SHARE * np.ldexp(noise, -exponent))
-    cut = np.log10(TOLERANCE * (largest or 1.0) * np.sqrt(scales))
-    return np.maximum(level, cut)[:, np.newaxis]
+    sizes = np.where(np.asarray(largest) > 0, largest, 1.0)
+    return np.maximum(level, np.log10(TOLERANCE * sizes * np.sqrt(scales)[:, np.newaxis]))
 
 
 def decimal(
@@ -186,7 +189,7 @@ def decimal(
     scales: Real,
     exponent: int,
     known: Flags,
-    largest: float = 1.0,
+    largest: float | Real = 1.0,
 ) -> Picture:
     """Decimal logarithms of magnitudes in the channel's unit, where something is known.
 
@@ -199,8 +202,8 @@ def decimal(
     scales : ndarray, shape (k,)
     exponent : int
     known : ndarray of bool, shape (c,)
-    largest : float
-        Of the divided samples.
+    largest : float or ndarray, shape (c,)
+        Of the divided samples; of those that each column rests on.
     """
     with np.errstate(divide="ignore"):
         size = 0.5 * np.log10(power)

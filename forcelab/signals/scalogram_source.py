@@ -1,13 +1,15 @@
 """One channel of a demonstration on its uniform grid, read piece by piece.
 
 The same samples as :func:`forcelab.signals.grid.on_grid` gives at the recording's own rate, but
-only where they are asked for, so that a view of a long recording costs what it shows.
+only where they are asked for, so that a view of a long recording costs what it shows. The whole
+channel is looked through for glitches only once a number comes up that may be one.
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +18,18 @@ from forcelab.demonstration import GAP_PERIODS, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.signals.channels import channel_map
-from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured
+from forcelab.signals.conditioning import GLITCH
+from forcelab.signals.grid import MAX_SAMPLES, UNIFORM, measured, readings
 
-__all__ = ["Level", "Source", "open_source"]
+__all__ = ["Level", "Source", "columns_of", "open_source"]
 
 Real = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 #: Stamps or samples looked at in one step.
 BLOCK = 1 << 19
+#: A channel is looked through by one thread, and the others wait for what it finds.
+_LOOKING = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +85,7 @@ class Source:
     uniform: bool
     rate: float
     count: int
+    _wild: dict[int, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False)
 
     def place(self, time: float) -> float:
         """Where on the grid a time lies, in samples from the first."""
@@ -88,7 +95,7 @@ class Source:
         """When a place on the grid is, in seconds."""
         return self.demonstration.start + place / self.rate
 
-    def read(self, first: int, last: int) -> tuple[Real, NDArray[np.bool_]]:
+    def read(self, first: int, last: int) -> tuple[Real, Flags]:
         """Read the samples ``first .. last - 1``; beyond the ends the end values hold.
 
         Returns
@@ -114,7 +121,7 @@ class Source:
             known = np.pad(known, (before, after))[: last - first]
         return values, known
 
-    def pieces(self, firsts: NDArray[np.int64], length: int) -> tuple[Real, NDArray[np.bool_]]:
+    def pieces(self, firsts: NDArray[np.int64], length: int) -> tuple[Real, Flags]:
         """Read pieces of one length from each of several samples on, faster than one by one.
 
         Returns
@@ -131,7 +138,7 @@ class Source:
             column = self.demonstration.signals[:, self.columns[0]]
             for row in np.flatnonzero(whole).tolist():
                 values[row] = column[firsts[row] : firsts[row] + length]
-            whole[whole] = measured(values[whole]).all(axis=1)
+            whole[whole] = _plain(values[whole]).all(axis=1)
         known = whole.copy()
         for row in np.flatnonzero(~whole).tolist():
             first = int(firsts[row])
@@ -139,10 +146,10 @@ class Source:
             known[row] = there.any()
         return values, known
 
-    def _recorded(self, column: int, first: int, last: int) -> tuple[Real, NDArray[np.bool_]]:
+    def _recorded(self, column: int, first: int, last: int) -> tuple[Real, Flags]:
         """Recorded samples as they are, bridged from the nearest ones even outside the piece."""
         values = self.demonstration.signals[first:last, column].copy()
-        good = measured(values)
+        good = self._measured(column, first, values)
         if good.all():
             return values, good
         places, heights = np.flatnonzero(good) + first, values[good]
@@ -164,19 +171,57 @@ class Source:
         bridged = np.interp(wanted, places, heights) if places.size else np.zeros(last - first)
         return bridged, ~_long_runs(~good, before, after)
 
+    def _measured(self, column: int, first: int, values: Real) -> Flags:
+        """Which of the recorded samples from `first` on a sensor can have read."""
+        good = _plain(values)
+        if good.all():
+            return good
+        good = measured(values)
+        if np.abs(values, where=good, out=np.zeros(len(values))).max() > GLITCH / 2:
+            wild = self.glitches(column)
+            low, high = np.searchsorted(wild, (first, first + len(values)))
+            good[wild[low:high] - first] = False
+        return good
+
+    def glitches(self, column: int) -> NDArray[np.int64]:
+        """Which samples of a recorded column are glitches, rising; looked for once."""
+        with _LOOKING:
+            if column not in self._wild:
+                values = self.demonstration.signals[:, column]
+                lost = measured(values) & ~np.isfinite(readings(values))
+                self._wild[column] = np.flatnonzero(lost)
+            return self._wild[column]
+
+    @property
+    def looked_at(self) -> tuple[int, ...]:
+        """The recorded columns that were looked through for glitches."""
+        return tuple(self._wild)
+
+    def know_glitches(self, column: int, places: NDArray[np.int64]) -> None:
+        """Take it that these are the glitches of a recorded column, and no others."""
+        self._wild[column] = places
+
+    def left_out(self, first: float, last: float) -> int:
+        """How many glitches there are between two places, as far as they were come across."""
+        # Asked for with every paint, while a job may come across more of them.
+        span = self.time(first), self.time(last)
+        begin, end = np.searchsorted(self.demonstration.times, span).tolist()
+        known = tuple(self._wild.values())
+        return sum(int(np.diff(np.searchsorted(wild, (begin, end)))[0]) for wild in known)
+
     def _finite(self, column: int, start: int, step: int) -> int | None:
         """The nearest sample that is there before `start`, or from `start` on."""
         signals = self.demonstration.signals
         while start > 0 if step < 0 else start < len(signals):
             end = max(0, start - BLOCK) if step < 0 else min(len(signals), start + BLOCK)
             low, high = min(start, end), max(start, end)
-            found = np.flatnonzero(measured(signals[low:high, column]))
+            found = np.flatnonzero(self._measured(column, low, signals[low:high, column]))
             if found.size:
                 return low + int(found[-1 if step < 0 else 0])
             start = end
         return None
 
-    def _between(self, column: int, first: int, last: int) -> tuple[Real, NDArray[np.bool_]]:
+    def _between(self, column: int, first: int, last: int) -> tuple[Real, Flags]:
         """Straight lines between recorded samples, read off at the grid's times."""
         stamps = self.demonstration.times
         wanted = self.demonstration.start + np.arange(first, last) / self.rate
@@ -195,7 +240,12 @@ class Source:
         return values, good[owner] & ~(gap & late)
 
 
-def _long_runs(lost: NDArray[np.bool_], before: int, after: int) -> NDArray[np.bool_]:
+def _plain(values: Real) -> Flags:
+    """Which values are so small that they need not be compared with a channel's usual ones."""
+    return np.asarray(np.abs(values) <= GLITCH / 2)
+
+
+def _long_runs(lost: Flags, before: int, after: int) -> Flags:
     """Where samples are missing in runs longer than a gap may be.
 
     A run at either end goes on for `before` or `after` samples beyond it.
@@ -206,6 +256,21 @@ def _long_runs(lost: NDArray[np.bool_], before: int, after: int) -> NDArray[np.b
         beyond = (before if first == 0 else 0) + (after if last == len(lost) else 0)
         out[first:last] = last - first + beyond > GAP_PERIODS
     return out
+
+
+def columns_of(demonstration: Demonstration, channel: str) -> tuple[int, ...]:
+    """The recorded columns that a channel is made of.
+
+    Raises
+    ------
+    InputError
+        If there is no such channel.
+    """
+    names = [recorded.name for recorded in demonstration.channels]
+    if channel in names:
+        return (names.index(channel),)
+    found = channel_map(demonstration.channels, (channel,))
+    return tuple(found.recorded[place] for place in found.columns[0])
 
 
 def open_source(demonstration: Demonstration, channel: str) -> Generator[Progress, None, Source]:
@@ -223,21 +288,19 @@ def open_source(demonstration: Demonstration, channel: str) -> Generator[Progres
     InputError
         If there is no such channel, or a stray stamp makes the grid too long.
     """
-    names = [recorded.name for recorded in demonstration.channels]
-    if channel in names:
-        columns: tuple[int, ...] = (names.index(channel),)
-    else:
-        found = channel_map(demonstration.channels, (channel,))
-        columns = tuple(found.recorded[place] for place in found.columns[0])
+    columns = columns_of(demonstration, channel)
     times, own = demonstration.times, 1.0 / demonstration.period
     n = len(times)
     true = (n - 1) / float(times[-1] - times[0])
     uniform = True
+    steps = np.arange(min(n, BLOCK)) / true
+    room = np.empty(len(steps))  # used again: new memory takes five times as long as the numbers
     for start in range(0, n, BLOCK):
         yield Progress(start, n, "looking at the stamps")
         part = times[start : start + BLOCK]
-        places = times[0] + np.arange(start, start + len(part)) / true
-        if np.max(np.abs(part - places)) > UNIFORM / own:
+        off = np.subtract(part, steps[: len(part)], out=room[: len(part)])
+        off -= times[0] + start / true
+        if max(off.max(), -off.min()) > UNIFORM / own:
             uniform = False
             break
     if uniform:

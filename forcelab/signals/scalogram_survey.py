@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
-from forcelab.jobs import Progress
+from forcelab.jobs import Progress, finish
 from forcelab.signals.conditioning import noise_level
 from forcelab.signals.scalogram_picture import magnitudes
 from forcelab.signals.scalogram_source import Level, Source, open_source
 from forcelab.signals.scalogram_spots import means_of
+from forcelab.signals.scalogram_threads import in_threads
 from forcelab.signals.scalogram_tiles import Tiles
 from forcelab.signals.wavelets import Morlet
 
-__all__ = ["Survey", "row_scales", "survey"]
+__all__ = ["Survey", "colour_range", "row_scales", "survey"]
 
 Real = NDArray[np.float64]
 
@@ -28,6 +29,9 @@ _STRETCHES, _STRETCH = 8, 1 << 14
 _LOOKED = 512
 #: Shares of all magnitudes below the darkest and the brightest colour, and their least distance.
 _DARKEST, _BRIGHTEST, _LEAST = 0.05, 0.999, 1.0
+#: Decades above the middle that have colours of their own at most: forces take two. Next to a spike
+#: that is no glitch yet they would all have one colour.
+_MOST = 4.0
 
 
 @dataclass(eq=False, slots=True)
@@ -54,6 +58,8 @@ class Survey:
     ----------
     means : Source or None
         The channel in means, once :meth:`averaging` has gone through it.
+    kept : bool
+        Whether the tiles came from a file, or were to be written into one.
     """
 
     source: Source
@@ -63,6 +69,7 @@ class Survey:
     level: Level
     wavelet: Morlet
     means: Source | None = field(default=None, init=False, repr=False)
+    kept: bool = field(default=False, init=False, repr=False)
     _tiles: Tiles | None = field(default=None, init=False, repr=False)
 
     def tiles(self, scales: Real) -> Tiles:
@@ -82,6 +89,27 @@ class Survey:
         fresh = replace(self)
         fresh.means = self.means
         return fresh
+
+
+def colour_range(values: NDArray[np.floating], least: float = _LEAST) -> tuple[float, float]:
+    """Which magnitudes the colours are for.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Decimal logarithms, at least one, all known.
+    least : float
+        Decades from the first colour to the last at least.
+
+    Returns
+    -------
+    low, high : float
+        Those of the first and the last colour.
+    """
+    shares = (_DARKEST, 0.5, _BRIGHTEST)
+    dark, middle, bright = (float(v) for v in np.quantile(values, shares))
+    high = min(bright, middle + _MOST)
+    return min(dark, high - least), high
 
 
 def row_scales(rows: int, largest: float, smallest: float = 2.0) -> Real:
@@ -114,23 +142,43 @@ def survey(
     length = min(_STRETCH, source.count)
     stretches = min(_STRETCHES, -(-source.count // length))
     scales = row_scales(24, largest)
-    noises: list[float] = []
-    found = []
-    low, high = math.inf, -math.inf
-    for first in np.linspace(0, source.count - length, stretches).astype(int).tolist():
-        values, known = source.read(first, first + length)
-        yield Progress(first, source.count, "range of colours")
-        if not known.any():
-            continue
-        low, high = min(low, float(values.min())), max(high, float(values.max()))
-        peak = int(np.frexp(np.max(np.abs(values)))[1])
-        noises.append(float(np.ldexp(noise_level(np.ldexp(values, -peak)), peak)))
-        columns = min(length, _LOOKED)
-        places = float(first), float(first + length)
-        picture = yield from magnitudes(source, noises[-1], places, scales, columns, mother)
-        found.append(picture[np.isfinite(picture)])
-    if not found:
+    places = np.linspace(0, source.count - length, stretches).astype(int).tolist()
+    seen: dict[int, _Stretch] = {}
+
+    def look(first: int) -> None:
+        if (stretch := _look(source, first, length, scales, mother)) is not None:
+            seen[first] = stretch
+
+    yield from in_threads([partial(look, first) for first in places], "range of colours")
+    if not seen:
         return Survey(source, 0.0, -1.0, 0.0, Level(0.0, 0), mother)
-    noise = float(np.median(noises))
-    dark, bright = (float(v) for v in np.quantile(np.concatenate(found), (_DARKEST, _BRIGHTEST)))
-    return Survey(source, noise, min(dark, bright - _LEAST), bright, Level.of(low, high), mother)
+    found = [seen[first] for first in places if first in seen]
+    noise = float(np.median([stretch.noise for stretch in found]))
+    dark, bright = colour_range(np.concatenate([stretch.known for stretch in found]))
+    level = Level.of(min(each.low for each in found), max(each.high for each in found))
+    return Survey(source, noise, dark, bright, level, mother)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stretch:
+    """What one stretch tells: its samples' range and noise, and all magnitudes that are known."""
+
+    low: float
+    high: float
+    noise: float
+    known: NDArray[np.float32]
+
+
+def _look(
+    source: Source, first: int, length: int, scales: Real, wavelet: Morlet
+) -> _Stretch | None:
+    """Look at a stretch; None where nothing of it is known."""
+    values, known = source.read(first, first + length)
+    if not known.any():
+        return None
+    peak = int(np.frexp(np.max(np.abs(values)))[1])
+    noise = float(np.ldexp(noise_level(np.ldexp(values, -peak)), peak))
+    places = float(first), float(first + length)
+    picture = finish(magnitudes(source, noise, places, scales, min(length, _LOOKED), wavelet))
+    shown = picture[np.isfinite(picture)]
+    return _Stretch(float(values.min()), float(values.max()), noise, shown)

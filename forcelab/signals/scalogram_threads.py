@@ -8,13 +8,15 @@ from concurrent.futures import ThreadPoolExecutor
 
 from forcelab.jobs import Progress
 
-__all__ = ["in_threads"]
+__all__ = ["THREADS", "in_threads"]
 
 #: Threads at most: what the window needs is left to it.
 THREADS = 2
 
 
-def in_threads(tasks: Sequence[Callable[[], None]], text: str) -> Generator[Progress, None, None]:
+def in_threads(
+    tasks: Sequence[Callable[[], None]], text: str, threads: int = THREADS
+) -> Generator[Progress, None, None]:
     """Do tasks, none before its turn; a job.
 
     Parameters
@@ -23,9 +25,11 @@ def in_threads(tasks: Sequence[Callable[[], None]], text: str) -> Generator[Prog
         Most of their time goes into numpy and scipy, which let other threads run.
     text : str
         Of the progress.
+    threads : int
+        At most.
     """
-    together = min(THREADS, os.cpu_count() or 1)
-    if together == 1 or len(tasks) == 1:
+    together = min(threads, os.cpu_count() or 1)
+    if together == 1 or len(tasks) <= 1:
         for i, task in enumerate(tasks):
             task()
             yield Progress(i + 1, len(tasks), text)

@@ -16,6 +16,8 @@ from forcelab.clock import ClockMap, fit_clock
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.project.films import said_of_film
+from forcelab.signals.grid import readings
 from forcelab.signals.likeness import (
     DRIFT,
     Match,
@@ -102,13 +104,18 @@ def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Pro
     """
     if demonstration.video is None:
         raise InputError(f"Demonstration '{demonstration.name}' has no video to synchronise.")
-    motion = yield from measuring_motion(demonstration.video.path)
+    path = demonstration.video.path
+    try:
+        motion = yield from measuring_motion(path)
+    except InputError as error:
+        raise InputError(said_of_film(str(error), path, demonstration.name)) from error
     force = demonstration.signals
     newtons = [channel.unit == "N" for channel in demonstration.channels]
     if any(newtons):
         force = force[:, newtons]
     else:
-        spread = np.nanstd(np.where(np.isfinite(force), force, np.nan), axis=0)
+        force = _known(force)  # as recorded: divided, a glitch would be none
+        spread = np.nanstd(force, axis=0)
         force = force / np.where(spread > 0, spread, 1.0)
     return (yield from proposing(motion.times, motion.energy, demonstration.times, force))
 
@@ -151,6 +158,7 @@ def proposing(
     """
     t, e = _checked(frame_times, energy, "video")
     ft, f = _checked(force_times, force, "force")
+    f = _known(f)  # beside a glitch no tap would be clear
     yield Progress(0, 1, "looking for taps in the force")
     taps = find_taps(ft, f)
     grid = RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG else COARSE_RATE
@@ -168,6 +176,11 @@ def proposing(
     confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
     confidence = min(UNTAPPED, confidence) if clear is None else confidence * clear
     return Proposal(clock, confidence, residual, pairs, motion.shown(), rate.shown())
+
+
+def _known(force: Array) -> Array:
+    """Force channels (m, c) with NaN for what no sensor can have read."""
+    return np.stack([readings(channel) for channel in force.T], axis=1)
 
 
 def _share(value: float, nothing: float, everything: float) -> float:

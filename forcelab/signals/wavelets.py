@@ -28,7 +28,6 @@ __all__ = [
     "wavelet_named",
 ]
 
-Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 

@@ -20,6 +20,11 @@ PLACES = 16
 PATIENCE = 4.0
 #: Of the recording; a video that lasts less may be cut, of a kind that does not tell its length.
 SHORT = 0.5
+#: Frames come evenly if this share of the steps between them is off the usual one by at most that
+#: part of it, or by what files round to (s). Among such, nothing for longer than :data:`GAP`
+#: seconds and so many steps is missing; where frames come as they like, nobody can tell.
+EVEN, OFF, ROUNDED = 0.9, 0.2, 1.5e-3
+GAP, STEPS = 0.4, 5
 
 
 def check_video(path: Path, seconds: float) -> str:
@@ -50,7 +55,11 @@ def check_video(path: Path, seconds: float) -> str:
     until = monotonic() + PATIENCE
     try:
         index = _indexed(path, until)
-        remark = "" if index is None else index.remark or _hole(path, index, until)
+        remark = (
+            ""
+            if index is None
+            else (index.remark or _gap(path, index) or _hole(path, index, until))
+        )
     except InputError as error:  # such as a codec that this machine lacks
         return str(error)
     if index is None or remark:
@@ -74,6 +83,22 @@ def _indexed(path: Path, until: float) -> Index | None:
         index: Index = stop.value
         return index
     return None
+
+
+def _gap(path: Path, index: Index) -> str:
+    """What is said of a video that lacks a stretch, as Matroska files do that lost a part."""
+    steps = np.diff(index.times)
+    if len(steps) < PLACES:
+        return ""
+    usual, widest = float(np.median(steps)), int(np.argmax(steps))
+    even = np.abs(steps - usual) <= max(OFF * usual, ROUNDED)
+    if np.mean(even) < EVEN or steps[widest] <= max(GAP, STEPS * usual):
+        return ""
+    return (
+        f"'{path.name}' has no frame between {index.times[widest]:.2f} s and "
+        f"{index.times[widest + 1]:.2f} s, but elsewhere one every {usual:.3f} s; copy it again "
+        "if there is a whole one."
+    )
 
 
 def _hole(path: Path, index: Index, until: float) -> str:

@@ -91,9 +91,7 @@ def measuring_motion(path: Path) -> Generator[Progress, None, MotionEnergy]:
             energy.append(0.0 if before is None else _difference(before, small))
             before = small
             if len(times) % STRETCH == 0:
-                yield Progress(
-                    len(times), max(count, len(times)), f"looking for motion in {path.name}"
-                )
+                yield Progress(len(times), max(count, len(times)), "looking for motion")
     finally:
         capture.release()
     if len(times) < 2:

@@ -1,5 +1,7 @@
 """Stamps by counter and arrivals: bursts, stalls, slow clocks, jumps; live and afterwards."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
@@ -281,3 +283,89 @@ def test_stamps_increase_and_err_by_no_more_than_a_burst_whether_or_not_a_rate_w
             assert (np.diff(found.host[first:last]) > 0).all()
         # Bursts of up to 16 ms, delivered 0.2 ms later: all that is known of a single one.
         assert np.abs(found.host - true).max() < 17 * MS
+
+
+@pytest.mark.parametrize("block", [25, 300, 1300])
+def test_what_waited_when_a_device_was_connected_is_not_stamped_later_than_it_arrived(block):
+    true, ticks, arrived = made(5, 1000, 200)
+    arrived = np.maximum(arrived, true[0] + 1.2)
+    edges = [0, 1200, len(ticks)] if block > 1200 else [*range(0, len(ticks), block), len(ticks)]
+    clock, said = ArrivalClock(1000), np.empty(len(ticks))
+    for first, last in pairwise(edges):
+        clock.update(arrived[first:last], ticks[first:last])
+        said[first:last] = clock.to_host(ticks[first:last])
+    assert (said <= arrived + 1 * MS).all()
+    if block > 1200:  # the last one of what came at once tells when the others were taken
+        assert np.abs(said - true)[:1200].max() < 20 * MS
+
+
+def stalled(seconds, rate, begin, lasting, drain, lost):
+    """True times and arrivals of lines that nobody counts, around a stall of the hub.
+
+    What was printed meanwhile is read at `drain` lines a second when it is over, but for a share
+    that is lost, the oldest first.
+    """
+    true, _, arrived = made(seconds, rate, 100)
+    inside = np.flatnonzero((true > true[0] + begin) & (true < true[0] + begin + lasting))
+    end = true[0] + begin + lasting
+    arrived[inside] = end
+    kept = np.ones(len(true), dtype=bool)
+    kept[inside[: round(lost * len(inside))]] = False
+    true, arrived = true[kept], arrived[kept]
+    backlog = true > true[0] + begin
+    arrived[backlog] = np.maximum(arrived[backlog], end + np.arange(backlog.sum()) / drain)
+    return true, np.maximum.accumulate(arrived), end
+
+
+def told_live(clock, true, arrived):
+    """How far off each delivery is when it is read."""
+    edges = [0, *(np.flatnonzero(np.diff(arrived) > 0) + 1).tolist(), len(true)]
+    off = np.empty(len(true))
+    for first, last in pairwise(edges):
+        ticks = np.arange(first, last)
+        clock.update(arrived[first:last], ticks)
+        off[first:last] = clock.to_host(ticks) - true[first:last]
+    return np.abs(off)
+
+
+@pytest.mark.parametrize("told", [1.0, 1.008])
+@pytest.mark.parametrize("begin", [0.5, 3.0, 12.0])
+@pytest.mark.parametrize("rate", [80, 1000])
+def test_a_backlog_of_five_seconds_moves_no_line(rate, begin, told):
+    true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, 0.0)
+    off = told_live(ArrivalClock(told * rate), true, arrived)
+    # A rate that is told 0.8 % wrong and not learnt yet is that wrong for the time of the stall.
+    assert off[arrived > true[0] + 0.3].max() < (10 * MS if told == 1 else 90 * MS)
+    assert off[arrived > end + 12].max() < 5 * MS
+    found = stamped(arrived, np.arange(len(true)))
+    assert np.abs(found.host - true).max() < 5 * MS
+
+
+@pytest.mark.parametrize("lost", [0.5, 1.0])
+@pytest.mark.parametrize("begin", [0.5, 3.0, 12.0])
+@pytest.mark.parametrize("rate", [80, 1000])
+def test_lines_that_a_stall_lost_and_nobody_counted_are_found_out_within_seconds(rate, begin, lost):
+    true, arrived, end = stalled(begin + 35, rate, begin, 5.0, 20 * rate, lost)
+    off = told_live(ArrivalClock(rate), true, arrived)
+    assert off.max() < 5.1  # never by more than what came was late
+    # What is left of a window, a second of pace, and two windows that are cut by ticks.
+    assert off[arrived > end + (2.0 if begin > 1 else 3.5)].max() < 10 * MS
+    found = stamped(arrived, np.arange(len(true)))
+    assert np.abs(found.host - true).max() < 5 * MS
+
+
+@pytest.mark.parametrize("told", [0.5, 1.5, 2.0])
+def test_pairs_that_are_only_near_a_rate_that_was_told_wrong_tell_no_rate(told):
+    true = np.arange(80 * 8) / 80
+    rng = np.random.default_rng(0)
+    arrived = np.maximum.accumulate(np.ceil(true / 0.016) * 0.016 + rng.exponential(3e-4, 640))
+    found = stamped(arrived, np.arange(640), None, 80 * told, counted=False)
+    untold = stamped(arrived, np.arange(640))
+    np.testing.assert_allclose(found.host, untold.host, atol=5e-3)
+
+
+def test_slow_lines_that_arrive_at_once_are_one_stretch():
+    true, arrived, _ = stalled(30, 10, 10.0, 5.0, 1e6, 0.0)
+    found = stamped(arrived, np.arange(len(true)))
+    assert found.stretches.tolist() == [0]
+    assert np.abs(found.host - true).max() < 10 * MS

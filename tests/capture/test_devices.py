@@ -215,10 +215,14 @@ def test_unplugged_and_plugged_in_again_it_is_one_stream_with_a_gap():
     steps = np.diff(ticks)
     assert (steps > 0).all()
     (gap,) = np.flatnonzero(steps != 1)
-    # The host's clock says how long it was away: to within a delivery or two on an idle machine.
+    # The host's clock says how long it was away: to within a delivery or two, and by as much more
+    # as a busy machine read what came before and after too late.
     truth = values[gap + 1, 0] - values[gap, 0]
     assert truth > 100
-    assert abs(steps[gap] - truth) < 100
+    taken = virtual.truth()
+    places = np.searchsorted(taken.values[:, 0], values[[gap, gap + 1], 0])
+    late = joined(blocks, "arrived")[[gap, gap + 1]] - taken.times[places]
+    assert abs(steps[gap] - truth) < 20 + 1000 * late.max()
 
 
 def test_it_is_found_again_at_another_port_by_its_serial_number(tmp_path):
@@ -427,9 +431,11 @@ def test_stamps_in_whole_milliseconds_tell_the_rate_by_all_of_them():
 
 
 def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed():
+    there = []
+
     def source(times):
-        missing = np.where(times < 1.0, np.nan, 7.0)
-        return np.column_stack([np.full(len(times), 5.0), missing])
+        second = 7.0 if there else np.nan
+        return np.column_stack([np.full(len(times), 5.0), np.full(len(times), second)])
 
     with VirtualTextLine(source, 200) as virtual:
         device = TextLine(virtual.port, rate=200, ports=nothing)
@@ -437,7 +443,8 @@ def test_a_channel_without_a_reading_keeps_its_zero_when_a_text_device_is_zeroed
         first = collect(device, 5)
         assert np.isnan(first[-1].values[-1, 1])
         device.zero()
-        values = joined(collect(device, 300), "values")
+        there.append(True)
+        values = joined(collect(device, 100), "values")
         device.close()
     np.testing.assert_array_equal(values[-1], [0.0, 7.0])
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from read_back import parsed
 
 from forcelab.capture.blocks import Block
-from forcelab.capture.gathering import _lost, gather
+from forcelab.capture.gathering import _lost, _unseen, gather
 from forcelab.capture.joining import Stream, joined
 from forcelab.capture.journal import Kind, encoded, header_bytes
 from forcelab.capture.samples import block_bytes
@@ -174,6 +174,26 @@ def test_lines_without_a_counter_count_themselves_where_they_come_evenly(tmp_pat
     np.testing.assert_allclose(uneven.demonstration.times, odd - odd[0], atol=1e-9)
 
 
+@pytest.mark.parametrize("seconds", [8.5, 12.0])
+@pytest.mark.parametrize("begin", [1.5, 3.0])
+@pytest.mark.parametrize(("ticks", "told"), [(True, 400.0), (False, 398.0), (False, 403.0)])
+def test_a_stall_over_half_of_a_short_recording_is_no_gap(tmp_path, seconds, begin, told, ticks):
+    times = START + np.arange(round(400 * seconds)) / 400
+    late = 0.001 + (np.arange(len(times)) % 5) * 2e-4
+    # What waited is read twenty times as fast as it was taken.
+    read = START + begin + 5.0 + np.arange(len(times)) / 8000
+    waited = times > START + begin
+    arrived = times.copy()
+    arrived[waited] = np.maximum(times[waited], read[: waited.sum()])
+    count = np.arange(len(times)) if ticks else None
+    block = Block(np.maximum.accumulate(arrived + late), count, three(times))
+    board = device() | {"rate": told}
+    found = gather(contents([board], [encoded(Kind.BLOCK, block_bytes(block), 0)]), tmp_path)
+    assert found.remarks == ()
+    assert found.demonstration.gaps == ()
+    np.testing.assert_allclose(found.demonstration.times, times - START, atol=0.01)
+
+
 def test_marks_of_keys_held_down_become_segments(tmp_path):
     times = START + np.arange(1000) / 1000
     marks = [
@@ -248,3 +268,14 @@ def test_gaps_are_counted_in_their_sentence(away, lost, said):
     ticks = np.delete(np.arange(100), [50] if lost else [])
     stream = Stream(ticks / 1000, np.zeros((len(ticks), 1)), False, True, ((0.1, 0.2),) * away)
     assert _lost("a", stream, ticks) == said
+
+
+def test_a_camera_was_away_as_often_as_its_frames_have_long_holes():
+    frames = np.arange(300) / 30
+    assert _unseen("camera 0", frames) == []
+    frames[100:] += 3.0
+    (told,) = _unseen("camera 0", frames)
+    assert told == "camera 0 was away once, 3.0 s in all; its video has no frames then."
+    frames[200:] += 2.0
+    (told,) = _unseen("camera 0", frames)
+    assert "away 2 times, 5.1 s in all" in told

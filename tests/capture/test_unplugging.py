@@ -11,6 +11,7 @@ from forcelab.capture.devices import device_named
 from forcelab.capture.keeping import CAPTURES
 from forcelab.capture.recorder import Recorder
 from forcelab.capture.virtual import VirtualOptoForce
+from forcelab.capture.virtual_lines import VirtualTextLine
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.project import Project
 
@@ -103,3 +104,22 @@ def test_one_of_two_that_is_unplugged_is_missing_while_the_other_goes_on(project
     assert d.times[first] < 2
     assert np.count_nonzero(np.diff(missing[first:].astype(int)) == 1) == 2
     assert not missing[-1]
+
+
+def test_lines_that_a_stuck_hub_holds_back_for_five_seconds_keep_their_times(project):
+    def numbered(times):
+        return np.column_stack([np.round(400 * times), times])
+
+    with VirtualTextLine(numbered, 400, decimals=6) as board:
+        device = device_named(f"text:{board.port}?rate=400")
+        with Recorder(project, [device]) as recorder:
+            recorder.start("LEGO")
+            eventually(lambda: recorder.state().devices[0].samples > 1200)
+            board.stall(5.0)
+            held = time.monotonic()
+            eventually(lambda: recorder.latest(0.0)[0][1][0] > held + 5.2)
+            _, live, values = recorder.latest(7.0)[0]
+            recorder.discard()
+        taken = board.truth().times
+    # Within what a busy machine makes late; what came at once was up to five seconds late.
+    assert np.abs(live - taken[values[:, 0].astype(int)]).max() < 0.2

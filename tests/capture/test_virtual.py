@@ -1,5 +1,7 @@
 """Virtual devices, seen by what reads them with real pyserial on a real pty."""
 
+import os
+import termios
 import threading
 import time
 from contextlib import contextmanager
@@ -33,6 +35,7 @@ def numbered(times):
 def reading(device):
     with device:
         port = Port(device.port, 1_000_000)
+        port.begun = time.monotonic()
         port.open()
         try:
             yield port
@@ -55,6 +58,16 @@ def collect(port, parser, wanted, seconds=10.0):
         np.concatenate([p.values for p in pieces if len(p)]),
         np.array(arrived),
     )
+
+
+def answered(port, parser, wanted, seconds=10.0):
+    """So many answers: what was sent before them may be much, if it was read late."""
+    replies, until = [], time.monotonic() + seconds
+    while len(replies) < wanted:
+        assert time.monotonic() < until
+        collect(port, parser, 1)
+        replies += parser.take_replies()
+    return replies
 
 
 @given(
@@ -83,7 +96,6 @@ def test_no_device_has_five_readings():
 def test_the_truth_says_when_each_sample_was_taken():
     device = VirtualOptoForce(numbered, clock_ppm=-100_000)  # 10 % slow, to be seen in a moment
     with reading(device) as port:
-        begun = time.monotonic()
         _, _, values, arrived = collect(port, Parser(), 300)
     truth = device.truth()
     places = np.searchsorted(truth.values[:, 0], values[:, 0])
@@ -94,21 +106,20 @@ def test_the_truth_says_when_each_sample_was_taken():
     assert truth.intact[places].all()
     assert np.diff(truth.device_times) == pytest.approx(0.001)
     assert np.diff(truth.times) == pytest.approx(0.001 / 0.9)
-    assert truth.times[places[0]] > begun - 0.1
+    assert truth.times[places[0]] > port.begun - 0.1
 
 
 def test_it_answers_between_its_data_and_does_as_told():
-    with reading(VirtualOptoForce(numbered, serial="ISE9ZZ99")) as port:
+    device = VirtualOptoForce(numbered, serial="ISE9ZZ99")
+    with reading(device) as port:
         parser = Parser()
         port.write(serial_request())
         port.write(configure(10, 2))
-        collect(port, parser, 40)
-        replies = parser.take_replies()
-        begun = time.monotonic()
+        replies = answered(port, parser, 2)
         _, _, values, _ = collect(port, parser, 20)
     assert [(r.serial, r.code) for r in replies] == [("ISE9ZZ99", None), (None, 0)]
     assert (np.diff(values[-10:, 0].astype(int)) == 10).all()  # 100 samples a second
-    assert time.monotonic() - begun > 0.1
+    assert np.diff(device.truth().times[-10:]) == pytest.approx(0.01)
 
 
 def test_speed_zero_stops_it_and_zeroing_subtracts():
@@ -116,9 +127,11 @@ def test_speed_zero_stops_it_and_zeroing_subtracts():
     with reading(VirtualOptoForce(source)) as port:
         parser = Parser()
         port.write(configure(1, 4, 255))
+        answered(port, parser, 1)
         values = collect(port, parser, 100)[2]
         assert not values[-1].any()
         port.write(configure(1, 4, 0))
+        answered(port, parser, 1)
         assert tuple(collect(port, parser, 100)[2][-1]) == (100, -50, 7)
         port.write(configure(0))
         until = time.monotonic() + 10
@@ -130,10 +143,9 @@ def test_a_bad_message_is_passed_over_and_the_next_one_heard():
     device = VirtualOptoForce(numbered)
     with reading(device) as port:
         port.write(b"\xaa\x00\x32" + configure(1)[:-1] + b"\x00" + b"junk" + configure(2, 3))
-        parser = Parser()
-        collect(port, parser, 100)
+        replies = answered(port, Parser(), 1)
     assert device.configured == [(2, 3, 0)]
-    assert [reply.code for reply in parser.take_replies()] == [0]
+    assert [reply.code for reply in replies] == [0]
 
 
 @given(st.lists(st.binary(max_size=12) | st.sampled_from([configure(3), serial_request()])))
@@ -182,7 +194,7 @@ def test_a_share_of_faults_is_a_share():
 
 
 def test_the_counter_has_its_step_wraps_and_jumps_on_demand():
-    device = VirtualOptoForce(numbered, step=10, first=65_000)
+    device = VirtualOptoForce(numbered, step=10, first=65_000, waits=True)
     with reading(device) as port:
         counts = collect(port, Parser(), 150)[0].astype(int)
         device.jump(500)
@@ -201,7 +213,9 @@ def test_a_stall_holds_back_and_loses_nothing():
         device.stall(0.15)
         _, _, values, arrived = collect(port, parser, 300)
     assert (np.diff(values[:, 0].astype(int)) == 1).all()
-    assert np.unique(arrived, return_counts=True)[1].max() > 100  # many came at once
+    truth = device.truth()
+    late = arrived - truth.times[np.searchsorted(truth.values[:, 0], values[:, 0])]
+    assert late.max() > 0.1
 
 
 def test_what_nobody_listens_to_is_lost_and_known_to_be():
@@ -251,6 +265,17 @@ def test_a_text_device_prints_what_it_was_told_to():
     lines = data.decode().splitlines()
     assert lines[0] == "ms,a,b"
     assert lines[1:4] == ["0,0.000,-0.000", "5,0.005,-0.005", "10,0.010,-0.010"]
+
+
+def test_the_first_line_is_not_dropped_with_what_was_there_before(monkeypatch):
+    monkeypatch.setattr("forcelab.capture.virtual_port.OPENING", 1.0)
+    device = VirtualTextLine(lambda t: t[:, None], 200, names=("a",), header=True, waits=True)
+    with device:
+        port = os.open(device.port, os.O_RDONLY | os.O_NOCTTY)
+        time.sleep(0.05)  # as on a busy machine
+        termios.tcflush(port, termios.TCIFLUSH)
+        assert os.read(port, 100).startswith(b"a")
+        os.close(port)
 
 
 def test_an_encoder_says_nothing_until_told_and_then_only_changes():

@@ -1,8 +1,10 @@
 """Recording with a recogniser that labels the stream as it comes, from virtual DAQs."""
 
 import re
+import sys
 import time
 from contextlib import ExitStack, contextmanager
+from io import StringIO
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ from forcelab.assets import asset
 from forcelab.capture.following import Following
 from forcelab.capture.replaying import sensors_of
 from forcelab.capture.ring import Ring
+from forcelab.capture.unfinished import unfinished
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_streams import rows
 from forcelab.formats.optoforce.calibration import read_calibrations
@@ -110,7 +113,7 @@ def test_sensors_too_slow_for_the_recogniser_are_told_of(forcelab, three, file, 
 def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
     forcelab_on_terminal, three, file, tmp_path
 ):
-    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "1.2", "--recogniser", file]
+    words = [tmp_path / "lab.forcelab", "--task", "foam", "--seconds", "1.5", "--recogniser", file]
     with tongs(three[2][0]) as devices:
         said = forcelab_on_terminal("capture", *words, *devices)
     assert said.status == 0, said.err
@@ -118,10 +121,54 @@ def test_on_a_terminal_the_line_shows_the_action_and_how_sure_it_is(
     first, second = said.out.splitlines()
     assert first.startswith("'foam 01'")
     assert re.fullmatch(
-        r"Recognised by 'model tiny': \d+ segments?, \d+ % labelled, labels 0\.\d\d s after the "
+        r"Recognised by 'model tiny': \d+ segments?, \d+ % labelled, labels \d\.\d\d s after the "
         r"force \(99 %: \d\.\d\d s\), [\d.]+ % of a core\.",
         second,
     )
+
+
+@pytest.mark.parametrize("step", ["look", "finish", "keep"])
+def test_a_recogniser_that_fails_costs_its_track_and_not_the_recording(
+    forcelab, three, file, tmp_path, monkeypatch, step
+):
+    def fail(*_):
+        raise ArithmeticError(step)
+
+    monkeypatch.setattr(LiveRecognition, step, fail)
+    project = tmp_path / "lab.forcelab"
+    words = ["--task", "foam", "--seconds", "0.5", "--json", "--recogniser", file]
+    with tongs(three[2][0]) as devices:
+        said = forcelab("capture", project, *devices, *words)
+    assert said.status == 1
+    assert (
+        f"The recogniser failed (ArithmeticError: {step}): the recording is kept without its track."
+        in said.err
+    )
+    assert said.json["name"] == "foam 01"
+    assert "recognised" not in said.json
+    assert unfinished(project) == ()
+    with Project.open(project) as opened:
+        assert opened.load("foam 01").duration > 0.4
+
+
+def test_who_has_seen_enough_segments_ends_no_recording(
+    forcelab, three, file, tmp_path, monkeypatch
+):
+    class Closed(StringIO):
+        def write(self, _):
+            raise BrokenPipeError
+
+    project = tmp_path / "lab.forcelab"
+    words = ["--task", "foam", "--seconds", "2", "--recogniser", file]
+    with tongs(three[2][0]) as devices, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", Closed())
+        patch.setattr("forcelab.cli._drop_output", lambda: None)
+        said = forcelab("capture", project, *devices, *words)
+    assert said.status == 0, said.err
+    with Project.open(project) as opened:
+        d = opened.load("foam 01")
+        assert d.duration > 1.8
+        assert opened.tracks(d.id)[0].segments
 
 
 def test_what_cannot_be_recognised_is_one_sentence_and_makes_no_project(
@@ -181,7 +228,7 @@ def test_a_device_that_is_silent_is_not_waited_for_and_one_that_holds_never_is()
     assert times[-1] == pytest.approx(0.749)
     assert np.isnan(values[:, 3:6]).all()
     assert (values[:, 6] == 7).all()
-    times, _ = there.following.read(ended=True)
+    times, _ = there.following.read([None] * 3)
     assert times[-1] == t[-1]
 
 

@@ -13,6 +13,7 @@ from functools import partial
 from importlib import import_module
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
+from unicodedata import normalize
 
 import pytest
 from quick import FAST
@@ -195,7 +196,7 @@ def test_list_says_where_the_videos_of_further_cameras_lie(forcelab, project, tm
 def test_exported_labels_read_back_as_they_were(forcelab, project, tmp_path):
     said = forcelab("export", project, "--out", tmp_path / "csv", "--json")
     assert len(said.json["written"]) == 6
-    (track,) = read_labels(tmp_path / "csv" / "foam - foam-01.labels.csv", ReadOptions())
+    (track,) = read_labels(tmp_path / "csv" / "foam-01.labels.csv", ReadOptions())
     with Project.open(project) as opened:
         assert track == opened.track(opened.load("foam-01").id, "coder")
 
@@ -429,13 +430,27 @@ def test_an_unknown_task_is_told_with_those_there_are(forcelab, project):
 
 
 def test_names_of_files_are_distinct_and_stay_in_their_folder():
-    names = ["a/b", "../x", "A", "a", "", "..", "a" * 300, "gr/ün: 1", "con\nrol"]
+    names = ["a/b", "../x", "A", "a", "", "..", "a" * 300, "gr/ün: 1", "con\nrol", "ü", "u\u0308"]
     made = file_names(names)
-    assert len({name.casefold() for name in made}) == len(names)
+    assert len({normalize("NFC", name).casefold() for name in made}) == len(names)
     for name in made:
         assert name.strip(" .")
-        assert not set("/\\:\n") & set(name)
+        assert not set('/\\:\n"*?<>|') & set(name)
         assert len(name.encode()) < 255
+
+
+def test_a_name_in_any_script_is_the_name_of_its_file():
+    names = [
+        "Übung – 2, links",
+        "100% & more",
+        "हिन्दी",
+        "U\u0308bung",
+        "実験・左手",
+        "👍",
+        "می\u200cخواهم",
+        "1\u202f% 2",
+    ]
+    assert file_names(names) == names
 
 
 def start_on_terminal(words, cwd):

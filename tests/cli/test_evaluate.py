@@ -171,7 +171,8 @@ def test_a_project_that_may_only_be_read_is_evaluated_all_the_same(forcelab, pro
     monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
     said = forcelab("evaluate", project, "--task", "foam", *FAST)
     assert said.status == 0
-    assert said.err.endswith("may only be read here, so it did not keep the result.\n")
+    assert "The result was not kept: '" in said.err
+    assert said.err.endswith("may only be read here; copy it to where you may write.\n")
 
 
 def test_a_task_named_twice_is_one_task(forcelab, project):
@@ -452,3 +453,8 @@ def test_people_are_told_apart_by_the_names_of_their_demonstrations(forcelab, pr
     assert "not on both" in forcelab(*words, *both).sentence
     late = ["--test-names", "*-01", "--latency", "0.1"]
     assert "demonstrations are left out in turn" in forcelab(*words, *late).sentence
+
+
+def test_a_stride_beyond_all_samples_is_a_wrong_word(forcelab, project):
+    said = forcelab("evaluate", project, "--stride", 2**64)
+    assert "must be a whole number from 1 to 2^31 - 1, not" in said.wrong_word

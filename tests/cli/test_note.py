@@ -68,6 +68,11 @@ def test_what_is_left_to_a_blind_coder_is_listed_without_the_notes_of_others(for
     ]
 
 
+def test_who_only_has_something_assigned_is_found_beside_a_name_nearly_the_same(forcelab, project):
+    forcelab("assign", project, "foam-01", "--author", "Bert")
+    assert "there is 'Bert'" in forcelab("list", project, "--to-label", "bert").sentence
+
+
 def test_removing_says_that_notes_would_go(forcelab, project):
     forcelab("note", project, "foam-01", "leave out", "--author", "Ada")
     assert ", 1 note, for good" in forcelab("remove", project, "foam-01").sentence

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from dataclasses import fields, replace
 
 import pytest
@@ -155,3 +157,59 @@ def test_a_recogniser_goes_and_its_run_stays(forcelab, project, runs):
 
 def test_nothing_named_is_told(forcelab, project):
     assert "--run" in forcelab("remove", project, "--yes").wrong_word
+
+
+def test_a_run_that_appears_while_it_is_asked_for_is_told_as_none(forcelab, project, monkeypatch):
+    uses = Project.run_uses
+
+    def late(self, number=None):
+        found = uses(self, number)
+        with Project.open(project) as other:
+            other.add_run("evaluate", labels=[], result={}, **MADE)
+        return found
+
+    monkeypatch.setattr(Project, "run_uses", late)
+    assert "There is no run 1 in" in forcelab("remove", project, "--run", 1, "--yes").sentence
+
+
+def test_what_somebody_else_removes_meanwhile_does_not_keep_the_rest(
+    forcelab, project, runs, monkeypatch
+):
+    remove_all = Project.remove_all
+
+    def others_first(self, heads):
+        with Project.open(project) as other:
+            (alone,) = (one.id for one in other.recognisers() if one.name == "alone")
+            other.remove_run(runs[0])
+            other.remove_recogniser(alone)
+        remove_all(self, heads)
+
+    with Project.open(project) as opened:
+        (alone,) = (one.id for one in opened.recognisers() if one.name == "alone")
+    monkeypatch.setattr(Project, "remove_all", others_first)
+    told = forcelab("remove", project, "--run", *runs[:2], "--recogniser", alone, "--yes")
+    assert told.status == 0
+    with Project.open(project) as opened:
+        assert [run.id for run in opened.run_summaries()] == runs[2:]
+        assert opened.recognisers() == ()
+
+
+def test_a_number_that_the_store_cannot_hold_is_that_of_no_run(forcelab, project):
+    number = 2**64
+    for words in (("remove", project, "--run", number), ("runs", project, "--compare", number, 1)):
+        assert f"There is no run {number} in" in forcelab(*words).sentence
+
+
+@pytest.mark.parametrize("damage", ["settings = '['", "name = CAST(x'ff' AS TEXT)"])
+def test_a_damaged_recogniser_can_be_removed(forcelab, project, runs, damage):
+    with Project.open(project) as opened:
+        (alone,) = (one.id for one in opened.recognisers() if one.name == "alone")
+    with closing(sqlite3.connect(project / "project.sqlite")) as store, store:
+        store.execute("PRAGMA ignore_check_constraints = ON")
+        store.execute(f"UPDATE recogniser SET {damage} WHERE id = ?", [alone])
+    told = forcelab("runs", project).sentence
+    if "settings" in damage:
+        assert f"remove it with 'forcelab remove --recogniser {alone[:8]}', or" in told
+    told = forcelab("remove", project, "--recogniser", alone[:8], "--yes").out
+    assert told.startswith(f"Removed recogniser '{alone[:8]}': its file (")
+    assert "alone" not in forcelab("runs", project).out

@@ -25,7 +25,8 @@ def test_two_are_merged_only_with_yes(forcelab, project):
     before = actions(project)
     words = ("rename", project, "hold", "grab", "--author", "coder")
     told = forcelab(*words).sentence
-    assert "'hold' becomes 'grab', which is there already, in " in told
+    assert "'hold' becomes 'grab' in " in told
+    assert "There is an action 'grab' already. Give --yes to merge the two." in told
     assert told.endswith("Give --yes to merge the two.\n")
     assert actions(project) == before
     content = forcelab(*words, "--yes", "--json").json

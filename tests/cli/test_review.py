@@ -1,11 +1,13 @@
 """``forcelab review``."""
 
+import numpy as np
 import pytest
 from trained_project import CHOICE, FAST, make
 
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import evaluate_tasks
+from forcelab.review.cells import crossing
 from forcelab.review.judging import judge
 from forcelab.review.outcome import load
 from forcelab.review.queue import queue
@@ -30,6 +32,29 @@ def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     told = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
     assert told.count("boundary ") == 1
     assert f"{found.boundaries[0].start:.3f}" in told
+
+
+def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab):
+    with Project.open(path) as project:
+        outcome = load(project, 1)
+    cells = finish(crossing(outcome))
+    numbers = cells.numbers()
+    row, column = map(int, np.unravel_index(numbers.argmax(), numbers.shape))
+    human, model = outcome.actions[row], (*outcome.actions, "unlabelled")[column]
+    plain = forcelab("review", path, "--actions", human, model, "--json").json
+    places = cells.places(human, None if model == "unlabelled" else model)
+    assert [(p["start"], p["end"]) for p in plain["places"]] == [(p.start, p.end) for p in places]
+    assert plain["number"] == len(places) == numbers[row, column] > 1
+    assert plain["seconds"] == pytest.approx(sum(place.duration for place in places))
+    told = forcelab("review", path, "--actions", human, model, "--limit", 1).out
+    assert f"{len(places)} places" in told
+    assert told.count(f"{places[0].start:.3f}") == 1
+    assert f"{places[1].start:.3f}" not in told
+    missed = forcelab("review", path, "--actions", human, "unlabelled").out
+    assert "left unlabelled" in missed
+    assert (
+        "There is no action 'grip'" in forcelab("review", path, "--actions", "grip", model).sentence
+    )
 
 
 def test_verdicts_are_reported_by_pair(path, forcelab):

@@ -40,6 +40,11 @@ def test_a_comparison_says_what_differed_and_by_how_much(path, forcelab):
     one, other = (scores["accuracy"] for scores in plain["pooled"]["filtered"])
     assert f"{100 * (one - other):+.1f}" in told
     assert plain["runs"] == [2, 1]
+    kappas = [f"{scores['kappa']:.3f}" for scores in plain["pooled"]["filtered"]]
+    (kappa,) = [line.split() for line in told.split("filtered")[1].splitlines() if "kappa" in line]
+    assert kappa[1:3] == kappas[::-1]
+    named = {line.split("  ")[0] for line in told.splitlines()}
+    assert {"balanced", "F1@50", "F1@50 labelled", "boundary median", "boundary 90 %"} <= named
     assert len(plain["shared"]) == 3
 
 

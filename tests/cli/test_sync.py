@@ -101,3 +101,14 @@ def test_a_proposal_that_is_not_sure_says_what_to_do_and_is_not_stored(
     forcelab("sync", project, "filmed 1", *options.split())
     assert clock_of(project).offset == pytest.approx(OFFSET, abs=0.04)
     assert clock_of(project).rate == 1.0
+
+
+def test_a_damaged_film_is_told_by_the_name_of_its_demonstration(project, forcelab):
+    with Project.open(project) as opened:
+        path = opened.load("filmed 1").video.path
+    path.write_bytes(b"no film")
+    sentence = forcelab("sync", project, "filmed 1").sentence
+    assert f"The video of 'filmed 1' ('{path}') cannot be read as a video: " in sentence
+    path.unlink()
+    sentence = forcelab("sync", project, "filmed 1").sentence
+    assert f"The video of 'filmed 1' ('{path}') is not there; put it back" in sentence

@@ -9,7 +9,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from driven import PATIENCE, Program
+from driven import Program
+from waiting import PATIENCE
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.project import Project

@@ -1,11 +1,35 @@
-"""A whole demonstration labelled from the keyboard alone, in the real window on a real screen."""
+"""A demonstration played and labelled from the keyboard alone, in the real window on a screen."""
 
 from driven import stored_soon
+from waiting import PATIENCE
 
 
-def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
+def test_a_demonstration_is_played_and_labelled_without_the_mouse(screen, start, project):
     program = start(project, "--author", "Ada", "--demo", "pen 1", display=screen)
     program.focus()
+    space_held_down_plays_on(program)
+    label(program, project)
+    program.press("ctrl+q")
+    assert program.process.wait(PATIENCE) == 0
+
+
+def space_held_down_plays_on(program):
+    """It is repeated while it is held, and does not stop and begin again each time."""
+    program.xdotool("keydown", "space")
+    program.until(lambda state: state["playing"])
+    # The X server repeats it after 0.66 s, 25 times a second.
+    while (state := program.ask("state"))["cursor"] < 1.5:
+        assert state["playing"]
+    program.xdotool("keyup", "space")
+    assert program.ask("state")["playing"]
+    program.press("space")
+    program.until(lambda state: not state["playing"])
+    program.press("ctrl+Home")
+    program.until(lambda state: state["cursor"] == 0)
+
+
+def label(program, project):
+    """By every key that labels; all of it is in the store."""
 
     def check(*expected, name="pen 1"):
         stored_soon(project, name, lambda found: found == list(expected))
@@ -73,18 +97,3 @@ def test_a_demonstration_is_labelled_without_the_mouse(screen, start, project):
     program.until(lambda state: state["title"].startswith("pen 2") and state["settled"])
     program.press("ctrl+End", "4", "ctrl+Home", "4")
     check((0.0, 10.0, "pull"), name="pen 2")
-    program.press("ctrl+q")
-    assert program.process.wait(10) == 0
-
-
-def test_space_held_down_plays_on(screen, start, project):
-    program = start(project, "--author", "Ada", "--demo", "pen 1", display=screen)
-    program.focus()
-    program.xdotool("keydown", "space")
-    program.until(lambda state: state["playing"])
-    # The X server repeats it after 0.66 s, 25 times a second.
-    while (state := program.ask("state"))["cursor"] < 1.5:
-        assert state["playing"]
-    program.xdotool("keyup", "space")
-    assert program.ask("state")["playing"]
-    assert not program.press("space")["playing"]

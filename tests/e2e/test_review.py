@@ -11,8 +11,9 @@ from pathlib import Path
 import films
 import numpy as np
 import pytest
-from driven import PATIENCE, stored, stored_soon
+from driven import stored, stored_soon
 from synthetic import synthetic_set
+from waiting import PATIENCE
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference

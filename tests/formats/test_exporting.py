@@ -13,9 +13,12 @@ import pytest
 from filmed import filmed_demonstration
 
 from forcelab.clock import ClockMap
+from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.formats.elan import to_elan
 from forcelab.formats.exporting import exporting
+from forcelab.formats.importing import importing
+from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
@@ -169,3 +172,34 @@ def test_an_author_who_is_not_there_is_refused_with_those_who_are(project):
     with pytest.raises(InputError, match="'Ben' labelled here; there are Ann, Zoe"):
         export(project, "table", authors=["Ben"])
     assert not (project.parent / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["pull 7", "Übung – 2, links & schnell", "हिन्दी"])
+def test_exported_labels_are_read_again_beside_their_recording(tmp_path, name):
+    """Nothing has to be renamed: labels go to whoever has the recordings, and are read there."""
+    recording = tmp_path / "out" / f"{name}.csv"
+    recording.parent.mkdir()
+    recording.write_text("time,fz\n" + "".join(f"{i / 100},{i % 7}\n" for i in range(100)))
+    options = ReadOptions(task="foam")
+    finish(importing(tmp_path / "here.forcelab", [recording], options))
+    with Project.open(tmp_path / "here.forcelab") as project:
+        (info,) = project.demonstrations()
+        project.edit(info.id, "Zoe", (), ZOE, "painted")
+    assert export(tmp_path / "here.forcelab", "csv").parent == recording.parent
+    finish(importing(tmp_path / "there.forcelab", [recording], options))
+    with Project.open(tmp_path / "there.forcelab") as project:
+        (info,) = project.demonstrations()
+        assert project.track(info.id, "Zoe") == Track("Zoe", ZOE)
+
+
+def test_files_of_demonstrations_with_the_same_name_are_told_by_their_tasks(tmp_path):
+    path = tmp_path / "study.forcelab"
+    times = np.arange(100) / 100
+    with Project.create(path) as project:
+        for i, (name, task) in enumerate([("pull", "foam"), ("Pull", "stylus"), ("push", "foam")]):
+            made = Demonstration(name, task, times, times[:, None] + i, (Channel("fz", "N"),))
+            project.edit(project.add(made).id, "Ann", (), ZOE, "painted")
+    for kind, endings in (("csv", ".labels.csv"), ("audacity", " - Ann.txt")):
+        written = finish(exporting(path, tmp_path / kind, kind))
+        names = [f"{name}{endings}" for name in ("foam - pull", "push", "stylus - Pull")]
+        assert sorted(file.name for file in written) == names

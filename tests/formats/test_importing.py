@@ -49,6 +49,14 @@ def contents(project):
         return [(info.name, info.task, info.id) for info in opened.demonstrations()]
 
 
+def test_glitches_are_told_whoever_imports(project, tmp_path):
+    file = tmp_path / "torn.csv"
+    rows = [f"{i / 100},{'3e12' if i == 20 else i % 7},1" for i in range(200)]
+    file.write_text("\n".join(["time (s),fx (N),fz (N)", *rows, ""]))
+    (remark,) = import_files(project, [file]).remarks[file]
+    assert remark == "1 sample is a glitch, no force, and counts as missing (fx 1)."
+
+
 def test_a_new_project_holds_what_the_files_hold(tmp_path, project):
     files = [table(tmp_path / f"{name}.csv", seed) for seed, name in enumerate(["b", "a"])]
     report = import_files(project, files, ReadOptions(task="LEGO"))

@@ -5,6 +5,7 @@ import threading
 import time
 
 import pytest
+from waiting import PATIENCE
 
 
 @pytest.fixture(scope="session")
@@ -32,14 +33,14 @@ def keys(app):
 
 @pytest.fixture
 def until(app):
-    """Run the event loop until something holds, for at most some seconds."""
+    """Run the event loop until something holds."""
 
-    def wait(holds, seconds=5.0):
-        deadline = time.monotonic() + seconds
+    def wait(holds):
+        deadline = time.monotonic() + PATIENCE
         while not holds():
-            assert time.monotonic() < deadline, f"not within {seconds} s"
+            assert time.monotonic() < deadline, f"not within {PATIENCE:.0f} s"
             app.processEvents()
-            time.sleep(0.001)
+            time.sleep(0.002)
 
     return wait
 
@@ -48,7 +49,7 @@ def until(app):
 def no_thread_is_left_behind():
     before = set(threading.enumerate())
     yield
-    deadline = time.monotonic() + 2.0
+    deadline = time.monotonic() + PATIENCE
     while left := [t for t in set(threading.enumerate()) - before if t.is_alive()]:
         assert time.monotonic() < deadline, f"threads still run: {left}"
         time.sleep(0.005)
@@ -61,7 +62,7 @@ def no_timer_is_left_running(request):
 
     if (application := QCoreApplication.instance()) is None:
         return
-    deadline = time.monotonic() + 1.0
+    deadline = time.monotonic() + PATIENCE
     while left := _running_timers():
         assert time.monotonic() < deadline, f"timers still run: {left}"
         del left  # a reference to what is about to be deleted

@@ -25,6 +25,7 @@ from forcelab.gui.listing_rows import Group, Row, grouped, percent, rows_of
 from forcelab.gui.removing import Removal, removal_of
 from forcelab.labels import Segment, Track
 from forcelab.project import DemonstrationInfo, Incoming, Project
+from forcelab.project.loading import natural_order
 
 MEMORY = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None
 LONG = "a demonstration whose name " + "is very long indeed " * 12 + "and ends so"
@@ -132,6 +133,11 @@ def test_demonstrations_stand_by_task_in_natural_order(listing):
     assert tasks == ["a task with a rather long name of its own for once", "foam", "stylus"]
     assert shown(listing)["stylus"] == ["pen-2", "pen-10"]
     assert all(listing.view.isExpanded(listing.model.index(g, 0)) for g in range(3))
+
+
+def test_digits_come_before_letters_and_numbers_by_their_size():
+    names = ["Z", "Ü", "100% & more", "pen-10", "pen-2", "a"]
+    assert sorted(names, key=natural_order) == ["100% & more", "a", "pen-2", "pen-10", "Z", "Ü"]
 
 
 def test_the_model_is_as_qt_wants_it(listing, document):
@@ -688,6 +694,18 @@ def test_words_are_found_in_name_task_and_id_in_any_order():
     assert grouped(rows, " lego TWO ", "all") == (Group("LEGO", (rows[1],)),)
     assert grouped(rows, f"{2:032x}", "all") == (Group("foam", (rows[2],)),)
     assert grouped(rows, "", "done") == ()
+
+
+def test_a_number_that_is_searched_finds_names_and_not_by_chance_ids():
+    """A coder of 400 who looks for participant 12 is shown that one, not 45 strangers beside it."""
+    infos = [
+        DemonstrationInfo(id_, name, "foam", 9, (), 1.0, 9.0, {}, True, "")
+        for id_, name in [("12" * 16, "P03"), ("ab12cd" + "0" * 26, "P04"), ("7" * 32, "P12")]
+    ]
+    rows = rows_of(infos, [], "anna")
+    for searched, found in [("12", "P12"), ("AB12CD", "P04"), ("ab12cd00", "P04"), ("1212", "")]:
+        names = [row.info.name for group in grouped(rows, searched, "all") for row in group.rows]
+        assert names == ([found] if found else []), searched
 
 
 def test_an_index_that_is_nowhere_is_nothing(app):

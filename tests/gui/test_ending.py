@@ -19,11 +19,16 @@ application = QApplication(["forcelab"])
 
 
 @pytest.fixture
-def run(tmp_path):
+def study(tmp_path):
+    """A project without a demonstration: the window on it is soon at rest."""
+    path = tmp_path / "study.forcelab"
+    Project.create(path).close()
+    return path
+
+
+@pytest.fixture
+def run(study, tmp_path):
     """Run the real program after some lines of Python, and give how it ended."""
-    study = tmp_path / "study.forcelab"
-    with Project.create(study) as project:
-        project.add(demonstration())
 
     def run_it(lines, first=WITH_QT):
         script = f"""
@@ -49,8 +54,8 @@ sys.exit(main([{str(study)!r}]))
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_closes_a_window_in_which_nothing_moves(run, number):
     done = run(f"""
-soon = f"sleep 1; kill -{int(number)} {{os.getpid()}}"
-QTimer.singleShot(500, lambda: subprocess.Popen(["sh", "-c", soon]))
+soon = f"sleep 0.5; kill -{int(number)} {{os.getpid()}}"
+QTimer.singleShot(0, lambda: subprocess.Popen(["sh", "-c", soon]))
 """)
     assert done.returncode == 128 + number, done.stderr
     assert "Traceback" not in done.stderr
@@ -73,7 +78,9 @@ QTimer.singleShot(20_000, lambda: os._exit(99))
     assert "KeyboardInterrupt" not in done.stderr
 
 
-def test_nothing_of_the_window_is_left_to_the_end_of_the_interpreter(run):
+def test_nothing_of_the_window_is_left_to_the_end_of_the_interpreter(run, study):
+    with Project.open(study) as project:
+        project.add(demonstration())
     done = run("""
 atexit.register(lambda: print(len(QApplication.topLevelWidgets()), "widgets"))
 QTimer.singleShot(1000, application.closeAllWindows)
@@ -94,7 +101,7 @@ def begun(self, start):
     self.jobs.run(stubborn(), print)
 window.Window.begin = begun
 atexit.register(lambda: print("taken apart"))
-QTimer.singleShot(1000, application.closeAllWindows)
+QTimer.singleShot(300, application.closeAllWindows)
 """)
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
 

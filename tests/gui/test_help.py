@@ -1,3 +1,5 @@
+from contextlib import contextmanager
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
@@ -6,19 +8,21 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QScrollArea
 from forcelab.gui import theme
 from forcelab.gui.document import Document
 from forcelab.gui.help import MOUSE, HelpPage
-from forcelab.gui.shortcuts import COMMANDS
+from forcelab.gui.shortcuts import COMMANDS, Keys
 from forcelab.vocabulary import Vocabulary
+
+VOCABULARY = Vocabulary().with_actions("grab", "a < b & c")
 
 
 @pytest.fixture
 def document(app):
     made = Document("Ada")
-    made.vocabulary = Vocabulary().with_actions("grab", "a < b & c")
+    made.vocabulary = VOCABULARY
     return made
 
 
-@pytest.fixture
-def page(document, keys):
+@contextmanager
+def shown(document, keys):
     made = HelpPage(document, keys)
     made.resize(1200, 860)
     made.show()
@@ -26,6 +30,30 @@ def page(document, keys):
     yield made
     made.close()
     made.deleteLater()
+
+
+@pytest.fixture
+def page(document, keys):
+    with shown(document, keys) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def kept(app, tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("FORCELAB_SETTINGS", str(tmp_path_factory.mktemp("help") / "settings.ini"))
+        document, keys = Document("Ada"), Keys()
+    document.vocabulary = VOCABULARY
+    with shown(document, keys) as made:
+        yield made
+
+
+@pytest.fixture
+def unchanged(kept):
+    """One page for all tests that only look at it, search in it and change its size."""
+    yield kept
+    kept.findChild(QLineEdit).clear()
+    kept.resize(1200, 860)
 
 
 def texts(page):
@@ -37,8 +65,8 @@ def search(page, text):
     return texts(page)
 
 
-def test_every_key_of_every_command_is_on_the_page(page, keys):
-    found = texts(page)
+def test_every_key_of_every_command_is_on_the_page(unchanged, keys):
+    found = texts(unchanged)
     for command in COMMANDS:
         if keys[command.id]:
             assert command.text.rstrip("…") in found
@@ -46,15 +74,15 @@ def test_every_key_of_every_command_is_on_the_page(page, keys):
                 assert key in found, command.id
 
 
-def test_every_gesture_is_on_the_page(page):
-    found = texts(page)
+def test_every_gesture_is_on_the_page(unchanged):
+    found = texts(unchanged)
     for gesture, what in MOUSE:
         assert gesture in found
         assert what in found
 
 
-def test_the_actions_of_the_task_come_first(page):
-    assert texts(page)[:5] == ["Actions of this task", "1", "grab", "2", "a < b & c"]
+def test_the_actions_of_the_task_come_first(unchanged):
+    assert texts(unchanged)[:5] == ["Actions of this task", "1", "grab", "2", "a < b & c"]
 
 
 def test_without_actions_there_is_no_section_of_them(keys, app):
@@ -74,25 +102,25 @@ def test_other_actions_are_shown_at_once(page, document):
     assert texts(page)[:3] == ["Actions of this task", "1", "slip"]
 
 
-def test_searching_leaves_what_matches_in_name_key_or_heading(page):
-    assert search(page, "undo") == ["Labelling", "Ctrl+Z", "Undo"]
-    assert search(page, "ctrl+y") == ["Labelling", "Ctrl+Shift+Z", "Ctrl+Y", "Redo"]
-    assert search(page, "overview") == [
+def test_searching_leaves_what_matches_in_name_key_or_heading(unchanged):
+    assert search(unchanged, "undo") == ["Labelling", "Ctrl+Z", "Undo"]
+    assert search(unchanged, "ctrl+y") == ["Labelling", "Ctrl+Shift+Z", "Ctrl+Y", "Redo"]
+    assert search(unchanged, "overview") == [
         "Mouse",
         "Drag on the overview",
         "Show that stretch of time",
     ]
-    assert "Play or pause" in search(page, "playing")
-    assert search(page, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
+    assert "Play or pause" in search(unchanged, "playing")
+    assert search(unchanged, "coder") == ["Labelling", "Ctrl+L", "Label as another coder"]
 
 
-def test_a_search_in_vain_says_so_in_plain_text(page):
-    assert search(page, "<b>tea") == ["Nothing is called '<b>tea'."]
+def test_a_search_in_vain_says_so_in_plain_text(unchanged):
+    assert search(unchanged, "<b>tea") == ["Nothing is called '<b>tea'."]
     QTest.qWait(1)
-    inside = page.findChild(QScrollArea).widget()
+    inside = unchanged.findChild(QScrollArea).widget()
     (said,) = inside.findChildren(QLabel)
     assert abs(said.geometry().center().x() - inside.rect().center().x()) < 20
-    assert len(search(page, "")) > 100
+    assert len(search(unchanged, "")) > 100
 
 
 def columns(page):
@@ -102,23 +130,23 @@ def columns(page):
     return len({label.mapTo(page, label.rect().topLeft()).x() for label in headings})
 
 
-def test_there_are_as_many_columns_as_there_is_room(page, app):
-    widest = columns(page)
-    page.resize(420, 600)
+def test_there_are_as_many_columns_as_there_is_room(unchanged, app):
+    widest = columns(unchanged)
+    unchanged.resize(420, 600)
     app.processEvents()
-    assert (widest, columns(page)) == (3, 1)
-    page.resize(1200, 860)
+    assert (widest, columns(unchanged)) == (3, 1)
+    unchanged.resize(1200, 860)
     app.processEvents()
-    assert columns(page) == 3
+    assert columns(unchanged) == 3
 
 
 @pytest.mark.parametrize("width", [420, 800, 1024, 1200])
-def test_no_text_is_cut(page, app, width):
-    page.resize(width, 700)
+def test_no_text_is_cut(unchanged, app, width):
+    unchanged.resize(width, 700)
     app.processEvents()
-    page.grab()
-    inside = page.findChild(QScrollArea).widget()
-    assert inside.width() <= page.findChild(QScrollArea).viewport().width()
+    unchanged.grab()
+    inside = unchanged.findChild(QScrollArea).widget()
+    assert inside.width() <= unchanged.findChild(QScrollArea).viewport().width()
     for label in inside.findChildren(QLabel):
         needed = label.heightForWidth(label.width()) if label.wordWrap() else 0
         assert label.height() >= needed, label.text()
@@ -138,13 +166,13 @@ def test_one_scrolls_with_the_keys_while_searching(page):
 
 def test_it_follows_the_theme(page, app):
     theme.apply(app, "dark")
+    theme.dress(page)
     picture = page.grab().toImage()
     colours = {picture.pixelColor(20, y).name() for y in range(picture.height())}
     assert {theme.DARK.panel, theme.DARK.frame} <= colours
     theme.apply(app, "light")
-    app.setStyleSheet("")
 
 
-def test_everything_has_a_name_for_screen_readers(page):
-    for widget in (page.findChild(QLineEdit), page.findChild(QScrollArea)):
+def test_everything_has_a_name_for_screen_readers(unchanged):
+    for widget in (unchanged.findChild(QLineEdit), unchanged.findChild(QScrollArea)):
         assert widget.accessibleName()

@@ -4,11 +4,14 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from optoforce_streams import stream
 from painting_bench import demonstration
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QMessageBox
+from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
 
+from forcelab.assets import asset
+from forcelab.formats.optoforce.packets import KINDS
 from forcelab.gui import importing, settings
 from forcelab.gui.document import Document
 from forcelab.gui.importing import ImportDialog
@@ -55,9 +58,35 @@ def test_delete_leaves_a_file_out_and_the_first_import_is_opened(document, dialo
     dialog._files.actions()[0].trigger()
     assert dialog._files.count() == 1
     QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert document.demonstration.name == "foam-01"
     assert "1 new" in dialog._told.text()
+
+
+def test_counts_become_newtons_with_a_calibration_that_is_chosen(
+    document, open_on, until, monkeypatch, tmp_path
+):
+    (tmp_path / "raw.bin").write_bytes(stream(KINDS[0], range(100, 400))[0])
+    file = asset("calibrations/3-axis-40N.toml")
+    monkeypatch.setattr(importing, "ask_file", lambda *_: file)
+    dialog = open_on(tmp_path / "raw.bin")
+    named = {button.accessibleName(): button for button in dialog.findChildren(QPushButton)}
+    QTest.mouseClick(named["Choose the calibration file"], Qt.MouseButton.LeftButton)
+    assert dialog.calibration.text() == str(file)
+    dialog._go.click()
+    until(lambda: document.id)
+    assert {channel.unit for channel in document.demonstration.channels} == {"N"}
+
+
+def test_a_typed_task_moves_nothing(app, open_on):
+    dialog = open_on(FOAM)
+    app.processEvents()
+    assert dialog._taskless.isVisible()
+    before = dialog._go.y(), dialog.columns.height()
+    dialog._task.setCurrentText("foam")
+    app.processEvents()
+    assert not dialog._taskless.isVisible()
+    assert (dialog._go.y(), dialog.columns.height()) == before
 
 
 def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, tmp_path, until):
@@ -67,10 +96,10 @@ def test_what_is_added_during_an_import_is_imported_after_it(document, open_on, 
     dialog._go.click()
     dialog.add_files([later])
     assert not dialog._go.isEnabled()  # one at a time
-    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    until(lambda: "1 new" in dialog._told.text())
     assert dialog._chosen() == [str(later)]
     QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: dialog._chosen() == [], 20.0)
+    until(lambda: dialog._chosen() == [])
     assert {info.name for info in document.infos} >= {"foam-01", "later"}
 
 
@@ -82,7 +111,7 @@ def test_without_files_enter_asks_for_them_and_then_imports_them(
     dialog = open_on()
     for _ in range(2):
         QTest.keyClick(dialog.focusWidget(), Qt.Key.Key_Return)
-    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    until(lambda: "1 new" in dialog._told.text())
     assert len(asked) == 1
     dialog.add_files([tmp_path / "next.csv"])
     assert dialog._report.isHidden()  # it told of what is imported already
@@ -94,7 +123,7 @@ def test_glitches_are_told(dialog, tmp_path, until):
     (tmp_path / "torn.csv").write_text("\n".join(["time,fx", *rows]))
     dialog.add_files([tmp_path / "torn.csv"])
     dialog._go.click()
-    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    until(lambda: "1 new" in dialog._told.text())
     assert "torn.csv: 1 sample is a glitch" in dialog._told.text()
 
 
@@ -170,7 +199,7 @@ def test_labels_are_the_files_own_unless_a_coder_is_chosen(document, dialog, unt
     assert dialog._author.currentText() == "coder"
     assert dialog._author.findText("Ann") > 0
     dialog._go.click()
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert [author.name for author in document.project.authors()] == ["coder"]
 
 
@@ -191,7 +220,7 @@ def test_a_task_that_differs_by_case_alone_is_asked_about(
     dialog._remove()
     dialog._task.setCurrentText(" Foam ")
     dialog._go.click()
-    until(lambda: "1 new" in dialog._told.text(), 20.0)
+    until(lambda: "1 new" in dialog._told.text())
     assert asked == [("There is 'foam' already.", ["Use 'foam'", "Add 'Foam'"])]
     assert sorted(document.project.tasks()) == list(tasks)
 
@@ -252,7 +281,7 @@ def test_the_columns_are_shown_as_they_will_be_read(german):
 def test_a_column_that_is_left_out_is_no_channel(document, german, until):
     choose(german, "Taster", "left out")
     german._go.click()
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert [channel.name for channel in document.demonstration.channels] == ["Kraft_x"]
     assert document.demonstration.duration == pytest.approx(3.0)
 
@@ -261,7 +290,7 @@ def test_what_is_taken_for_a_counter_can_be_made_a_signal(document, german, unti
     choose(german, "Paket", "signal")
     assert read_as(german)["Paket"] == "signal"
     german._go.click()
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert "Paket" in [channel.name for channel in document.demonstration.channels]
 
 
@@ -270,7 +299,7 @@ def test_without_its_times_a_table_goes_by_its_counter_and_rate(document, german
     assert "counts its samples" in german.columns.heading.text()
     german._rate.setValue(100.0)
     german._go.click()
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert document.demonstration.duration == pytest.approx(1.5)
 
 
@@ -286,7 +315,7 @@ def test_enter_imports_and_opens_no_other_dialog(document, german, until, monkey
     german._task.setFocus()
     QTest.keyClicks(german._task, "Stift")
     QTest.keyClick(german._task, Qt.Key.Key_Return)
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     assert document.demonstration.task == "Stift"
 
 
@@ -297,7 +326,7 @@ def test_every_remark_is_shown_once_for_all_files(open_on, tmp_path, until):
         files[-1].write_text(GERMAN.replace("0,1;", f"0,{number};"))
     dialog = open_on(*files)
     dialog._go.click()
-    until(lambda: "8 new" in dialog._told.text(), 20.0)
+    until(lambda: "8 new" in dialog._told.text())
     named = "trial 0.csv, trial 1.csv, trial 2.csv and 5 more: "
     assert f"{named}Column Paket was left out: counting samples.\n" in dialog._told.text()
     assert dialog._told.text().count("Paket") == 1
@@ -307,7 +336,7 @@ def test_a_remark_names_no_option_of_the_command_line(german, until):
     path = Path(german._chosen()[0])
     path.write_text(path.read_text().replace("Paket", "Wert"))
     german._go.click()
-    until(lambda: "1 new" in german._told.text(), 20.0)
+    until(lambda: "1 new" in german._told.text())
     assert "if it is a signal, import it as one (Read as: signal)" in german._told.text()
 
 
@@ -345,6 +374,6 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     dialog.columns.wish("/tip.point", "signal")
     assert {one.name: one.use for one in dialog.columns.uses}["/tip.point"] == "signal"
     QTest.mouseClick(dialog._go, Qt.MouseButton.LeftButton)
-    until(lambda: document.id, 20.0)
+    until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]

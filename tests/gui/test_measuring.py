@@ -2,18 +2,21 @@
 
 import numpy as np
 import pytest
+from trained_project import FAST
 
-from forcelab.gui.measuring import capturing, films, recordings, training
+from forcelab.gui.label import scalogram_job
+from forcelab.gui.measuring import capturing, films, recordings, scalograms, training
 from forcelab.gui.measuring.capturing import measuring_capture
 from forcelab.gui.measuring.films import FILMS, number_of
 from forcelab.gui.measuring.opening import measuring_opening
 from forcelab.gui.measuring.panning import measuring_panning, zooms
+from forcelab.gui.measuring.scalograms import measuring_scalograms
 from forcelab.gui.measuring.stage import stage
 from forcelab.gui.measuring.strokes import measuring_strokes
 from forcelab.gui.measuring.videos import measuring_video
 from forcelab.jobs import finish
 from forcelab.measure.latency import Latencies
-from forcelab.recognition import learning
+from forcelab.signals import scalogram, scalogram_tiles
 
 SIZE = (1280, 1000)
 
@@ -32,6 +35,26 @@ def test_panning_is_measured_at_every_zoom_beside_pyqtgraph(folder, recwarn):
         zoom.name for zoom in zooms(2.999)
     ]
     assert all(len(row.samples) == 8 and table.ratio(row) for row in frames)
+    assert not list(folder.glob("long*"))
+
+
+def test_scalograms_are_measured_cold_and_warm(folder, monkeypatch):
+    monkeypatch.setattr(scalograms, "SPANS", (2000,))
+    # Few samples make a long recording, of several chunks.
+    for module in (scalogram, scalogram_tiles):
+        monkeypatch.setattr(module, "CHUNK", 1 << 12)
+    monkeypatch.setattr(scalogram, "LONG", 1 << 12)
+    monkeypatch.setattr(scalogram_job, "KEPT", 1 << 12)
+    rows = finish(measuring_scalograms(folder, 300_000, times=2, size=SIZE))
+    told = {(row.name, row.setting.partition(", ")[2]): row for row in rows}
+    for span in ("2,000", "300,000"):
+        ways = [f"{span} visible, {way}" for way in ("never seen", "seen before", "from its file")]
+        for way in ways:
+            first, exact = told.pop(("first scalogram", way)), told.pop(("exact scalogram", way))
+            assert len(first.samples) == len(exact.samples) == 2
+            assert all(a <= b for a, b in zip(first.samples, exact.samples, strict=True))
+        assert exact.bound is not None
+    assert not told
     assert not list(folder.glob("long*"))
 
 
@@ -56,8 +79,9 @@ def test_a_project_is_opened_again_and_again(folder):
 def test_live_frames_are_measured_with_all_that_can_be_on(folder, monkeypatch):
     monkeypatch.setattr(capturing, "SETTLED", 0.1)
     monkeypatch.setattr(capturing, "SECONDS", 4.0)
-    monkeypatch.setattr(learning, "TREES", 3)
-    rows = finish(measuring_capture(folder, frames=5, size=SIZE))
+    monkeypatch.setattr(capturing, "preset", lambda _: FAST.replace(stride=10))
+    monkeypatch.setattr("forcelab.gui.capture.scalogram.ROWS", 6)
+    rows = finish(measuring_capture(folder, frames=5, size=(960, 640)))
     settings = [row.setting.removeprefix("2 DAQs at 1 kHz") for row in rows[::2]]
     assert settings == ["", ", scalogram", ", recognition", ", scalogram, recognition"]
     for apart, work in zip(rows[::2], rows[1::2], strict=True):

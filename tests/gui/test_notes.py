@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu
 
 from forcelab.gui import theme
-from forcelab.gui.removing import removal_of
+from forcelab.gui.removing import Removal, removal_of
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window
 from forcelab.project import Project
@@ -121,9 +121,49 @@ def test_a_right_click_writes_on_another_one_than_the_open_one(window, until):
     QTest.keyClick(line, Qt.Key.Key_Return)
     until(lambda: "second try" in index_of(window, "02").data(ALOUD))
     assert window.document.demonstration.name == "01"
-    assert "notes" in removal_of([*window.demonstrations.model.rows][1:], "Ada").text.text()
-    assert "notes" in removal_of([*window.demonstrations.model.rows], "Ada").text.text()
-    assert "notes" not in removal_of([*window.demonstrations.model.rows][:1], "Ada").text.text()
+    rows = [*window.demonstrations.model.rows]
+    assert "the note of Ada: “second try”" in removal_of(rows[1:], "Ada").text.text()
+    assert "notes (1)" in removal_of(rows, "Ada").text.text()
+    assert "note" not in removal_of(rows[:1], "Ada").text.text()
+
+
+def test_a_long_note_leaves_room_for_what_else_is_said_of_removing(window):
+    document = window.document
+    document.project.set_note(document.id, "Ada", "a long story " * 1000)
+    document.refresh_listing()
+    dialog = removal_of([*window.demonstrations.model.rows][:1], "Ada", window)
+    dialog.show()
+    told = dialog.text
+    assert "a long story a long" in told.text()
+    assert "This cannot be undone." in told.text()
+    assert told.height() >= told.heightForWidth(told.width())
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_note_written_while_removing_is_asked_about_is_not_lost_unseen(
+    window, path, until, monkeypatch, count
+):
+    rows = [*window.demonstrations.model.rows][-count:]
+    told = []
+
+    def answer(dialog):
+        told.append(dialog.text.text())
+        if len(told) == 1:
+            with Project.open(path) as other:
+                other.set_note(rows[-1].info.id, "Ben", "keep this one")
+        return len(told) == 1
+
+    monkeypatch.setattr(Removal, "exec", answer)
+    before = len(window.document.infos)
+    window.demonstrations.menu._ask_remove(rows)
+    assert len(told) == 2
+    assert "note" not in told[0]
+    assert told[1].startswith("Notes have changed meanwhile.")
+    assert ("notes (1)" if count > 1 else "the note of Ben: “keep this one”") in told[1]
+    assert len(window.document.infos) == before
+    monkeypatch.setattr(Removal, "exec", lambda _: True)
+    window.demonstrations.menu._ask_remove([*window.demonstrations.model.rows][-count:])
+    assert len(window.document.infos) == before - count
 
 
 def test_the_search_finds_a_note_of_anybody(window, path):
@@ -178,8 +218,7 @@ def test_what_could_not_be_stored_is_said_and_stays_typed(window, path, until, m
     assert line.text() == "leave out"
     QTest.keyClick(line, Qt.Key.Key_Return)
     until(lambda: "leave out" in index_of(window, "01").data(ALOUD))
-    monkeypatch.setattr(type(window.document.project), "read_only", True)
-    monkeypatch.setattr(window.document.project._db, "read_only", True)
+    monkeypatch.setattr(window.document.project._db, "_refusal", "It may only be read here.")
     QTest.keyClick(window.label.tracks, Qt.Key.Key_N, CTRL_SHIFT)
     assert "may only be read here" in said[-1][0]
     assert not asking(window)

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 from painted import opened
-from PySide6.QtWidgets import QInputDialog, QWidget
+from PySide6.QtWidgets import QInputDialog, QMessageBox, QWidget
 
+from forcelab.errors import ForcelabError
 from forcelab.gui import settings
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.document import Document
@@ -114,6 +115,43 @@ def test_a_key_offers_the_coders(app, document, make, tmp_path):
     choice._box.hidePopup()
     choice.close()
     document.close()
+
+
+def test_who_is_to_label_blind_is_found_under_the_name_that_was_assigned_to(
+    document, make, monkeypatch
+):
+    """A new name, one letter apart, would see all that is to be hidden."""
+    path, project, (one, _) = document.project.path, document.project, document.infos
+    choice = CoderChoice(document)
+    project.assign(one.id, "Bert")
+    document.refresh_listing()
+    assert choice._box.findText("Bert") >= 0
+    asked = []
+    monkeypatch.setattr(QInputDialog, "getText", lambda *_: ("bert", True))
+    monkeypatch.setattr(QMessageBox, "exec", lambda box: asked.append(box.text()))
+    choice._chosen(choice._box.count() - 1)
+    assert asked == ["There is 'Bert' already."]
+    assert document.author == "Bert"
+    said = []
+    document.said.connect(lambda text, _: said.append(text))
+    make(document, author="bert").open(path)
+    assert said == ["'bert' is a new coder beside 'Bert'."]
+    choice.deleteLater()
+
+
+def test_a_list_of_coders_that_cannot_be_read_stays_as_it_was(document, monkeypatch):
+    choice, faults = CoderChoice(document), []
+    there = [choice._box.itemText(at) for at in range(choice._box.count())]
+
+    def fail(_):
+        raise ForcelabError("the disk is gone")
+
+    monkeypatch.setattr("sys.excepthook", lambda *fault: faults.append(fault))
+    monkeypatch.setattr(type(document.project), "assignments", fail)
+    document.refresh_listing()
+    assert [choice._box.itemText(at) for at in range(choice._box.count())] == there
+    choice.deleteLater()
+    assert not faults
 
 
 def test_a_long_name_of_a_coder_ends_in_an_ellipsis_and_is_told_whole(document):

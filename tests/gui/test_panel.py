@@ -67,7 +67,7 @@ def moves(document, random):
 
 def test_what_was_painted_in_parts_is_what_is_painted_at_once(app, workspace, until):
     document, random = workspace.document, np.random.default_rng(3)
-    for _ in range(40):
+    for _ in range(25):
         for _ in range(int(random.integers(1, 4))):
             moves(document, random)[int(random.integers(11))]()
             if random.random() < 0.5:

@@ -24,6 +24,12 @@ def test_a_track_is_hidden_and_shown_again(app):
         assert document.others == {"Ben": HERS, "Cleo": HIS}
 
 
+def test_an_ampersand_in_a_name_is_no_mark_of_a_key(app):
+    with opened((), **{"Ben & Cleo": HERS}) as document:
+        (entry,) = entries(ShownTracks(document)).values()
+        assert entry.text() == "Ben && Cleo"  # which Qt shows as one
+
+
 def test_nobody_is_named_to_a_blind_coder(app):
     with opened((), Ben=HERS) as document:
         document.project.assign(document.id, "Ann")

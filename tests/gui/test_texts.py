@@ -254,3 +254,33 @@ def test_the_translators_tool_finds_every_text(tmp_path):
         missing = set(read(path.read_text("utf-8")).marked) - sources
         assert not missing, path
     assert len(sources) > 100
+
+
+def test_where_names_are_cut_is_said_at_one_place():
+    elsewhere = [
+        path.relative_to(GUI).as_posix()
+        for path in FILES
+        if "ElideMiddle" in path.read_text("utf-8") and path.parent.name != "capture"
+    ]
+    assert elsewhere == []
+
+
+@pytest.mark.parametrize(
+    ("names", "like", "at"),
+    [
+        (("stylus 07", "stylus 08"), "stylu07", "middle"),
+        (("insert left peg", "insert right peg"), "insert le…", "end"),
+        (("turn the screw clockwise", "turn the screw anticlockwise"), "…turnclockwise", "start"),
+    ],
+)
+def test_names_that_are_cut_are_told_apart(app, names, like, at):
+    from forcelab.gui.figures import text
+
+    face = text.font(11)
+    room = text.width(like, face)
+    shown = tuple(text.elided_name(name, face, room, names) for name in names)
+    assert len(set(shown)) == len(names)
+    assert all(text.width(name, face) <= room for name in shown)
+    for one in shown:
+        begun, ended = one.startswith("…"), one.endswith("…")
+        assert (begun, ended) == (at == "start", at == "end")

@@ -67,7 +67,6 @@ def lab(rgb):
 def themed(app):
     yield app
     theme.apply(app, "light")
-    app.setStyleSheet("")
 
 
 @THEMES
@@ -156,7 +155,6 @@ def test_a_theme_is_put_on_and_told(themed):
     assert told[1:] == [theme.LIGHT]
     assert themed.palette().color(QPalette.ColorRole.WindowText).name() == theme.LIGHT.text
     theme.themes().changed.disconnect()
-    themed.setStyleSheet("")  # a sheet wraps the style
     assert themed.style().name() == "fusion"
 
 
@@ -164,6 +162,7 @@ def test_a_menu_of_very_many_entries_scrolls_in_one_column(themed):
     """Not: covers the screen with columns, the last of which lie beside it."""
     theme.apply(themed, "light")
     menu = QMenu()
+    theme.dress(menu)
     for i in range(200):
         menu.addAction(f"action {i}")
     menu.show()
@@ -206,6 +205,7 @@ def test_a_box_to_type_or_choose_in_has_a_frame_that_is_seen(themed, choice, mad
 def test_what_can_be_ticked_in_a_list_is_seen(themed, choice, state):
     theme.apply(themed, choice)
     rows = QListWidget()
+    theme.dress(rows)
     rows.resize(120, 40)
     row = QListWidgetItem(rows)
     row.setCheckState(state)

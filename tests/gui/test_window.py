@@ -1,5 +1,6 @@
 """The whole window: what it leaves out, what it remembers."""
 
+import time
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,7 +10,15 @@ from painting_bench import demonstration
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QColor, QPalette, QStatusTipEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QComboBox, QTreeView, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QDialog,
+    QLineEdit,
+    QMenu,
+    QStyle,
+    QTreeView,
+    QWidget,
+)
 
 from forcelab.gui import settings, theme
 from forcelab.gui.start import Start
@@ -56,6 +65,7 @@ def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until
 
     def training():
         while not ended:
+            time.sleep(0.001)
             yield
 
     window.jobs.run(training(), lambda _: None, key=TRAINING)
@@ -65,6 +75,42 @@ def test_it_is_complete_while_a_training_goes_on_behind_it(windows, study, until
     assert not window.settled
     ended.append(True)
     until(lambda: window.settled and not window.jobs.busy)
+
+
+@pytest.mark.parametrize(
+    "step", ["capture.let_go", "label.let_go", "label.remember_layout", "jobs.close"]
+)
+def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
+    windows, study, monkeypatch, until, step
+):
+    window, faults = windows(Start(project=study)), []
+    monkeypatch.setattr("sys.excepthook", lambda _, error, __: faults.append(str(error)))
+    part, verb = step.split(".")
+    part = getattr(window, part)
+    done = getattr(part, verb)
+
+    def endless():
+        while True:
+            time.sleep(0.001)
+            yield
+
+    def fail():
+        if step == "jobs.close":
+            done()
+        raise ZeroDivisionError("a fault")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(part, verb, fail)
+        window.jobs.run(endless(), print, key="endless")
+        window.close()
+    assert [fault.endswith("a fault") for fault in faults] == [True]
+    assert not window.isVisible()
+    assert window.document.project is None
+    assert not window._look.isActive()
+    assert not window._listing.isActive()
+    assert window.at_rest(5.0)
+    if step == "label.let_go":
+        done()  # what could not be let go of is let go of now
 
 
 def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
@@ -138,7 +184,7 @@ def test_the_first_time_the_sample_project_is_made_and_opened(windows, study, mo
     place = study.with_name("sample.forcelab")
     monkeypatch.setattr("forcelab.gui.window.sample_place", lambda: place)
     window = windows()
-    until(lambda: window.document.id, 10)
+    until(lambda: window.document.id)
     assert window.document.project.path == place
     assert settings.recent_projects() == (place,)
     window.close()
@@ -252,6 +298,31 @@ def test_what_the_status_line_says_follows_a_change_of_theme(windows, study, app
             assert colours().dark
             assert bar.palette().color(QPalette.ColorRole.WindowText) == QColor(ink)
             assert bar.currentMessage() == "It went as it went."
+    finally:
+        theme.apply(app, "light")
+
+
+def test_what_belongs_to_the_window_is_dressed_as_it_is(windows, study, app):
+    """A sheet of the application would cost each part a dressing whenever it is put somewhere."""
+    window = windows(Start(project=study))
+    try:
+        for choice in ("dark", "light"):
+            window.commands[f"theme_{choice}"].trigger()
+            menu, dialog = QMenu(window), QDialog(window)
+            line = QLineEdit(dialog)
+            for widget in (menu, line, window.statusBar()):
+                widget.ensurePolished()
+            assert menu.style().styleHint(QStyle.StyleHint.SH_Menu_Scrollable, None, menu)
+            line.resize(80, 24)
+            edge = line.grab().toImage().pixelColor(40, 0).name()
+            assert edge == colours().frame
+            box = QComboBox(dialog)
+            box.addItems(["a", "b"])
+            unfolded = box.view().window()
+            unfolded.ensurePolished()
+            ground = unfolded.palette().color(QPalette.ColorRole.Window).name()
+            assert ground == colours().panel
+        assert not app.styleSheet()
     finally:
         theme.apply(app, "light")
 
@@ -375,6 +446,25 @@ def test_when_the_open_demonstration_is_removed_the_keyboard_is_in_the_list(wind
     app.processEvents()
     assert document.demonstration is None
     assert window.focusWidget() is window.demonstrations.view
+
+
+def test_choose_all_means_the_list_that_the_keyboard_is_in(windows, study, app, until):
+    window = windows(Start(project=study))
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window)
+    chosen = window.demonstrations.view.selectionModel()
+    window.document.paint(1.0, 2.0, "grab")
+    chosen.clear()
+    for view in (window.label.segments.table, window.label.vocabulary.list):
+        view.setFocus()
+        QTest.keyClick(view, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+        assert not chosen.hasSelection()
+        assert window.focusWidget() is view
+    for place in (window.label.tracks, window.demonstrations.view):
+        place.setFocus()
+        QTest.keyClick(place, Qt.Key.Key_A, Qt.KeyboardModifier.ControlModifier)
+        assert chosen.hasSelection()
+        chosen.clear()
 
 
 def test_a_list_that_was_closed_is_there_to_search_and_to_choose_in(windows, study, app):

@@ -123,8 +123,9 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
     for other in (with_video, document.demonstration):
         document.demonstration = other
         document.demonstration_changed.emit()
-        QTest.qWait(50)
-        assert lists["video"].isVisible() == (other.video is not None)
+        filmed = other.video is not None
+        until(lambda filmed=filmed: lists["video"].isVisible() == filmed)
+        until(lambda: window.settled)
         assert lists["actions"].width() == wide
 
 

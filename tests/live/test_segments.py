@@ -25,7 +25,7 @@ def decided(times, codes, probabilities=None):
     return Decided(np.asarray(times), np.asarray(codes, dtype=np.int64), probabilities)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(st.integers(-1, 1), min_size=2, max_size=60), st.lists(st.integers(1, 9)))
 def test_segments_are_those_of_all_labels_at_once(codes, cuts):
     times = 5.0 + PERIOD * np.arange(len(codes))

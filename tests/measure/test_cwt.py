@@ -80,7 +80,7 @@ def test_the_memory_of_a_long_recording_is_told_without_its_tables():
 
 def test_what_is_not_installed_is_refused_by_name():
     peer = Peer("WaveLab", "no_such_module_anywhere", lambda x, *_: x)
-    with pytest.raises(InputError, match=r"WaveLab is not installed; pip install .*peers"):
+    with pytest.raises(InputError, match=r"WaveLab is not installed .*; pip install .*peers"):
         peer.coefficients(np.zeros((1, 8)), np.array([4.0]))
 
 

@@ -9,11 +9,12 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment
 from forcelab.measure.peers.classifiers import LIGHTGBM, MINIROCKET
 from forcelab.measure.peers.networks import CNN, MS_TCN
-from forcelab.measure.peers.peer import Peer, Task, around, softmax
+from forcelab.measure.peers.peer import Peer, Task, around
 from forcelab.measure.recognition import measuring
 from forcelab.measure.recognition_peers import PEERS, measuring_peers
 from forcelab.measure.recognition_settings import Variant
 from forcelab.recognition.examples import Labelled
+from forcelab.recognition.forest import softmax
 from forcelab.recognition.presets import PRESETS
 
 RATE = 100.0

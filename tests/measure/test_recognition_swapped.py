@@ -53,7 +53,7 @@ def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
 
 
 def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
-    monkeypatch.setattr(learning, "TREES", 10)
+    monkeypatch.setattr(learning, "TREES", 2)
     seeds = []
     fit = recognition_swapped.fit_examples
 

@@ -60,9 +60,7 @@ def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
     edit = labelling.accept(given, MODEL)
     assert edit == labelling.history()[-1]
     assert (edit.kind, edit.author, edit.proposed_by) == ("paint", "Ada", MODEL)
-    assert edit.what == (
-        "2 predictions of model paper 12 accepted: grab 1.250-1.730 s, slip 3.000-3.500 s"
-    )
+    assert edit.what == ("grab 1.250-1.730 s, slip 3.000-3.500 s accepted from model paper 12")
     around = (Segment(0, 1.25, "hold"), given[0], Segment(1.73, 2, "hold"), given[1])
     assert labelling.segments == stored(labelling) == around
     assert labelling.accept(given, MODEL) is None
@@ -77,18 +75,18 @@ def test_accepting_is_one_edit_that_tells_who_proposed_it(labelling):
 def test_many_predictions_make_a_short_line(labelling):
     many = tuple(Segment(i, i + 0.5, "grab") for i in range(40))
     assert labelling.accept(many[2:3], MODEL).what == (
-        "1 prediction of model paper 12 accepted: grab 2.000-2.500 s"
+        "grab 2.000-2.500 s accepted from model paper 12"
     )
     assert labelling.accept(many, MODEL).what == (
-        "39 predictions of model paper 12 accepted: "
-        "grab 0.000-0.500 s, grab 1.000-1.500 s, grab 3.000-3.500 s, …"
+        "grab 0.000-0.500 s, grab 1.000-1.500 s, grab 3.000-3.500 s and 36 more accepted from "
+        "model paper 12"
     )
 
 
 def test_what_is_there_stays_where_it_is_not_to_be_replaced(labelling):
     labelling.paint(1, 2, "hold")
     edit = labelling.accept((Segment(0.5, 3.0, "grab"),), MODEL, replace=False)
-    assert edit.what.endswith("accepted: grab 0.500-1.000 s, grab 2.000-3.000 s")
+    assert edit.what.startswith("grab 0.500-1.000 s, grab 2.000-3.000 s accepted from ")
     assert [s.action for s in stored(labelling)] == ["grab", "hold", "grab"]
     assert labelling.accept((Segment(1.2, 2.5, "slip"),), MODEL, replace=False) is None
 

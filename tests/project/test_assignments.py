@@ -7,7 +7,7 @@ from datetime import datetime, timedelta, timezone
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment
+from forcelab.labels import Segment, Track
 from forcelab.project import AssignmentEvent, Project
 
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))
@@ -132,3 +132,12 @@ with Project.open(sys.argv[1]) as project:
     assert len(project.assignments()) == 3 * len(ids)
     assert all(one.done for one in project.assignments())
     assert len(project.assignment_events()) == 6 * len(ids)  # "both" was assigned once only
+
+
+def test_everybody_who_has_something_to_do_with_it_is_known_by_name(project, make):
+    id_ = project.add(make(0, "one"), [Track("Ada", (Segment(0.0, 0.1, "grab"),))]).id
+    project.edit(id_, "model one", (), (Segment(0.0, 0.1, "grab"),), "predicted", kind="predict")
+    project.assign(id_, "Bert")
+    project.assign(id_, "Ada")
+    project.set_note(id_, "Cleo", "The film is dark.")
+    assert project.people() == ("Ada", "Bert", "Cleo")

@@ -307,9 +307,20 @@ def test_a_project_that_may_only_be_read_is_read_and_left_as_it_is(path, make, r
     assert {file: file.stat().st_mtime_ns for file in path.rglob("*")} == before
 
 
-def test_edits_that_lie_in_the_journal_are_not_overlooked(path, make, monkeypatch):
-    with Project.create(path) as project:
-        project.add(make(1))
-        monkeypatch.setattr("forcelab.project.database.os.access", lambda *_: False)
-        with pytest.raises(InputError, match="was not closed"):
-            Project.open(path)
+@pytest.mark.parametrize("written", ["before", "after"])
+def test_what_somebody_else_writes_is_seen_where_nothing_may_be_written(
+    path, make, read_only, written
+):
+    with pytest.MonkeyPatch.context() as writable:
+        writable.setattr("forcelab.project.database.os.access", lambda *_: True)
+        with Project.create(path) as writer:
+            id_ = writer.add(make(1)).id
+        writer = Project.open(path)
+    with writer:
+        if written == "before":  # otherwise the journal is empty
+            writer.rename(id_, "02")
+        with Project.open(path) as project:  # as on the share of whoever has it open
+            assert project.read_only
+            writer.rename(id_, "new")
+            assert project.changed_elsewhere()
+            assert project.info(id_).name == "new"

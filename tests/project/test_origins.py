@@ -212,7 +212,7 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
                 "proposed_by) VALUES (1, 'paint', '', '', 0, ?, ?, ?, ?)",
                 *row,
             )
-    took = []
+    took, again = [], []
     for _ in range(3):
         with Project.open(project.path) as fresh:
             began = time.process_time()
@@ -221,5 +221,6 @@ def test_long_histories_are_followed_quickly_and_once(labelling):
             assert len(told) == 5001
             began = time.process_time()
             assert fresh.origins(id_, "Ada") is told
-            assert time.process_time() - began < 0.01
+            again.append(time.process_time() - began)
     assert min(took) < 0.3
+    assert min(again) < 0.01

@@ -123,7 +123,10 @@ def test_an_action_without_segments_is_renamed_by_anybody(project, ids):
     project.add_actions("foam", ["twist"])
     done = project.rename_action("Cleo", "twist", "turn")
     assert project.vocabulary("foam").names == ("grab", "hold", "turn")
-    assert done.sentences(done=True) == "'twist' is now 'turn' in foam; Cleo has no segment of it."
+    assert (
+        done.sentences(done=True)
+        == "'twist' is now 'turn' in foam; Cleo has no segment of 'twist'."
+    )
 
 
 def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
@@ -139,6 +142,39 @@ def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
     project.set_done(ids[0], "Ada")
     told = project.renaming("Ada", "hold", "grip").sentences(done=False)
     assert "for Ben (1 segment), Cleo (2 segments)." in told
+
+
+@pytest.mark.parametrize("used", [False, True])
+def test_who_codes_blind_cannot_find_out_by_renaming_or_removing(project, ids, used):
+    project.add_actions("LEGO", ["slip", "twist"])
+    project.assign(ids[0], "Cleo", blind=True)
+    paint(project, ids[1], "Cleo", (Segment(0.0, 0.1, "twist"),))
+    before = project.track(ids[0], "Ada").segments
+    if used:
+        hidden = (Segment(0.5, 0.6, "slip"), Segment(0.6, 0.7, "twist"))
+        project.edit(ids[0], "Ada", before, (*before, *hidden), "painted")
+    with pytest.raises(InputError, match="'slip' was not renamed: Cleo has no segment of it"):
+        project.rename_action("Cleo", "slip", "slide")
+    with pytest.raises(InputError, match="'slip' stays in the list, as others may use it"):
+        project.refuse_removing("Cleo", "slip", "LEGO")
+    with pytest.raises(InputError, match="There are segments of 'twist'"):
+        project.refuse_removing("Cleo", "twist", "LEGO")
+    done = project.rename_action("Cleo", "twist", "turn")
+    assert "'twist' stays in the list, as others may use it." in done.sentences(done=True)
+    assert {"twist", "turn"} < {*project.vocabulary("LEGO").names}
+    project.set_done(ids[0], "Cleo")
+    if used:
+        with pytest.raises(InputError, match="There are segments of 'slip'"):
+            project.refuse_removing("Cleo", "slip", "LEGO")
+    else:
+        project.refuse_removing("Cleo", "slip", "LEGO")
+
+
+def test_which_of_two_actions_has_the_segments_is_said_before_they_are_merged(project, ids):
+    assert project.renaming("Ada", "hold", "grab", ["foam"]).sentences(done=False) == (
+        "'hold' becomes 'grab' in 2 segments of Ada, in 1 demonstration of foam. "
+        "There is an action 'grab' already."
+    )
 
 
 def test_recognisers_and_runs_stay_as_they_are(project, ids):
@@ -169,3 +205,37 @@ def test_another_process_reads_the_new_names(project, ids, path):
         assert other.changed_elsewhere()
         assert actions(other, ids[0]) == ["grab", "grip", "grip"]
         assert other.vocabulary("LEGO") == project.vocabulary("LEGO") != Vocabulary()
+
+
+def test_it_is_taken_back_in_every_track_at_once_and_brought_back(project, ids):
+    project.rename_action("Ada", "hold", "grip")
+    done = project.undo_everywhere(ids[1], "Ada")
+    assert done.edits[0].demonstration == ids[1]
+    assert {edit.demonstration for edit in done.edits} == {*ids}
+    assert done.sentence() == "undo: hold is now grip in 6 segments of 3 demonstrations"
+    assert [project.track(id_, "Ada").segments for id_ in ids] == [ADA] * 3
+    project.redo_everywhere(ids[2], "Ada")
+    assert [actions(project, id_) for id_ in ids] == [["grab", "grip", "grip"]] * 3
+
+
+def test_what_was_edited_since_is_left_and_what_was_undone_already_is_not_told(project, ids):
+    project.rename_action("Ada", "hold", "grip")
+    paint(project, ids[0], "Ada", project.track(ids[0], "Ada").segments[:2])
+    project.undo(ids[1], "Ada")
+    done = project.undo_everywhere(ids[2], "Ada")
+    assert [edit.demonstration for edit in done.edits] == [ids[2]]
+    assert done.left == ("0",)
+    assert actions(project, ids[0]) == ["grab", "grip"]
+    paint(project, ids[1], "Ada", ADA[:1])
+    again = project.redo_everywhere(ids[2], "Ada")
+    assert (len(again.edits), again.left) == (1, ("1",))
+    assert "; not in '1'" in again.sentence()
+
+
+def test_an_edit_that_is_like_another_is_undone_alone(project, ids):
+    project.rename_action("Ada", "hold", "grip", ["LEGO"])
+    project.rename_action("Ada", "hold", "grip", ["foam"])
+    done = project.undo_everywhere(ids[2], "Ada")
+    assert (len(done.edits), done.left) == (1, ())
+    assert actions(project, ids[0]) == ["grab", "grip", "grip"]
+    assert project.undo_everywhere(ids[2], "Ben") is None

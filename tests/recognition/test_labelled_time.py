@@ -22,7 +22,7 @@ def at(n):
 
 
 @given(runs, runs, st.integers(2, 120))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_unlabelled_time_is_as_if_it_had_never_been_recorded(human, predicted, n):
     h, p = track(human, n), track(predicted, n)
     found = score("", h, p, at(n), ACTIONS)

@@ -211,6 +211,20 @@ def test_with_time_enough_labels_are_nearly_those_of_offline_recognition(trained
     assert np.mean(codes == offline) > 0.9
 
 
+def test_devices_whose_clocks_differ_a_little_are_learnt_from_together(monkeypatch):
+    # Of 2.498 and of 2.502 samples a time step: two of one device, three of the other.
+    monkeypatch.setattr(learning, "TREES", 4)
+    slow, quick = (
+        Labelled(changed(demonstration, demonstration.times * 125 / rate), segments)
+        for (demonstration, segments), rate in zip(
+            synthetic_set(2, rate=125.0), (124.9, 125.1), strict=True
+        )
+    )
+    one, other = (train(order, preset("fast")).live for order in ([slow, quick], [quick, slow]))
+    for part, same in zip(one, other, strict=True):
+        assert np.allclose(part.classifier.mean, same.classifier.mean, rtol=1e-9, atol=1e-12)
+
+
 def test_a_gap_is_never_labelled(trained, three):
     demonstration = three[2].demonstration
     keep = np.ones(len(demonstration.times), dtype=bool)

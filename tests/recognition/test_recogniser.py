@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from synthetic import synthetic_demonstration, synthetic_set
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
@@ -15,6 +16,7 @@ from forcelab.recognition.examples import Labelled, prepare
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.recognition.training import train
+from forcelab.signals.engine.threads import one_blas_thread
 
 OFF = Settings(max_scale=64.0, classifier="naive-bayes", threshold=None, median=None, drop=None)
 #: Strong enough to change something on these short, well separated recordings.
@@ -127,6 +129,28 @@ def test_recognition_in_blocks_gives_what_recognition_at_once_gives(
     np.testing.assert_array_equal(parts.filtered, whole.filtered)
     if threshold is not None:
         np.testing.assert_allclose(parts.probabilities, whole.probabilities, atol=1e-12)
+
+
+def test_blas_has_its_threads_back_where_a_transform_outlasts_a_recognition():
+    def threads():
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    class Meanwhile(Oracle):
+        """As it is asked, a transform begins in another thread."""
+
+        def predict(self, X):
+            transform.__enter__()
+            return super().predict(X)
+
+    transform = one_blas_thread()
+    made, demonstration = oracle([0, 1, 2])
+    made = dataclasses.replace(made, classifier=Meanwhile([0, 1, 2]))
+    with threadpool_limits(2, user_api="blas"):
+        before = threads()
+        made.predict(demonstration)
+        assert set(threads()) == {1}
+        transform.__exit__(None, None, None)
+        assert threads() == before
 
 
 @pytest.mark.parametrize("name", [name for name in CLASSIFIERS if name != "svm"])

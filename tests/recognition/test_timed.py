@@ -30,7 +30,7 @@ def tracks(draw):
     return track(), track(), np.cumsum(steps) / 1024
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(tracks())
 def test_scores_of_segments_are_those_of_their_samples(drawn):
     human, predicted, times = drawn

@@ -19,7 +19,7 @@ from forcelab.recognition.storage import TRUSTED, dump, load
 from forcelab.recognition.training import train
 from forcelab.recognition.units import mixed_units, other_units, units_of
 
-SMALL = Settings(max_scale=32.0, stride=6)
+SMALL = Settings(max_scale=32.0, stride=6, classifier="naive-bayes")
 
 
 def in_counts(demonstration):

@@ -167,7 +167,7 @@ def test_gaps_that_one_coder_leaves_cut_no_segment_of_the_other():
     assert set(agree([coded(gaps[:1] + whole[1:], early)], "Ann", "Ben").f1.values()) == {1.0}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(tracks(), tracks(), st.integers(0, 50))
 def test_figures_are_symmetric_and_follow_no_shift_and_no_name(a, b, shift):
     one = agree([coded(a, b)], "Ann", "Ben")

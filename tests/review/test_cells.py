@@ -116,7 +116,7 @@ def coded(draw):
     return np.array(draw(codes)), np.array(draw(codes))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(coded(), min_size=1, max_size=3))
 def test_time_is_that_of_the_counted_samples_and_places_add_up_to_their_cell(drawn):
     period, samples, tested = 0.008, np.zeros((3, 4)), []

@@ -166,7 +166,7 @@ def tracks(draw):
     return tuple(Segment(s / 10, e / 10, name) for s, e, name in rows if name)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(tracks(), tracks())
 def test_differences_are_exactly_where_two_tracks_differ(a, b):
     found = differences(a, b)

@@ -63,6 +63,39 @@ def test_the_latest_is_that_of_the_tasks(project):
     assert latest(project, ["foam", "soft"]) is None
 
 
+def test_the_latest_of_a_task_tells_of_its_own_demonstrations_if_any_does(path):
+    """A model of foam that was tried on soft afterwards has nothing to say of foam."""
+    with Project.open(path) as project:
+        run = project.run(2)
+
+        def add(trained: str, tested: str) -> int:
+            choice = {**run.settings["choice"], "tasks": [trained], "test_task": tested}
+            return project.add_run(
+                run.kind,
+                settings={**run.settings, "choice": choice},
+                seed=run.seed,
+                labels=run.labels,
+                versions=run.versions,
+                result=run.result,
+            )
+
+        added = [add("foam", "soft"), add("hard", "soft"), add("foam", "wet")]
+        try:
+            assert latest(project).number == added[2]
+            assert latest(project, ["foam"]).number == 2
+            assert latest(project, ["soft"]).number == added[1]
+            assert latest(project, ["hard"]).number == added[1]
+        finally:
+            for number in added:
+                project.remove_run(number)
+
+
+def test_a_printed_run_tells_what_it_is_in_a_few_lines(project):
+    outcome = latest(project)
+    assert "title='foam'" in repr(outcome)
+    assert len(repr(outcome)) < 2000
+
+
 def test_a_run_of_the_command_line_can_be_reviewed_too(project):
     outcome = load(project, 2)
     assert (outcome.recogniser, outcome.proposals) == ("", ())

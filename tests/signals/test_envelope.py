@@ -38,6 +38,47 @@ def recording(random, n, missing=0.0, channels=1):
     return np.cumsum(steps), signals
 
 
+@pytest.mark.parametrize(("n", "width"), [(4_000, 1000), (2 * CHUNK + 5_000, 1000), (40_000, 50)])
+def test_glitches_count_as_missing_samples(n, width):
+    random = np.random.default_rng(3)
+    times = np.arange(n) / 1000
+    known = random.standard_normal((n, 2))
+    wild = np.sort(random.choice(np.arange(0, n - 1, 7), 12, replace=False))
+    lost, spoilt = known.copy(), known.copy()
+    lost[wild, 0] = np.nan
+    spoilt[wild, 0] = random.choice([1e16, -1e12, 1e250], wild.size)
+    for columns in ((0,), (0, 1)):
+        clean, glitchy = read(lost, columns), read(spoilt, columns)
+        np.testing.assert_array_equal(glitchy[0].glitches, wild)
+        assert glitchy[0].range == clean[0].range
+        for start, end in ((0.0, times[-1]), (times[n // 3], times[n // 3] + 0.9)):
+            seen = Columns(times, np.linspace(start, end, width + 1))
+            for ours, theirs in zip(
+                drawn_together(glitchy, seen), drawn_together(clean, seen), strict=True
+            ):
+                np.testing.assert_array_equal(ours.low, theirs.low)
+                np.testing.assert_array_equal(ours.high, theirs.high)
+
+
+def test_large_values_that_last_are_no_glitches():
+    signals = np.random.default_rng(4).standard_normal((4_000, 1))
+    signals[100:110, 0], signals[500, 0] = 1e12, 1e20
+    (envelope,) = read(signals)
+    assert envelope.glitches.tolist() == [500]
+    assert envelope.range == (signals.min(), 1e12)
+
+
+def test_a_number_that_stands_for_an_absent_sensor_is_missing_and_no_glitch():
+    signals = np.random.default_rng(5).standard_normal((4_000, 1))
+    signals[2_000:3_000, 0], signals[500, 0] = 3.4e38, 1e12
+    lost = np.where(signals > 1e9, np.nan, signals)
+    (envelope,), (clean,) = read(signals), read(lost)
+    assert envelope.glitches.tolist() == [500]
+    assert envelope.range == clean.range
+    seen = Columns(np.arange(4_000) / 1000, np.linspace(0.0, 4.0, 200))
+    np.testing.assert_array_equal(envelope.drawn(seen).high, clean.drawn(seen).high)
+
+
 def check(envelope, times, values, edges):
     """Every sample is in its column; what else is there comes from less than a block beside it."""
     columns = Columns(times, edges)

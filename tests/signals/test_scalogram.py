@@ -136,6 +136,8 @@ def test_phases_of_cut_wavelets_are_as_sure_as_stated_for_any_carrier(p, last, c
 def long_from_little(monkeypatch):
     """Spans are long, and made of several chunks, that are short enough to be transformed."""
     monkeypatch.setattr(module, "LONG", 1 << 14)
+    monkeypatch.setattr(module, "SHOWN", 1 << 14)
+    monkeypatch.setattr(module, "CHUNK", 1 << 14)
     monkeypatch.setattr(scalogram_tiles, "CHUNK", 1 << 14)
 
 
@@ -173,10 +175,11 @@ def test_what_was_computed_before_a_picture_was_cancelled_is_kept(tapped):
     view = finish(survey(recorded(tapped), "fz", 2048.0))
     job = scalogram(view, 0.0, 60.0, scales=SCALES, columns=100)
     for _ in job:
-        if len(view.tiles(SCALES).missing(0, 60_000)) == 2:
+        if len(view.tiles(SCALES).missing(0, 60_000)) < 4:
             break
     job.close()
-    assert view.tiles(SCALES).missing(0, 60_000) == [2, 3]
+    # What a second core was at work on is ended, and kept as well.
+    assert len(view.tiles(SCALES).missing(0, 60_000)) in (1, 2, 3)
     whole = finish(scalogram(view, 0.0, 60.0, scales=SCALES, columns=100))
     np.testing.assert_array_equal(whole.values, made(tapped, columns=100).values)
 
@@ -552,3 +555,70 @@ def test_pieces_are_what_is_read_one_by_one(even):
         np.testing.assert_array_equal(values[row], wanted)
         assert known[row] == there.any()
     assert not known[4], "all of it in a gap"
+
+
+@pytest.mark.parametrize("n", [60_000, 600_000])
+@pytest.mark.parametrize("phase", [False, True])
+def test_a_glitch_is_left_out_and_told(n, phase):
+    x = force(n)
+    missing, wild = x.copy(), x.copy()
+    # One in the middle, and one that the first of the stretches meets which tell the colours.
+    for place in (n // 2 + 137, 5_000):
+        missing[place], wild[place] = np.nan, 1e16
+    expected, found = (made(y, columns=300, phase=phase) for y in (missing, wild))
+    np.testing.assert_array_equal(found.values, expected.values)
+    assert (found.view.low, found.view.high) == (expected.view.low, expected.view.high)
+    assert found.view.source.left_out(0, n) == 2
+    assert found.view.source.left_out(0, n // 2) == 1
+    assert expected.view.source.left_out(0, n) == 0
+
+
+def test_glitches_are_left_out_of_uneven_recordings_and_of_forces_made_of_two_channels():
+    x = np.stack([force(20_000, seed) for seed in range(3)], axis=1)
+    missing, wild = x.copy(), x.copy()
+    missing[9_000, 1], wild[9_000, 1] = np.nan, -1e16
+    times = np.arange(20_000) / RATE
+    times[12_000:] += 4e-4
+    expected, found = (
+        made(recorded(y, times, ("fx1", "fy1", "fz1")), channel="tangential 1", columns=200)
+        for y in (missing, wild)
+    )
+    np.testing.assert_array_equal(found.values, expected.values)
+    assert found.view.source.left_out(0, 20_000) == 1
+
+
+def test_a_spike_that_is_no_glitch_leaves_the_forces_their_colours():
+    x = force(100_000)
+    usual = finish(survey(recorded(x), "fz", 2048.0))
+    x[5_000:5_200] = 1e7
+    loud = finish(survey(recorded(x), "fz", 2048.0))
+    assert loud.high < usual.high + 3
+    assert loud.low == pytest.approx(usual.low, abs=0.5)
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_a_loud_sample_hides_nothing_that_is_far_from_it():
+    x = force(120_000)
+    quiet = made(x, columns=240)
+    x[100_000] = 1e8
+    loud = made(x, columns=240)
+    # What rests on no sample of the chunks that the widest wavelets hear it from.
+    far = slice(0, 140)
+    np.testing.assert_allclose(loud.values[:, far], quiet.values[:, far], atol=0.02)
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_rounding_of_what_is_loud_in_the_middle_of_a_wide_column_is_not_told_as_a_force():
+    x = 1 + 1e6 * np.exp(-(((np.arange(400_000) - 150_000) / 1500) ** 2))
+    # Of the seven chunks of the second column, neither the first nor the last hears of it.
+    column = made(x, columns=4).values[:, 1]
+    floor = 1e-6 * 0.5e6 * np.sqrt(SCALES)
+    assert np.all(10.0**column >= 0.99 * floor)
+
+
+def test_what_is_left_out_can_be_asked_for_while_more_is_come_across():
+    x = force(4_000)
+    x[[5, 1000, 3999]] = 1e16
+    source = finish(survey(recorded(x), "fz", 2048.0)).source
+    counts = [source.left_out(*span) for span in ((0, 5), (0, 6), (5, 1000), (999.5, 4000))]
+    assert counts == [0, 1, 1, 2]

@@ -1,13 +1,16 @@
 """Proposals for the clocks of videos whose true clock is known."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from forcelab.demonstration import Channel, Demonstration
+from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
-from forcelab.jobs import finish
+from forcelab.jobs import Progress, finish
 from forcelab.signals.synchronising import proposing, proposing_for
 from forcelab.signals.tapping import find_taps
+from forcelab.video.motion import MotionEnergy
 
 FRAME = 1 / 30
 
@@ -95,6 +98,38 @@ def test_missing_samples_gaps_and_one_channel_do_not_matter():
     for times, values in ((t[keep], force[keep]), (t, force[:, 0])):
         proposal = propose(frames, energy, times, values)
         assert error(proposal, frames, -0.4, 1.0) < FRAME
+
+
+def test_a_glitch_hides_no_tap():
+    frames, energy, t, force = recorded(offset=-0.4, seed=3)
+    missing = force.copy()
+    force[3000, 1], missing[3000, 1] = 1e12, np.nan
+    proposal = propose(frames, energy, t, force)
+    assert proposal.taps == propose(frames, energy, t, missing).taps
+    assert len(proposal.taps) == 2
+
+
+def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
+    frames, energy, t, force = recorded(offset=-0.4, seed=3)
+    counts = np.round(5e4 * force)
+    counts[:, 1] = 0.0
+    counts[2000:2040, 1] = 1e6
+    missing = counts.copy()
+    counts[3000, 1], missing[3000, 1] = 1e12, np.nan
+
+    def motion(_):
+        yield Progress(1, 1, "motion")
+        return MotionEnergy(frames, energy)
+
+    monkeypatch.setattr("forcelab.signals.synchronising.measuring_motion", motion)
+    channels = tuple(Channel(name, "counts") for name in ("fx", "fy", "fz"))
+    film = VideoReference(Path("film.mp4"))
+    spoilt, usual = (
+        finish(proposing_for(Demonstration("d", "t", t, signals, channels, video=film)))
+        for signals in (counts, missing)
+    )
+    assert spoilt.taps == usual.taps
+    assert len(spoilt.taps) == 2
 
 
 def test_what_is_to_be_looked_at_comes_with_it():

@@ -115,7 +115,7 @@ def code_row(actions, coder, seed=0, forces=None):
     return code(performance(actions, forces), coder, np.random.default_rng(seed))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(rows, coders, seeds, st.data())
 def test_segments_stay_in_order_and_inside_whatever_the_habits(actions, coder, seed, data):
     # Some actions left out: a performance with holes is coded with holes.
@@ -130,7 +130,7 @@ def test_segments_stay_in_order_and_inside_whatever_the_habits(actions, coder, s
         assert track[-1].end <= actions[-1].end
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(rows, coders, seeds)
 def test_the_mistakes_tell_exactly_how_track_and_truth_differ(actions, coder, seed):
     made = code_row(actions, coder, seed)

@@ -151,7 +151,7 @@ plans = st.lists(
 )
 
 
-@settings(max_examples=200)
+@settings(max_examples=80)
 @given(plans)
 def test_whatever_the_cues_the_actions_are_in_order_without_gaps_and_none_is_too_short(plan):
     phases = planned(*plan)

@@ -1,5 +1,8 @@
 """A damaged video is told of before anybody works with it, and a whole one never."""
 
+import re
+
+import av
 import films
 import pytest
 
@@ -46,6 +49,43 @@ def test_a_hole_in_a_video_is_told(film):
 def test_a_video_cut_short_is_told(tmp_path):
     film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", COUNT)
     assert "is cut short" in check_video(damaged(film, 0.4, 0.6), 10.0)
+
+
+def without(path, first, last):
+    """The same frames but for some, in a file that is whole in itself."""
+    left = path.with_name(f"left {path.name}")
+    with av.open(str(path)) as source, av.open(str(left), "w") as target:
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for number, packet in enumerate(source.demux(video=0)):
+            if packet.size and not first <= number < last:
+                packet.stream = stream
+                target.mux(packet)
+    return left
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "rate", "options"),
+    [
+        ("a.mkv", "libx264", 30, films.GOP_250),
+        ("b.mkv", "libx264", 240, {"g": "20"}),  # whose times are rounded to 4 and 5 ms
+        ("c.webm", "libvpx", 30, {}),
+        ("d.mp4", "libx264", 30, {"g": "20"}),
+    ],
+)
+def test_a_video_that_lacks_packets_is_told(tmp_path, name, codec, rate, options):
+    path = films.write(tmp_path / name, codec, films.even_times(COUNT, rate), options)
+    assert check_video(path, 1.0) == ""
+    assert check_video(without(path, 100, 100), 1.0) == ""
+    told = check_video(without(path, 100, 220), 1.0)
+    assert told.startswith(f"'left {name}' has no frame between ")
+    begins, ends = (float(word) for word in re.findall(r"([\d.]+) s", told)[:2])
+    assert begins == pytest.approx(99 / rate, abs=3 / rate)  # in a file frames stand out of order
+    assert ends == pytest.approx(220 / rate, abs=3 / rate)
+
+
+def test_a_damaged_matroska_video_is_told(tmp_path):
+    path = films.write(tmp_path / "a.mkv", "libx264", films.even_times(COUNT), {"g": "20"})
+    assert "'a.mkv' has no frame between " in check_video(damaged(path, 0.4, 0.6), 10.0)
 
 
 def test_a_video_much_shorter_than_its_recording_is_told(film):

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import Kind
+from forcelab.small_files import small_text
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -165,7 +166,7 @@ def read_calibrations(path: Path) -> Calibrations:
         If it cannot be read or something in it is wrong; the sentence names the line.
     """
     try:
-        text = path.read_text("utf-8")
+        text = small_text(path)
         content = tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise InputError(f"'{path}' is no text in UTF-8; save it as such.") from error

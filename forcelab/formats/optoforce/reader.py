@@ -86,7 +86,9 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     signals = dump.packets.values[unwrapped.kept].astype(np.float64)
     remarks = [f"The DAQ's serial number is {dump.serial}."] * (dump.serial is not None)
     if options.calibration is None:
-        remarks.append("Forces are in counts; with --calibration FILE they become newtons.")
+        remarks.append(
+            "Forces are in counts; imported again with a calibration file, they are newtons."
+        )
     else:
         calibration = read_calibrations(options.calibration).find(dump.serial, dump.kind)
         signals = calibration.apply(dump.packets.values[unwrapped.kept])
@@ -94,7 +96,7 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     if options.rate is None:
         remarks.append(
             f"The rate was taken as {rate:g} Hz, as the counter goes on by {step} from sample to "
-            f"sample; if it was another, import with --rate HZ."
+            f"sample; if it was another, import it again with that sample rate."
         )
     remarks += _remarks(dump, unwrapper, unwrapped.ticks, times)
     remarks += _status_remarks(dump.packets.status[unwrapped.kept], times)

@@ -230,7 +230,7 @@ def own_or_beside(
     start: float,
     demonstration: Demonstration,
 ) -> tuple[tuple[Track, ...], list[str]]:
-    """The labels in a recording, or where there are none those in the file beside it.
+    """The labels in a recording, and those of further coders in the file beside it.
 
     Dates are carried by the recording's own; other times count from the start of the recording,
     or are on the clock of its stamps where only that fits.
@@ -255,15 +255,29 @@ def own_or_beside(
     Raises
     ------
     InputError
-        As of :func:`read_labels`, or if the labels do not fit onto the recording.
+        Where the recording holds no labels itself: as of :func:`read_labels`, or if those beside
+        it do not fit onto it.
     """
     beside = lies_beside(path)
     if beside is None:
         return tracks, []
-    if tracks:
-        return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]
-    read, remarks = _carried(beside, read_labels(beside, options), start, demonstration.duration)
-    return on_samples(read, demonstration.times), remarks
+    own = {track.author for track in tracks}
+    try:
+        read = read_labels(beside, options)
+        others = tuple(track for track in read if track.author not in own)
+        if tracks and not others:
+            return tracks, [f"{beside.name} was not read, as the recording has labels of its own."]
+        carried, remarks = _carried(beside, others, start, demonstration.duration)
+    except InputError as error:
+        if not tracks:
+            raise
+        return tracks, [f"The labels beside the recording were not read: {error}"]
+    if left := [track.author for track in read if track.author in own]:
+        remarks.append(
+            f"The labels of {', '.join(left)} in {beside.name} were not read, as the recording has "
+            "labels of its own."
+        )
+    return tracks + on_samples(carried, demonstration.times), remarks
 
 
 def _carried(

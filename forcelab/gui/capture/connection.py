@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from forcelab.demonstration import Channel
     from forcelab.live.scalogram import LiveScalogram
     from forcelab.live.strip import Strip
+
+log = logging.getLogger("forcelab")
 
 __all__ = ["Connection", "Left", "discarding_kept", "recovering"]
 
@@ -84,10 +87,10 @@ class Connection:
         """Record from now on; gives the demonstration's name."""
         yield
         with self._lock:
-            recorder, fresh = self._open(), self.track.renewed()
+            recorder = self._open()
             given = recorder.start(task, name or None, author)
-            self.track.begin(fresh, keeping=True, firsts=recorder.firsts)
             self._recording = True
+            self.track.anew(keeping=True, firsts=recorder.firsts)
             return given
 
     def stopping(self) -> Generator[None, None, Kept]:
@@ -137,6 +140,10 @@ class Connection:
                     made_ready = lacking.renewed()
                     with self._lock:
                         self.track.spare(made_ready)
+        except Exception as error:
+            with self._lock:
+                self.track.lose(error)
+            raise
         finally:
             with self._lock:
                 self.track.begin(None, keeping=False)
@@ -197,7 +204,7 @@ class Connection:
         finally:
             if not self.holding:
                 self._recording = False
-                self.track.begin(self.track.renewed(), keeping=False)
+                self.track.anew(keeping=False)
 
     def _open(self) -> Recorder:
         """The recorder, in a job."""
@@ -224,12 +231,9 @@ def discarding_kept(path: Path, kept: Kept) -> Generator[None, None, str]:
 
 
 def _stopped(recorder: Recorder, track: LiveTrack) -> Kept:
-    """End a recording and keep it, with what was recognised of it."""
-    try:
-        track.finish()
-    except BaseException:  # whatever that is: the next try keeps the recording without its track
-        track.begin(None, keeping=False)
-        raise
+    """End a recording and keep it, with what was recognised of it up to its last sample."""
+    recorder.end()
+    track.finish()
     return track.keep(recorder.path, recorder.stop())
 
 
@@ -239,8 +243,11 @@ def _keep_and_close(recorder: Recorder, track: LiveTrack) -> Left:
     try:
         if recorder.holding:
             kept = _stopped(recorder, track)
-    except InputError as error:  # its journal stays, and is offered the next time
+    except Exception as error:  # its journal stays, and is offered the next time
         trouble = str(error)
+        if not isinstance(error, InputError):
+            log.error("A recording was not kept.", exc_info=error)
+            trouble = f"{type(error).__name__}: {error}"
     finally:
         recorder.close()
     if trouble and recorder.saved is not None:

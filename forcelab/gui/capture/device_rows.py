@@ -6,6 +6,7 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.theme import colours, themes
 
 __all__ = ["DeviceRows", "counts", "found_as"]
@@ -30,7 +31,7 @@ class DeviceRows(QListWidget):
     def __init__(self) -> None:
         super().__init__()
         self.setSpacing(2)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.setTextElideMode(NAMES)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         themes().changed.connect(self._colour)
         self._colour()

@@ -7,6 +7,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
 from forcelab.gui.capture.session import Session
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.shortcuts import keys
 
 __all__ = ["MarkLegend"]
@@ -41,10 +42,7 @@ class MarkLegend(QLabel):
         space, room = "\N{NO-BREAK SPACE}", self.contentsRect().width()
         marking = [f"{a.key.upper()}{space}{a.name}" for a in self._session.vocabulary if a.key]
         self.setToolTip("\n".join(marking))
-        shown = [
-            self.fontMetrics().elidedText(f"{one}{space}·", Qt.TextElideMode.ElideMiddle, room)
-            for one in marking
-        ]
+        shown = [self.fontMetrics().elidedText(f"{one}{space}·", NAMES, room) for one in marking]
         how = [self.tr("hold a key, or tap to begin and tap to end")]
         if forgets := keys().shown("cancel"):
             how.append(self.tr("{0} forgets it").format(forgets))

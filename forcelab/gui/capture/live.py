@@ -126,6 +126,7 @@ class LiveView(QWidget):
         for number, (device, (_, times, values)) in enumerate(zip(devices, windows, strict=False)):
             holds = device.rate == 0 and math.isnan(device.residual)
             low, high = columns_of(times, values, edges, holds)
+            present = not {"unplugged", "stalled"} & set(device.alarms)  # what is read now
             for column, channel in enumerate(device.channels):
                 box = QRectF(plot.left(), lane * height, plot.width(), height)
                 colour = QColor(colours().curves[lane % len(colours().curves)])
@@ -136,7 +137,7 @@ class LiveView(QWidget):
                 up = Axis(scale.low, scale.high, box.bottom() - INSET, box.top() + INSET)
                 self._paint_lane(painter, box, up, lane)
                 paint_scale(painter, box, up)
-                latest = float(values[-1, column]) if len(values) else math.nan
+                latest = float(values[-1, column]) if present and len(values) else math.nan
                 self._paint_name(painter, box, channel.name, channel.unit, latest, colour)
                 room = (box.top() + 1, box.bottom() - 1)
                 curves.append(Curve(Extremes(seen_low, seen_high), up, colour, room))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from forcelab.capture.recorder import Recorder
     from forcelab.live.glimpse import Glimpse
     from forcelab.live.recognition import LiveRecognition
+
+log = logging.getLogger("forcelab")
 
 __all__ = ["LiveTrack", "Making"]
 
@@ -34,12 +37,13 @@ class LiveTrack:
         self._live: LiveRecognition | None = None
         self._spare: LiveRecognition | None = None  # like it, and knows nothing yet
         self._paused = False
+        self._trouble = ""  # why a recording has no track; what failed is asked nothing more
 
     @property
     def glimpse(self) -> Glimpse | None:
         """What was recognised last, for any thread; None where nothing is."""
         live = self._live
-        return None if live is None else live.glimpse
+        return None if live is None or self._trouble else live.glimpse
 
     def begin(
         self, live: LiveRecognition | None, *, keeping: bool, firsts: Sequence[int] | None = None
@@ -53,6 +57,21 @@ class LiveTrack:
             self._spare = None
         if live is not None:
             live.begin(keeping=keeping, after=before, firsts=firsts)
+
+    def anew(self, *, keeping: bool, firsts: Sequence[int] | None = None) -> None:
+        """Begin with another one that knows nothing yet, whatever became of the one before.
+
+        Where that fails, there is no track.
+        """
+        self._trouble = ""
+        try:
+            self.begin(self.renewed(), keeping=keeping, firsts=firsts)
+        except Exception as error:  # noqa: BLE001 - logged, and told with what is kept
+            self.lose(error)
+
+    def lose(self, error: Exception) -> None:
+        """Recognise no more until all begins anew; of a recording that runs it is told why."""
+        self._trouble = _told(error)
 
     def renewed(self) -> LiveRecognition | None:
         """Another one that knows nothing yet: the spare one where there is one."""
@@ -77,7 +96,7 @@ class LiveTrack:
 
     def look(self, wanted: bool) -> None:
         """Take in what came since, or let it pass where nobody looks and nothing is recorded."""
-        if self._live is None:
+        if self._live is None or self._trouble:
             return
         if not wanted:
             self._paused = True
@@ -87,26 +106,46 @@ class LiveTrack:
         self._live.look()
 
     def finish(self) -> None:
-        """The recording ends; to be called before it does."""
-        if self._live is not None:
+        """The recording has ended: take in the last of it. What fails costs its track alone."""
+        if self._live is None or self._trouble:
+            return
+        try:
             self._live.finish()
+        except Exception as error:  # noqa: BLE001 - as above
+            self.lose(error)
 
     def keep(self, path: Path, kept: Kept) -> Kept:
         """Keep the track with its demonstration; gives that with a sentence on it."""
+        if self._trouble:
+            return replace(kept, remarks=(*kept.remarks, self._trouble))
         if self._live is None:
             return kept
         try:
             figures = self._live.keep(path, kept)
-        except InputError as error:  # the demonstration is kept, whatever becomes of its track
-            return replace(kept, remarks=(*kept.remarks, str(error)))
-        told = QCoreApplication.translate(
+        except Exception as error:  # noqa: BLE001 - as above
+            return replace(kept, remarks=(*kept.remarks, _told(error)))
+        one = QCoreApplication.translate(
+            "forcelab", "Recognised by '{author}': 1 segment, {share:.0f} % labelled."
+        )
+        more = QCoreApplication.translate(
             "forcelab", "Recognised by '{author}': {segments} segments, {share:.0f} % labelled."
-        ).format(
+        )
+        told = (one if figures["segments"] == 1 else more).format(
             author=figures["author"],
             segments=figures["segments"],
             share=100 * figures["labelled"],
         )
         return replace(kept, remarks=(*kept.remarks, told))
+
+
+def _told(error: Exception) -> str:
+    """What went wrong with a track; a fault of the program is in the log besides."""
+    if isinstance(error, InputError):
+        return str(error)
+    log.error("A live track is lost.", exc_info=error)
+    return QCoreApplication.translate(
+        "forcelab", "The recogniser failed ({fault}): the recording is kept without its track."
+    ).format(fault=f"{type(error).__name__}: {error}")
 
 
 def _alike(one: LiveRecognition, other: LiveRecognition) -> bool:

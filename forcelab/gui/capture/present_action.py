@@ -17,6 +17,8 @@ __all__ = ["PresentAction"]
 ROW, CELL, FEWEST, MOST = 17, 128, 3, 6
 #: Width of a cell at most, in pixels: a longer bar tells no more.
 WIDEST = 240
+#: Probability above which an action is likelier than all others together.
+LIKELY = 0.5
 #: Width of what is left for the present action, in pixels.
 LARGE = 190
 
@@ -33,6 +35,12 @@ class PresentAction(QWidget):
         super().__init__()
         self._session = session
         self._said = ""
+        self.setToolTip(
+            self.tr(
+                "Large: the action of the latest label, as it is kept. Bars: how probable each "
+                "action is by itself, before the filters or the decoder decide."
+            )
+        )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.refresh()
 
@@ -59,12 +67,31 @@ class PresentAction(QWidget):
         glimpse = self._session.recognising.glimpse
         action = "" if glimpse is None or not self._session.connected else glimpse.action
         self._tell(action)
-        self._paint_action(painter, action)
         loaded = self._session.recognising.loaded
+        known = glimpse.probabilities if glimpse is not None else ()
+        self._paint_action(painter, action, self.explained(action, known))
         if loaded is not None:
-            known = glimpse.probabilities if glimpse is not None else ()
             self._paint_bars(painter, loaded.recogniser.actions, known)
         painter.end()
+
+    def explained(self, action: str, known: tuple[float, ...]) -> str:
+        """Who decided for an action although another one is the likelier; empty where none is.
+
+        Parameters
+        ----------
+        action : str
+            Of the latest label; empty where that is unlabelled.
+        known : tuple of float
+            The probability of each action that the recogniser knows, as far as it tells them.
+        """
+        loaded = self._session.recognising.loaded
+        if loaded is None or max(known, default=0.0) <= LIKELY:
+            return ""
+        if loaded.recogniser.actions[known.index(max(known))] == action:
+            return ""
+        if loaded.recogniser.settings.decodes:
+            return self.tr("as the decoder decides")
+        return self.tr("as the filters decide")
 
     def _tell(self, action: str) -> None:
         """For those who do not see it."""
@@ -75,7 +102,7 @@ class PresentAction(QWidget):
     def _none(self) -> str:
         return self.tr("unlabelled")
 
-    def _paint_action(self, painter: QPainter, action: str) -> None:
+    def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
         box = QRectF(0, 1, LARGE - 16, self.height() - 2)
         swatch = QRectF(box.left(), box.center().y() - 15, 30, 30)
         theme = colours()
@@ -91,6 +118,9 @@ class PresentAction(QWidget):
         ink = QColor(theme.text if action else theme.muted)
         face = face if action else text.font(14.0)
         text.put(painter, swatch.right() + 10, swatch.center().y(), said, face=face, ink=ink)
+        face, below = text.font(10.0), swatch.bottom() + 4
+        said = text.elided(explained, face, room)
+        text.put(painter, swatch.right() + 10, below, said, face=face, ink=QColor(theme.muted))
 
     def _paint_bars(
         self, painter: QPainter, actions: tuple[str, ...], known: tuple[float, ...]

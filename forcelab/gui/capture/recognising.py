@@ -173,8 +173,8 @@ class Recognising(QObject):
         """Labels up to a time (s) stand on the screen now."""
         if self._painted_until and until > self._painted_until:
             self._delays.append(time.monotonic() - self._painted_until)
-        if not math.isnan(until):  # nothing is decided yet
-            self._painted_until = until
+        # Where nothing is decided yet it begins anew: what lies between is late for nobody.
+        self._painted_until = 0.0 if math.isnan(until) else until
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -141,7 +141,9 @@ class CaptureTab(QWidget):
         from forcelab.capture.unfinished import unfinished
 
         if count := len(unfinished(project.path)):
-            text = self.tr("Recordings that a crash ended: {0}; the Capture workspace keeps them.")
+            text = self.tr(
+                "Recordings that a crash ended: {0}; the Capture workspace recovers them."
+            )
             self.document.say(text.format(count), True)
 
     def _record(self) -> None:

@@ -29,6 +29,7 @@ from forcelab.gui.capture.session import Session
 from forcelab.gui.capture.sources import Sources
 from forcelab.gui.capture.standing import Standing
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 from forcelab.gui.typing_guard import typing
@@ -282,9 +283,7 @@ class CaptureWorkspace(QWidget):
         kept = session.last.kept
         if kept is not None and session.phase in (Phase.READY, Phase.APART):
             can = True
-            name = self.fontMetrics().elidedText(
-                kept.added.name, Qt.TextElideMode.ElideMiddle, SIDE // 3
-            )
+            name = self.fontMetrics().elidedText(kept.added.name, NAMES, SIDE // 3)
             words = self.tr("Discard '{0}'"), self.tr("Really discard '{0}'")
             text = words[session.last.asked].format(name)
         _say_on(self.discard_button, text, keys().shown("discard_recording"))

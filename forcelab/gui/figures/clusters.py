@@ -105,7 +105,7 @@ class ClusterFigure(Figure):
         bar = self.box(row)
         bottom = bar.top() - 6
         middle = bottom - PLOT_HEIGHT - NAME_LINE / 2 - 2
-        shown = text.elided(name, text.font(bold=True), PLOT_WIDTH)
+        shown = text.elided_name(name, text.font(bold=True), PLOT_WIDTH)
         text.put(
             painter, LEFT, middle, shown, face=text.font(bold=True), ink=QColor(self.theme.text)
         )

@@ -193,10 +193,8 @@ class ConfusionMatrix(Figure):
     def _names(self) -> tuple[str, ...]:
         """The columns' names, elided; all but the last are the rows' too."""
         room = NAME_ROOM if self.headed else TIGHT_NAME_ROOM
-        return tuple(
-            text.elided(name, text.font(), room, middle=True)
-            for name in (*self.actions, self.words.last)
-        )
+        names = (*self.actions, self.words.last)
+        return tuple(text.elided_name(name, text.font(), room, names) for name in names)
 
     @cached_property
     def _upwards(self) -> bool:

@@ -63,6 +63,6 @@ class Legend:
             y = top + i // columns * LINE
             swatch = QRectF(x, y + (LINE - SWATCH_HEIGHT) / 2, SWATCH, SWATCH_HEIGHT)
             paint_look(painter, swatch, look)
-            label = text.elided(name, text.font(), ROOM, middle=True)
+            label = text.elided_name(name, text.font(), ROOM, tuple(self.looks))
             middle, ink = y + LINE / 2, QColor(theme.text)
             text.put(painter, x + SWATCH + 7, middle, label, face=text.font(), ink=ink)

@@ -24,8 +24,10 @@ from PySide6.QtGui import (
 from forcelab.errors import InputError
 
 __all__ = [
+    "NAMES",
     "contrast",
     "elided",
+    "elided_name",
     "font",
     "ink_on",
     "put",
@@ -40,6 +42,9 @@ __all__ = [
 #: First the face whose widths are the widest: where a viewer of an SVG has to fall back to one of
 #: the others, text gets narrower and still fits.
 FAMILIES = ("DejaVu Sans", "Verdana", "Arial", "sans-serif")
+#: Where names are cut that have no room: those of one kind, such as ``stylus 07``, differ at their
+#: end as often as at their beginning. Sentences lose their end.
+NAMES = Qt.TextElideMode.ElideMiddle
 #: Lines whose widths are kept: the numbers of an axis are measured in each frame of a pan.
 MEASURED = 8192
 
@@ -129,13 +134,28 @@ def _rise(face: QFont) -> float:
     return QFontMetricsF(face).capHeight() / 2
 
 
-def elided(text: str, face: QFont, room: float, *, middle: bool = False) -> str:
-    """The text cut to `room` pixels, with a sign where something was left out.
+def elided(text: str, face: QFont, room: float) -> str:
+    """A sentence cut to `room` pixels, with a sign where something was left out."""
+    return QFontMetricsF(face).elidedText(shown(text), Qt.TextElideMode.ElideRight, room)
 
-    `middle` cuts in the middle: names such as ``stylus 07`` differ at their end.
+
+def elided_name(name: str, face: QFont, room: float, among: tuple[str, ...] = ()) -> str:
+    """A name cut to `room` pixels, as of :data:`NAMES`.
+
+    Where one of the names `among` which it stands would then look the same, as ``insert left peg``
+    beside ``insert right peg`` may, it is cut at its end or its beginning if that helps.
     """
-    where = Qt.TextElideMode.ElideMiddle if middle else Qt.TextElideMode.ElideRight
-    return QFontMetricsF(face).elidedText(shown(text), where, room)
+    metrics, whole = QFontMetricsF(face), shown(name)
+    if metrics.horizontalAdvance(whole) <= room:
+        return whole
+    others = [shown(other) for other in among if other != name]
+    if not any((one[:1], one[-1:]) == (whole[:1], whole[-1:]) for one in others):
+        return metrics.elidedText(whole, NAMES, room)  # as good as always, and takes no time
+    for where in (NAMES, Qt.TextElideMode.ElideRight, Qt.TextElideMode.ElideLeft):
+        cut = metrics.elidedText(whole, where, room)
+        if cut not in (metrics.elidedText(other, where, room) for other in others):
+            return cut
+    return metrics.elidedText(whole, NAMES, room)
 
 
 def put(

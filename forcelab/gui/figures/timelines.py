@@ -145,7 +145,7 @@ class TimelinePairs(Figure):
             )
             middle = (boxes.human.top() + boxes.predicted.bottom()) / 2
             edge = axis.begin - 10 - self._caption_room
-            name = text.elided(pair.name, text.font(), edge - MARGIN, middle=True)
+            name = text.elided_name(pair.name, text.font(), edge - MARGIN)
             text.put(painter, edge, middle, name, face=text.font(), ink=ink, align=1.0)
             small = text.font(CAPTION)
             for height, caption in captions(boxes, pair):

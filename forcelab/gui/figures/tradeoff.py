@@ -188,7 +188,7 @@ class Tradeoff(Figure):
             named.setdefault(mark.row.name, []).append(mark)
         for name, its in named.items():
             bold = text.font(10, bold=True)
-            label = text.elided(name, bold, box.width() / 3)
+            label = text.elided_name(name, bold, box.width() / 3)
             near = [place for mark in its for place in places(mark.spot, label, bold, box, MARK)]
             # A name is written in any case: where it covers least.
             best = min(near, key=lambda place: covered(place, taken))
@@ -196,7 +196,7 @@ class Tradeoff(Figure):
             _write(painter, best, label, bold, its[0].colour)
         small, muted = text.font(9), QColor(self.theme.muted)
         for mark in sorted(marks, key=lambda mark: not mark.row.pareto):
-            label = text.elided(mark.row.setting, small, box.width() / 3)
+            label = text.elided_name(mark.row.setting, small, box.width() / 3)
             near = list(places(mark.spot, label, small, box, MARK))
             free = [place for place in near if not covered(place, taken)]
             if free:

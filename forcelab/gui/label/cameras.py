@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QStyle, QStyleOptionComboBox, QStylePai
 from forcelab.demonstration import VideoReference
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.project.cameras import Camera
 
 __all__ = ["CameraChoice", "Cameras"]
@@ -112,9 +113,7 @@ class CameraChoice(QComboBox):
         field = QStyle.SubControl.SC_ComboBoxEditField
         kind = QStyle.ComplexControl.CC_ComboBox
         room = self.style().subControlRect(kind, option, field, self).width() - PADDING
-        option.currentText = self.fontMetrics().elidedText(
-            self.currentText(), Qt.TextElideMode.ElideMiddle, room
-        )
+        option.currentText = self.fontMetrics().elidedText(self.currentText(), NAMES, room)
         painter.drawComplexControl(kind, option)
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 

@@ -16,6 +16,7 @@ from forcelab.gui.label.force_axes import (
     curve_colour,
     paint_axis,
     paint_gaps,
+    paint_glitches,
     paint_ground,
     paint_groups,
     paint_notes,
@@ -24,6 +25,8 @@ from forcelab.gui.label.force_channels import ForceChannels
 from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.label.force_lanes import Lane, axis_of, lanes, span_of, spanning
 from forcelab.gui.label.force_names import ALONE, BESIDE, LaneTexts
+from forcelab.gui.naming import verbatim
+from forcelab.gui.numerals import thousands
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import Colours, colours
 from forcelab.signals.columns import Columns
@@ -69,7 +72,7 @@ class ForcePanel(TimePanel):
         menu = QMenu(self.accessibleName(), self)
         menu.setToolTipsVisible(True)
         for name in self.source.names:
-            self._entry(menu, name.replace("&", "&&"), name in self.source.shown).toggled.connect(
+            self._entry(menu, verbatim(name), name in self.source.shown).toggled.connect(
                 lambda shown, name=name: self.source.set_shown(name, shown)
             )
         menu.addSeparator()
@@ -133,7 +136,8 @@ class ForcePanel(TimePanel):
         else:
             canvas.draw([curve for _, curve in drawn])
         canvas.paint(painter)
-        self._paint_notes(painter, plot, columns, now)
+        wild = self._paint_glitches(painter, now)
+        self._paint_notes(painter, plot, columns, wild, now)
 
     def gutter_shows(self) -> object:
         """Lanes, axes and channels."""
@@ -209,9 +213,29 @@ class ForcePanel(TimePanel):
         inside = np.abs(x) < 2 * self.width()
         canvas.dots(x[inside], values[inside], curve.axis, curve.colour, curve.box)
 
-    def _paint_notes(self, painter: QPainter, plot: QRectF, columns: Columns, now: Colours) -> None:
+    def _paint_glitches(self, painter: QPainter, now: Colours) -> int:
+        """Draw where glitches are that the axes leave out, and count them."""
+        document, number = self.document, 0
+        for lane, _ in self._axes:
+            for i in lane.channels:
+                name = self.source.names[i]
+                times, upwards = self.source.glitches(name, document.start, document.end)
+                x = self.GUTTER + (times - document.start) / self.seconds_per_pixel
+                paint_glitches(painter, x, upwards, (lane.top, lane.bottom), now)
+                number += len(times)
+        return number
+
+    def _paint_notes(
+        self, painter: QPainter, plot: QRectF, columns: Columns, wild: int, now: Colours
+    ) -> None:
         """Say how much of the data is seen."""
         notes = []
+        if wild:
+            one, many = (
+                self.tr("1 sample is a glitch, beyond all axes"),
+                self.tr("{0} samples are glitches, beyond all axes"),
+            )
+            notes.append(one if wild == 1 else many.format(thousands(wild)))
         if columns.pyramid and self.source.read < 1.0:
             share = f"{100 * self.source.read:.0f}"
             notes.append(self.tr("reading the channels: {0} %").format(share))

@@ -8,8 +8,8 @@ from itertools import groupby, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QLineF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPen
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPen, QPolygonF
 
 from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
@@ -23,6 +23,7 @@ __all__ = [
     "curve_ink",
     "paint_axis",
     "paint_gaps",
+    "paint_glitches",
     "paint_ground",
     "paint_groups",
     "paint_notes",
@@ -32,6 +33,8 @@ __all__ = [
 NUMBER = 10.0
 #: So far may an axis' number stand from its value, in pixels.
 ASIDE = 3.0
+#: Width and height of the mark of a glitch, in pixels.
+GLITCH = (9.0, 6.0)
 #: The least contrast of a text to its ground (WCAG 2.2).
 READ = 4.5
 
@@ -109,7 +112,7 @@ def paint_groups(
         )
         name = names[group]
         if text.width(name, face) > bottom - top:
-            name = text.elided(group, face, bottom - top)
+            name = text.elided_name(group, face, bottom - top)
         middle = (top + bottom) / 2
         ink = QColor(theme.muted)
         text.put_upwards(painter, 8.0, middle, name, face=face, ink=ink, align=0.5)
@@ -160,3 +163,38 @@ def paint_gaps(
         box = QRectF(a, plot.top(), b - a, plot.height())
         painter.fillRect(box, wash)
         painter.fillRect(box, hatch)
+
+
+def paint_glitches(
+    painter: QPainter,
+    x: NDArray[np.float64],
+    upwards: NDArray[np.bool_],
+    box: tuple[float, float],
+    theme: Colours,
+) -> None:
+    """Draw an arrow head at the edge of a lane for each glitch, towards where it would be.
+
+    Parameters
+    ----------
+    painter : QPainter
+    x : ndarray, shape (g,)
+        Where they are in pixels.
+    upwards : ndarray of bool, shape (g,)
+        Which are above what the lane shows; the others are below.
+    box : tuple of float
+        The lane's top and bottom in pixels.
+    theme : Colours
+    """
+    if not len(x):
+        return
+    wide, high = GLITCH
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(QColor(theme.background), 1.0))
+    painter.setBrush(QColor(theme.trouble))
+    # One arrow a pixel is enough, however many there are.
+    for at, up in sorted({*zip(np.round(x).tolist(), upwards.tolist(), strict=True)}):
+        tip, base = (box[0] + 1, box[0] + 1 + high) if up else (box[1] - 1, box[1] - 1 - high)
+        corners = [(at, tip), (at - wide / 2, base), (at + wide / 2, base)]
+        painter.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
+    painter.restore()

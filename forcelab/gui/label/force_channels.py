@@ -28,7 +28,8 @@ AT_ONCE = 500_000
 #: Seconds between two drawings of what was read so far.
 BREATH = 0.1
 
-Gaps = NDArray[np.float64]
+Real = NDArray[np.float64]
+Gaps = Real
 """Starts and ends of gaps in seconds, shape (2, g)."""
 
 
@@ -105,6 +106,16 @@ class ForceChannels(QObject):
     def envelope(self, name: str) -> Envelope:
         """The envelope of a channel that is shown."""
         return self._envelopes[name]
+
+    def glitches(self, name: str, start: float, end: float) -> tuple[Real, NDArray[np.bool_]]:
+        """When a shown channel has glitches within a span, and which of them are upwards."""
+        demonstration, envelope = self._document.demonstration, self._envelopes[name]
+        if demonstration is None or envelope.limits is None:
+            return np.empty(0), np.empty(0, dtype=np.bool_)
+        times = demonstration.times[envelope.glitches]
+        within = (start <= times) & (times <= end)
+        upwards = envelope.values[envelope.glitches] > envelope.limits[1]
+        return times[within], upwards[within]
 
     def columns(self, edges: NDArray[np.float64]) -> Columns:
         """The samples between edges in seconds."""

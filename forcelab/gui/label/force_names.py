@@ -26,13 +26,15 @@ LEAST, SMALLEST = 11.0, 9.0
 BESIDE, ALONE = 20.0, 6.0
 #: Width of a value at the cursor: names and values end where the axis' numbers may begin.
 VALUE = 40.0
+#: A value from here on, as a glitch beyond its axis has, is written with a power of ten.
+LONGEST = 1e9
 
 
 def number_of(value: float | None, span: float) -> str:
     """A value with as many decimals as can be told apart on its axis; a dash for none."""
     if value is None:
         return "\N{EN DASH}"
-    if not 1e-4 <= span < 1e5:
+    if not 1e-4 <= span < 1e5 or abs(value) >= LONGEST:
         return text.signed(f"{value:.2e}")
     power = math.floor(math.log10(span))
     decimals = max(3 - power, 0) if power >= 0 else 2 - power
@@ -95,7 +97,7 @@ class LaneTexts:
             name = self.channels[column].name
             if text.width(name, face) > room:
                 face = small
-            name = text.elided(name, face, room, middle=True)
+            name = text.elided_name(name, face, room)
             text.put(painter, x, y, name, face=face, ink=curve_ink(column, self.theme))
             used = text.width(name, face)
             if self._behind_name:

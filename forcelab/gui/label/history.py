@@ -84,10 +84,15 @@ class HistoryView(SideList):
             self.document.say(text.format(self.model.rows[row].what))
             return
         steps = self.model.steps_to(row)
-        verb = self.document.undo if steps < 0 else self.document.redo
+        document, farther = self.document, []
+        verb = document.undo if steps < 0 else document.redo
         for _ in range(abs(steps)):
             if not verb():
                 return
+            if document.reverted is not None and document.reverted.reaches_farther:
+                farther.append(document.said_here)
+        if farther:  # what changed out of sight is not to go by in the middle
+            document.say_here(". ".join(farther))
 
     def _chosen(self, index: QModelIndex) -> None:
         """Go back or forth to the edit that was chosen."""

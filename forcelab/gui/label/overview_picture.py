@@ -14,7 +14,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.kept import Kept
 from forcelab.gui.label.force import ForcePanel
-from forcelab.gui.label.force_axes import curve_colour
+from forcelab.gui.label.force_axes import curve_colour, paint_glitches
 from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.label.force_lanes import Lane, axis_of, span_of, spanning
 from forcelab.gui.label.ruler import LONGEST_IN_SECONDS, clock_time
@@ -187,6 +187,10 @@ class OverviewPicture(QWidget):
         painter.setOpacity(0.75)
         canvas.paint(painter)
         painter.setOpacity(1.0)
+        for i in wanted:
+            times, upwards = source.glitches(source.names[i], low, high)
+            x = box.left() + (times - low) / (high - low) * box.width()
+            paint_glitches(painter, x, upwards, (box.top(), box.bottom()), colours())
 
     def _paint_window(self, painter: QPainter) -> None:
         """Draw what is visible, what is being chosen, and the cursor."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QSignalBlocker, QSize, Qt
@@ -18,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.label.frames import Frames
 from forcelab.gui.label.picture_view import PictureView
+from forcelab.project.films import said_of_film
 from forcelab.video.index import SAME
 
 __all__ = ["VideoPreview"]
@@ -39,6 +42,7 @@ class VideoPreview(QWidget):
         self.times: NDArray[np.float64] = np.empty(0)
         self.number = 0
         self._wanted = 0.0
+        self._film, self._name = Path(), ""
         self.frames = Frames(self)
         self.picture = _Picture(self.tr("Opening the video…"))
         self.picture.setAccessibleName(self.tr("Frame of the video"))
@@ -77,8 +81,8 @@ class VideoPreview(QWidget):
             control.setEnabled(False)
         self.frames.opened.connect(self._opened)
         self.frames.frame_ready.connect(self._shown)
-        self.frames.failed.connect(self.picture.say)
-        self.frames.missed.connect(lambda _, sentence: self.picture.say(sentence))
+        self.frames.failed.connect(self._say)
+        self.frames.missed.connect(lambda _, sentence: self._say(sentence))
         self.slider.valueChanged.connect(self.show_frame)
         self.spin.valueChanged.connect(self.show_time)
 
@@ -86,6 +90,11 @@ class VideoPreview(QWidget):
     def time(self) -> float:
         """The chosen frame's own time, s."""
         return float(self.times[self.number]) if self.times.size else 0.0
+
+    def open(self, path: Path, demonstration: str) -> None:
+        """Show a video, that of the demonstration of a name."""
+        self._film, self._name = path, demonstration
+        self.frames.open(path)
 
     def show_time(self, time: float) -> None:
         """Choose the last frame at or before a time (s) on the video's clock."""
@@ -130,6 +139,10 @@ class VideoPreview(QWidget):
         if number == self.number:
             told = self.tr("frame {0} of {1}").format(number + 1, max(self.times.size, 1))
             self.picture.show_image(image, told)
+
+    def _say(self, sentence: str) -> None:
+        """Tell what stands in the way of a frame."""
+        self.picture.say(said_of_film(sentence, self._film, self._name))
 
     def _tell(self) -> None:
         """Put slider and number where the frame is."""

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
+from forcelab.gui.naming import verbatim
 from forcelab.project.renaming import Renaming
 
 __all__ = ["rename"]
@@ -54,7 +55,6 @@ def _asked(here: Renaming, everywhere: Renaming, parent: QWidget) -> Collection[
     if everywhere.merges:
         box.setWindowTitle(translate("forcelab", "Merge actions"))
         title = translate("forcelab", "Merge '{0}' into '{1}'?")
-        told += " " + translate("forcelab", "Undo takes it back one demonstration at a time.")
     else:
         box.setWindowTitle(translate("forcelab", "Rename action"))
         title = translate("forcelab", "Rename '{0}' to '{1}' in other tasks, too?")
@@ -63,7 +63,7 @@ def _asked(here: Renaming, everywhere: Renaming, parent: QWidget) -> Collection[
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
     if everywhere.tasks != here.tasks:
         task = here.tasks[0] or translate("forcelab", "no task")
-        only = translate("forcelab", "Only in {0}").format(task)
+        only = translate("forcelab", "Only in {0}").format(verbatim(task))
         choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
         words = translate("forcelab", "In all {0} tasks").format(len(everywhere.tasks))
     else:

@@ -26,7 +26,7 @@ from forcelab.gui.label import scalogram_reading as reading
 from forcelab.gui.label import scalogram_scales as scales
 from forcelab.gui.label.scalogram_asking import Asking
 from forcelab.gui.label.scalogram_button import ScalogramButton
-from forcelab.gui.label.scalogram_job import Wish
+from forcelab.gui.label.scalogram_job import Wish, folder_of
 from forcelab.gui.label.scalogram_layers import Layers, colour_range
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import colours, themes
@@ -185,7 +185,7 @@ class ScalogramPanel(TimePanel):
         if self._trouble:
             drawing.plate(painter, plot.topLeft(), self._trouble, colours(), plot)
             return
-        note = "" if self.picture is None else reading.note(self.picture)
+        note = "" if self.picture is None else reading.note(self.picture, self._range()[1])
         if note:
             drawing.plate(painter, plot.topRight(), note, colours(), plot, quiet=True)
         if self._pointer is not None and plot.contains(self._pointer):
@@ -263,6 +263,7 @@ class ScalogramPanel(TimePanel):
             int(min(max(self.height() * ratio / 2, FEWEST), MOST)),
             max(1, round(self.plot.width() * ratio * share)),
             self._phase,
+            folder_of(self.document),
         )
 
     def _refused(self, sentence: str) -> None:

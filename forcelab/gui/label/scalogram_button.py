@@ -8,6 +8,9 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.naming import verbatim
+
 __all__ = ["ScalogramButton"]
 
 
@@ -38,16 +41,16 @@ class ScalogramButton(QToolButton):
     def offer(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
         """Say what can be chosen, and what is chosen."""
         room = max(self.width() - 18, 10)
-        name = self.fontMetrics().elidedText(channel, Qt.TextElideMode.ElideMiddle, room)
+        name = self.fontMetrics().elidedText(channel, NAMES, room)
         # The wide space keeps the name clear of the arrow.
-        self.setText(name.replace("&", "&&") + "\N{EM SPACE}")
+        self.setText(verbatim(name) + "\N{EM SPACE}")
         self.setToolTip(self.tr("{0}: choose channel, magnitude or phase").format(channel))
         self.setVisible(bool(channels))
         menu = self._choices
         menu.clear()
         group = QActionGroup(menu)
         for name in channels:
-            action = self._add(name.replace("&", "&&"), name == channel, group)
+            action = self._add(verbatim(name), name == channel, group)
             action.triggered.connect(lambda _=False, name=name: self.channel_chosen.emit(name))
         menu.addSeparator()
         kinds = QActionGroup(menu)

@@ -33,8 +33,9 @@ def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     known = picture.values[np.isfinite(picture.values)]
     if steady or picture.phase or not known.size:
         return view.low, view.high
-    low, high = (float(v) for v in np.quantile(known, (0.05, 0.999)))
-    return min(low, high - 0.5), high
+    from forcelab.signals.scalogram_survey import colour_range as fitted  # loaded by then
+
+    return fitted(known, 0.5)
 
 
 class Layers:

@@ -10,6 +10,7 @@ from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.figures.text import signed
 from forcelab.gui.label.scalogram_drawing import Rows, amount
+from forcelab.gui.numerals import thousands
 
 if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["ends", "note", "value"]
 
 translate = QCoreApplication.translate
+
+#: Decades beyond the last colour from which on something is a spike: impacts are less.
+SPIKE = 0.5
 
 
 def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
@@ -38,10 +42,37 @@ def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
     return translate("forcelab", "{0}: |W| = {1:.3g}").format(where, 10.0**here)
 
 
-def note(picture: Scalogram) -> str:
-    """What was approximated in the picture; empty where a column is a sample or less."""
+def note(picture: Scalogram, high: float) -> str:
+    """What was approximated or left out in the picture; empty where that is nothing.
+
+    Parameters
+    ----------
+    picture : Scalogram
+    high : float
+        Decimal logarithm of the magnitude for the last colour.
+    """
     if picture.coarse:
         return translate("forcelab", "coarse picture; computing the exact one…")
+    return ", ".join(filter(None, (_fineness(picture), _left_out(picture, high))))
+
+
+def _left_out(picture: Scalogram, high: float) -> str:
+    """What the colours do not tell apart or show."""
+    source, notes = picture.view.source, []
+    number = source.left_out(source.place(picture.start), source.place(picture.end))
+    if number:
+        one, many = (
+            translate("forcelab", "1 glitch left out"),
+            translate("forcelab", "{0} glitches left out"),
+        )
+        notes.append(one if number == 1 else many.format(thousands(number)))
+    if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
+        notes.append(translate("forcelab", "spikes share the last colour"))
+    return ", ".join(notes)
+
+
+def _fineness(picture: Scalogram) -> str:
+    """How much of the recording each pixel is about."""
     samples = (picture.end - picture.start) * picture.view.source.rate
     each = samples / picture.values.shape[1]
     if each < 2:

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui.arranging import whole_rows
 from forcelab.gui.figures.shades import translucent
+from forcelab.gui.figures.text import elided_name
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.indexes import Index
 from forcelab.gui.label.proposed import MARK, paint_proposed
@@ -166,8 +167,10 @@ class _Delegate(QStyledItemDelegate):
                 faint = theme.muted if ink == theme.text else ink
                 paint_proposed(painter, box, faint, origin.changed)
                 box.adjust(0, 0, -MARK, 0)
-            end, side = Qt.TextElideMode.ElideRight, LEFT
-            text = option.fontMetrics.elidedText(text, end, int(box.width()))
+            side = LEFT
+            text = elided_name(
+                text, option.font, box.width(), self._model.document.vocabulary.names
+            )
         painter.setPen(QColor(ink))
         painter.drawText(box, side, text)
 

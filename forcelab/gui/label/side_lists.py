@@ -7,6 +7,7 @@ from PySide6.QtGui import QColor, QFont, QKeyEvent, QPainter
 from PySide6.QtWidgets import QAbstractItemView, QListView, QVBoxLayout, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import elided, elided_name
 
 __all__ = ["RowList", "SideList", "write_row"]
 
@@ -74,7 +75,8 @@ def write_row(
     texts: tuple[str, str],
     inks: tuple[QColor, QColor],
     font: QFont,
-    elide: Qt.TextElideMode = Qt.TextElideMode.ElideRight,
+    *,
+    among: tuple[str, ...] | None = None,
 ) -> None:
     """Write a text, and another one flush right where that leaves room for the first.
 
@@ -84,8 +86,8 @@ def write_row(
         Of both; the other one may be empty.
     font : QFont
         Of the first; the other one is in the painter's own.
-    elide : Qt.TextElideMode
-        Where the first is cut if it must be.
+    among : tuple of str, optional
+        Where the first is a name: all that it stands among. Otherwise it is a sentence.
     """
     metrics, middle = painter.fontMetrics(), Qt.AlignmentFlag.AlignVCenter
     first, other = texts
@@ -96,5 +98,8 @@ def write_row(
         room = room.adjusted(0, 0, -wide, 0)
     painter.setFont(font)
     painter.setPen(inks[0])
-    cut = painter.fontMetrics().elidedText(first, elide, int(room.width()))
+    if among is None:
+        cut = elided(first, font, room.width())
+    else:
+        cut = elided_name(first, font, room.width(), among)
     painter.drawText(room, middle | Qt.AlignmentFlag.AlignLeft, cut)

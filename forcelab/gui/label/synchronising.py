@@ -82,7 +82,7 @@ class SynchroniseDialog(SynchroniseForm):
         self.fit_rate.toggled.connect(lambda: self.set_rows(self.rows))
         self.table.currentCellChanged.connect(self._look_at)
         self.preview.show_time(float(self.stored.to_device(document.cursor)))
-        self.preview.frames.open(demonstration.video.path)
+        self.preview.open(demonstration.video.path, demonstration.name)
         document.cursor_moved.connect(self._follow)
         document.demonstration_changed.connect(self._leave_if_other)
         self._follow()

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.label import segment_verbs as verbs
 from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.label.track_hits import gap_at, index_at
 from forcelab.gui.label.vocabulary_model import entries
-from forcelab.gui.naming import settled_name
+from forcelab.gui.naming import settled_name, verbatim
 from forcelab.labels import Segment
 
 translate = QCoreApplication.translate
@@ -247,9 +248,8 @@ def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
 
 def shown_name(menu: QMenu, name: str) -> str:
     """A name as an entry shows it: cut if it is very long, and with its ampersands, if any."""
-    metrics, middle = menu.fontMetrics(), Qt.TextElideMode.ElideMiddle
-    cut = metrics.elidedText(name, middle, LONGEST * metrics.averageCharWidth())
-    return cut.replace("&", "&&")  # a single one would mark a key
+    metrics = menu.fontMetrics()
+    return verbatim(metrics.elidedText(name, NAMES, LONGEST * metrics.averageCharWidth()))
 
 
 def _entry(menu: QMenu, label: str, done: Callable[[], object], possible: bool = True) -> QAction:

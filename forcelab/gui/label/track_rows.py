@@ -174,7 +174,7 @@ class TrackRows(TimePanel):
             name = row.author
             if is_model(name):
                 name = f"{MODEL} {name.removeprefix(MODEL_PREFIX)}"
-            name = text.elided(name, face, box.width() - 14, middle=True)
+            name = text.elided_name(name, face, box.width() - 14)
             ink = QColor(now.text if row.own else now.muted)
             y = row.box.center().y()
             text.put(painter, box.right() - 8, y, name, face=face, ink=ink, align=1.0)

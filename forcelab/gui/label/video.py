@@ -14,6 +14,7 @@ from forcelab.gui.figures.text import signed
 from forcelab.gui.label.cameras import CameraChoice, Cameras
 from forcelab.gui.label.frames import PATIENCE, Frames
 from forcelab.gui.label.picture_view import PictureView
+from forcelab.project.films import said_of_film
 from forcelab.video.index import last_at
 
 __all__ = ["VideoPanel"]
@@ -233,11 +234,19 @@ class VideoPanel(PictureView):
         self._follow(again=True)
         self.update()
 
+    def _named(self, sentence: str) -> str:
+        """What is said of the video, in the name that people know."""
+        reference, demonstration = self._reference, self.document.demonstration
+        if reference is None or demonstration is None:
+            return sentence
+        return said_of_film(sentence, reference.path, demonstration.name)
+
     def _failed(self, sentence: str) -> None:
-        self._trouble = sentence
+        self._trouble = self._named(sentence)
         self._show(None, -1)
 
     def _remarked(self, sentence: str) -> None:
+        sentence = self._named(sentence)
         self.setToolTip(sentence)
         self.document.say(sentence, True)
         self.update()
@@ -247,7 +256,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _missed(self, number: int, sentence: str) -> None:
-        self._missing = (number, sentence)
+        self._missing = (number, self._named(sentence))
         if number == self._wanted:
             self._show(None, -1)
 

@@ -126,7 +126,13 @@ class VocabularyView(SideList):
 
     def remove(self, name: str) -> bool:
         """Take an action that no segment has out of the vocabulary."""
-        if self._painted(name, self.tr("rename it to the action they should be, or delete those")):
+        project, demonstration = self.document.project, self.document.demonstration
+        if project is None or demonstration is None:
+            return False
+        try:
+            project.refuse_removing(self.document.author, name, demonstration.task)
+        except ForcelabError as error:
+            self.document.say(str(error), True)
             return False
         return self._change(lambda: self.document.vocabulary.removed(name))
 
@@ -162,22 +168,6 @@ class VocabularyView(SideList):
             self.document.say(str(error), True)
             return False
         return self.document.set_vocabulary(changed)
-
-    def _painted(self, name: str, cure: str) -> bool:
-        """Whether a segment of the task has the action; says so, with the cure."""
-        document = self.document
-        if document.project is None or document.demonstration is None:
-            return False
-        task = document.demonstration.task
-        try:
-            painted = name in document.project.painted_actions(task)
-        except ForcelabError as error:
-            document.say(str(error), True)
-            return True
-        if painted:
-            text = self.tr("There are segments of '{0}' in demonstrations of {1}; {2}.")
-            document.say(text.format(name, task, cure), True)
-        return painted
 
     def _ask_key(self, name: str) -> None:
         """Let a key be pressed for an action."""

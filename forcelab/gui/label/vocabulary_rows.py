@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QCoreApplication, QPoint, QRectF, QSize, Qt
+from PySide6.QtCore import QCoreApplication, QPoint, QRectF, QSize
 from PySide6.QtGui import QColor, QContextMenuEvent, QFont, QPainter, QPen
 from PySide6.QtWidgets import QMenu, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
@@ -85,6 +85,12 @@ class _Delegate(QStyledItemDelegate):
         room = box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0)
         font = QFont(option.font)
         font.setBold(brush)
-        middle = Qt.TextElideMode.ElideMiddle
-        write_row(painter, room, (action.name, amount), (ink, aside), font, middle)
+        write_row(
+            painter,
+            room,
+            (action.name, amount),
+            (ink, aside),
+            font,
+            among=document.vocabulary.names,
+        )
         painter.restore()

@@ -12,6 +12,7 @@ from forcelab.gui.measuring.capturing import measuring_capture
 from forcelab.gui.measuring.films import FILMS, Film
 from forcelab.gui.measuring.opening import measuring_opening
 from forcelab.gui.measuring.panning import measuring_panning
+from forcelab.gui.measuring.scalograms import measuring_scalograms
 from forcelab.gui.measuring.stage import SIZE, stage
 from forcelab.gui.measuring.starting import measuring_start
 from forcelab.gui.measuring.strokes import measuring_strokes
@@ -41,6 +42,8 @@ class Amount:
         Of the program, and of each project.
     demonstrations : int
         In the project that has many.
+    scalograms : int
+        Of each span of the longest recording, in each way.
     live : int
         Frames of the Capture workspace, with each of what it can show.
     """
@@ -55,6 +58,7 @@ class Amount:
     starts: int = 9
     openings: int = 10
     demonstrations: int = 1000
+    scalograms: int = 5
     live: int = 600
 
 
@@ -67,6 +71,7 @@ QUICK = Amount(
     strokes=20,
     starts=5,
     openings=5,
+    scalograms=3,
     live=150,
 )
 
@@ -134,6 +139,10 @@ def _scenes(
     def panning(count: int) -> Generator[Progress, None, tuple[Latency, ...]]:
         return measuring_panning(folder, count, gestures=wanted.gestures, size=SIZE)
 
+    def scalograms() -> Generator[Progress, None, tuple[Latency, ...]]:
+        count, times = wanted.samples[-1], wanted.scalograms
+        return measuring_scalograms(folder, count, times=times, size=SIZE)
+
     return [
         start,
         strokes,
@@ -141,4 +150,5 @@ def _scenes(
         partial(measuring_capture, folder, frames=wanted.live, size=SIZE),
         *(partial(video, film) for film in wanted.films),
         *(partial(panning, count) for count in wanted.samples),
+        scalograms,
     ]

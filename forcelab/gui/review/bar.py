@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from forcelab.gui.arranging import toned
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
+from forcelab.gui.naming import verbatim
 from forcelab.gui.review.bar_texts import progress_text, run_text
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.learning import Learning
@@ -261,7 +262,7 @@ class TrainBar(QWidget):
         if self.runs.isHidden() and self.learning.runs:
             runs = self._menu.addMenu(self.tr("Review another run"))
             for kept in self.learning.runs:
-                shown = runs.addAction(run_text(kept))
+                shown = runs.addAction(verbatim(run_text(kept)))
                 shown.triggered.connect(
                     lambda _checked=False, number=kept.number: self.learning.show_run(number)
                 )

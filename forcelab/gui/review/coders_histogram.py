@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from forcelab.gui.figures.axes import Axis
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.label.swatches import look_of, paint_swatch
 from forcelab.gui.theme import colours, themes
@@ -115,9 +116,7 @@ class OffsetHistogram(QWidget):
             (self.tr("{0} earlier").format(self._second), Qt.AlignmentFlag.AlignLeft),
             (self.tr("{0} later").format(self._second), Qt.AlignmentFlag.AlignRight),
         ):
-            painter.drawText(
-                below, side, metrics.elidedText(text, Qt.TextElideMode.ElideMiddle, half)
-            )
+            painter.drawText(below, side, metrics.elidedText(text, NAMES, half))
         painter.drawText(below, middle, "ms")
 
     def _paint_median(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
@@ -185,7 +184,7 @@ class ActionBars(QWidget):
             swatch = QRectF(MARGIN, top + (line - side) / 2, side, side)
             paint_swatch(painter, swatch, self._looks[name])
             painter.setPen(QColor(theme.text))
-            shown = metrics.elidedText(name, Qt.TextElideMode.ElideMiddle, names)
+            shown = metrics.elidedText(name, NAMES, names)
             painter.drawText(QRectF(side + 2 * MARGIN, top, names, line), upright, shown)
             bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
             painter.fillRect(bar, QColor(theme.panel_edge))

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter, QPain
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from forcelab.gui.figures.shades import shade
-from forcelab.gui.figures.text import ink_on
+from forcelab.gui.figures.text import NAMES, ink_on
 from forcelab.gui.review.moving import ARROWS, plain
 from forcelab.gui.theme import colours, themes
 
@@ -136,15 +136,13 @@ class CoderMatrix(QWidget):
         for i, name in enumerate(self.authors):
             painter.setPen(QColor(theme.text))
             row = QRectF(0, top + i * high, left - PADDING, high)
-            shown = metrics.elidedText(name, Qt.TextElideMode.ElideMiddle, int(row.width()))
+            shown = metrics.elidedText(name, NAMES, int(row.width()))
             painter.drawText(
                 row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
             )
             head = QRectF(left + i * wide, 0, wide, top)
             room = int(wide - PADDING)
-            painter.drawText(
-                head, middle, metrics.elidedText(name, Qt.TextElideMode.ElideMiddle, room)
-            )
+            painter.drawText(head, middle, metrics.elidedText(name, NAMES, room))
         for row_number in range(len(self.authors)):
             for column in range(len(self.authors)):
                 self._paint_cell(painter, row_number, column)

@@ -133,8 +133,8 @@ class PairDetails(QWidget):
         when = self.tr("later") if round(middle) >= 0 else self.tr("earlier")
         text = self.tr(
             "Boundaries: {0} puts the same boundary {1:.0f} ms {2} than {3} (median; half of them "
-            "lie from {4} to {5} ms). {6}. {7} were matched, no more than {8:.0f} ms "
-            "apart, of the {9} and {10} there are."
+            "lie from {4} to {5} ms). {6}. Matched, at most {8:.0f} ms apart: {7} of the {9} and "
+            "{10} there are."
         )
         near = ", ".join(
             self.tr("{0} within {1} ms").format(_share(share), ms)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QHeaderView
 
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.review.rows import Column, Row, TextModel, TextRows
 from forcelab.review.places import Place
 
@@ -50,10 +51,10 @@ class PlaceTable(TextRows):
         super().__init__(TextModel())
         self.rows: tuple[PlaceRow, ...] = ()
         self.setAccessibleName(title)
-        self.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.setTextElideMode(NAMES)
         header = self.horizontalHeader()
         header.setStretchLastSection(True)
-        header.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        header.setTextElideMode(NAMES)
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
         self.put((), {}, ("", "", ""))
         digit = self.fontMetrics().horizontalAdvance("0")

@@ -48,9 +48,11 @@ def by_metric(comparison: Comparison, stage: str, metrics: Collection[Metric]) -
     found = comparison.intervals[stage]
     rows = []
     for metric in metrics:
-        span = metric.span(found[metric.path], signed=True)
-        row = _row(metric, metric.title, metric.value(one), metric.value(other))
-        rows.append(Row((*row.cells, span), tip=metric.tip, colours=row.colours))
+        ends = found[metric.path]
+        values = metric.value(one), metric.value(other)
+        row = _row(metric, metric.title, *values, sure=ends is None or not ends[0] <= 0 <= ends[1])
+        cells = (*row.cells, metric.span(ends, signed=True))
+        rows.append(Row(cells, tip=metric.tip, colours=row.colours))
     return tuple(rows)
 
 
@@ -90,8 +92,13 @@ def _asked(name: str, one: str, other: str) -> str:
     return f"{translated(words)}: {one} → {other}"
 
 
-def _row(metric: Metric, name: str, one: float | None, other: float | None) -> Row:
-    """Both numbers and their difference: better ones marked, in colour and in words."""
+def _row(
+    metric: Metric, name: str, one: float | None, other: float | None, *, sure: bool = True
+) -> Row:
+    """Both numbers and their difference: better ones marked, in colour and in words.
+
+    Not where it is not `sure` that there is a difference at all.
+    """
     difference = None if one is None or other is None else other - one
     shown = metric.text(difference, signed=True)
     colour = None
@@ -100,6 +107,8 @@ def _row(metric: Metric, name: str, one: float | None, other: float | None) -> R
         # Not the accent: text on it can be read, but hardly text in it on dark ground.
         colour = colours().range if better else colours().trouble
         words = translate("forcelab", "better") if better else translate("forcelab", "worse")
+        if not sure:
+            colour, words = colours().muted, translate("forcelab", "no clear difference")
         shown = f"{words}  {shown}"
     cells = (name, metric.text(one), metric.text(other), shown)
     return Row(cells, colours=(None, None, None, colour))

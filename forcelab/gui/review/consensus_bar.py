@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QMenu, QWidget
 from forcelab.errors import ForcelabError
 from forcelab.gui.arranging import column
 from forcelab.gui.document import Document
+from forcelab.gui.naming import verbatim
 from forcelab.gui.review.coders_pair import sentence
 from forcelab.gui.review.coders_places import PlaceRow, PlaceTable
 from forcelab.gui.review.consensus_buttons import ConsensusButtons
@@ -97,8 +98,9 @@ class ConsensusBar(QWidget):
         if not self.isVisible():
             return
         project, id_ = self.document.project, self.choice.id
+        there = any(info.id == id_ for info in self.document.infos)  # and not of one before
         self.consensus = None
-        if project is not None and id_ and id_ not in blind_to(self.document):
+        if project is not None and there and id_ not in blind_to(self.document):
             from forcelab.review.consensus import Consensus
 
             try:
@@ -137,14 +139,17 @@ class ConsensusBar(QWidget):
         if self.current not in every:
             self.current = waiting[0] if waiting else None
         self.buttons.name_coders(self.choice.coders)
+        had = QApplication.focusWidget() if self._has_keyboard() else None
         self.buttons.offer(consensus, self.current)
+        if had is not None and not had.isEnabled():  # the next field would take the keys as text
+            self.setFocus()
         self.state.setText(self._state(len(every), len(waiting)))
         self.now.setText(self._now())
         open_ones = set(waiting)
         rows = [
             PlaceRow(
                 one.place(self.choice.id),
-                self.tr("boundary") if one.edge else self.tr("action"),
+                self._what(one),
                 one not in open_ones,
             )
             for one in every
@@ -152,6 +157,13 @@ class ConsensusBar(QWidget):
         self.places.put(rows, self._names, (*self.choice.coders, self.tr("What")))
         if self.current in every:
             self.places.selectRow(every.index(self.current))
+
+    def _what(self, one: Disagreement) -> str:
+        """What differs, in the words of the table of agreement."""
+        if one.edge:
+            return self.tr("boundary moved")
+        both = one.a is not None and one.b is not None
+        return self.tr("different actions") if both else self.tr("only one labelled")
 
     def _state(self, every: int, waiting: int) -> str:
         """How far the consensus is, in a sentence."""
@@ -273,7 +285,7 @@ class ConsensusBar(QWidget):
         project, id_ = self.document.project, self.choice.id
         if project is not None and id_:
             for name in project.vocabulary(project.info(id_).task).names:
-                action = menu.addAction(name.replace("&", "&&"))
+                action = menu.addAction(verbatim(name))
                 action.triggered.connect(partial(self._put, name))
         return menu
 

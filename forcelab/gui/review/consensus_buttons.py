@@ -16,6 +16,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.figures.text import NAMES
+from forcelab.gui.naming import verbatim
+
 if TYPE_CHECKING:
     from forcelab.review.consensus import Consensus, Disagreement
 
@@ -62,7 +65,7 @@ class _KeyedButtons:
         """Write a button's text, which may be cut from a whole one, and its key on it."""
         verb = next(verb for verb in self._verbs if verb.button is button)
         held = {SHIFT: "⇧", CTRL: "Ctrl+"}.get(verb.modifiers, "")
-        button.setText(f"{text}  [{held}{chr(verb.key)}]".replace("&", "&&"))
+        button.setText(verbatim(f"{text}  [{held}{chr(verb.key)}]"))
         button.setAccessibleName(whole or text)
         button.setToolTip(whole or text)
 
@@ -175,7 +178,7 @@ class ConsensusButtons(QWidget):
         for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
             whole = self.tr("Take {0}").format(coder)
             room = self.width() // 2 - AROUND * self.fontMetrics().averageCharWidth()
-            cut = self.fontMetrics().elidedText(whole, Qt.TextElideMode.ElideMiddle, room)
+            cut = self.fontMetrics().elidedText(whole, NAMES, room)
             self._keys.name(button, cut, whole)
 
     def offer(self, consensus: Consensus | None, current: Disagreement | None) -> None:
@@ -186,7 +189,8 @@ class ConsensusButtons(QWidget):
             button.setEnabled(chosen)
         self.mean.setEnabled(chosen and current is not None and current.edge)
         waiting = () if consensus is None else consensus.undecided
-        self.mean_all.setEnabled(begun and any(d.edge for d in waiting))
+        for part in (self.mean_all, self.tolerance):
+            part.setEnabled(begun and any(d.edge for d in waiting))
         for button in (self.next, self.previous):
             button.setEnabled(consensus is not None and bool(consensus.differences))
         self.begin.setEnabled(consensus is not None)

@@ -119,6 +119,7 @@ class PairsView(QWidget):
         keys().changed.connect(self._say_what_is_missing)
         self._current.changed.connect(self._build)
         self.tools.changed.connect(self._choose)
+        self.tools.ordered.connect(lambda: self.area.verticalScrollBar().setValue(0))
         self.tools.exporting.connect(self.export)
         self.area.chosen.connect(self._go_to)
 
@@ -169,7 +170,8 @@ class PairsView(QWidget):
 
     def _show(self) -> None:
         """Show the rows in order."""
-        self._looks = Looks(looks_in_order(self._actions(), self._vocabulary))
+        actions = sorted(self._actions(), key=self._key_of)
+        self._looks = Looks(looks_in_order(actions, self._vocabulary))
         looks, tools = self._looks, self.tools
         rows = arranged(self._entries, tools.chosen_order, tools.search.text())
         self.legend.show_looks(looks)
@@ -198,6 +200,11 @@ class PairsView(QWidget):
             if track is not entry.reviewed.human and track is not entry.reviewed.predicted
         ]
         return tuple(dict.fromkeys((*self._listed[1], *(s.action for t in tracks for s in t))))
+
+    def _key_of(self, action: str) -> tuple[bool, str]:
+        """What actions of the legend are sorted by: their keys; those without stay as they are."""
+        key = self._vocabulary[action].key
+        return not key, key or ""
 
     def _take_vocabulary(self) -> bool:
         """Take the looks of the outcome's actions and their keys; gives whether they are others."""

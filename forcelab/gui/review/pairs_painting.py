@@ -132,7 +132,7 @@ def _write(
     middle = (top + boxes.predicted.bottom()) / 2
     ink, muted = QColor(theme.text), QColor(theme.muted)
     face = text.font(bold=opened)
-    name = text.elided(entry.reviewed.name, face, layout.name_room, middle=True)
+    name = text.elided_name(entry.reviewed.name, face, layout.name_room)
     text.put(painter, MARGIN, middle, name, face=face, ink=ink)
     small = text.font(CAPTION)
     for height, caption in captions(boxes, entry.pair, *layout.names):

@@ -13,6 +13,7 @@ from forcelab.gui.figures.marks import agreed_share
 from forcelab.gui.figures.pairs import Lane, Pair
 from forcelab.labels import Segments
 from forcelab.project import LabelsUsed, Project
+from forcelab.project.loading import natural_order
 
 if TYPE_CHECKING:
     from forcelab.review.differences import Difference
@@ -245,27 +246,16 @@ def arranged(entries: Sequence[Entry], order: Order, searched: str = "") -> list
         if all(word in f"{entry.reviewed.name} {entry.reviewed.task}".casefold() for word in words)
     ]
 
-    def place(entry: Entry) -> tuple[float | str, ...]:
-        name = _natural(entry.reviewed.name)
+    def place(entry: Entry) -> float:
         if order == "worst":
             share = entry.share if entry.evaluated is None else entry.evaluated
-            return (2.0 if share is None else share, *name)
-        if order == "longest":
-            return (entry.reviewed.start - entry.reviewed.end, *name)
-        return name
+            return 2.0 if share is None else share
+        return entry.reviewed.start - entry.reviewed.end if order == "longest" else 0.0
 
-    return sorted(found, key=lambda entry: (entry.human is None, place(entry)))
-
-
-def _natural(name: str) -> tuple[str, ...]:
-    """A key by which ``stylus 10`` comes after ``stylus 9``."""
-    parts: list[str] = [""]
-    for letter in name.casefold():
-        if letter.isdigit() == parts[-1].isdigit():
-            parts[-1] += letter
-        else:
-            parts.append(letter)
-    return tuple(part.zfill(20) if part.isdigit() else part for part in parts)
+    return sorted(
+        found,
+        key=lambda one: (one.human is None, place(one), natural_order(one.reviewed.name)),
+    )
 
 
 def _mean_probability(reviewed: Reviewed) -> float | None:

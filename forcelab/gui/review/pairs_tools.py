@@ -22,6 +22,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis, draw_bottom
 from forcelab.gui.figures.legend import Legend
 from forcelab.gui.figures.tracks import Look
+from forcelab.gui.naming import verbatim
 from forcelab.gui.review.confusion_switches import choice
 from forcelab.gui.review.pairs_layout import MARGIN
 from forcelab.gui.review.pairs_rows import Order, Wanted
@@ -41,11 +42,14 @@ class PairsTools(QWidget):
     -------
     changed()
         Something else is to be shown.
+    ordered()
+        Another order is chosen, and told by `changed`, too.
     exporting()
         The pairs are to be saved as a picture.
     """
 
     changed = Signal()
+    ordered = Signal()
     exporting = Signal()
 
     def __init__(self) -> None:
@@ -116,7 +120,7 @@ class PairsTools(QWidget):
 
     def _add(self, key: str, title: str) -> None:
         """Add a row to the menu."""
-        action = QAction(title.replace("&", "&&"), self.menu)
+        action = QAction(verbatim(title), self.menu)
         action.setCheckable(True)
         action.setChecked(key in self._wanted)
         action.toggled.connect(lambda on: self._choose(key, on))
@@ -141,6 +145,7 @@ class PairsTools(QWidget):
         """Tell what is chosen, and remember it."""
         self.search.textChanged.connect(lambda _: self.changed.emit())
         self.order.currentIndexChanged.connect(lambda _: self._remember())
+        self.order.currentIndexChanged.connect(lambda _: self.ordered.emit())
         self.stretched.toggled.connect(lambda _: self._remember())
         self.export.clicked.connect(lambda _: self.exporting.emit())
 

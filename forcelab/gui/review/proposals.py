@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem,
 
 from forcelab.gui.arranging import PageOrNote, column, muted
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.indexes import Index
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.track_spans import spans_of
@@ -80,7 +81,7 @@ class ProposalsView(QWidget):
         """The rows."""
         table = TextRows(self.model)
         table.setAccessibleName(self.tr("Unlabelled demonstrations, the one to label next first"))
-        table.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        table.setTextElideMode(NAMES)
         self._bars = _Bars(lambda row: self.rows[row].uncertainty)
         table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
         table.clicked.connect(self._go)

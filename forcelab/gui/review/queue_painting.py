@@ -9,6 +9,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
 from forcelab.gui.figures.shades import translucent
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.figures.tracks import Look
 from forcelab.gui.indexes import Index
 from forcelab.gui.label.swatches import look_of, paint_swatch
@@ -34,7 +35,6 @@ from forcelab.vocabulary import Vocabulary
 __all__ = ["QueuePainter", "row_height"]
 
 RIGHT = Qt.AlignmentFlag.AlignRight
-MIDDLE = Qt.TextElideMode.ElideMiddle
 
 
 class QueuePainter(QStyledItemDelegate):
@@ -153,7 +153,7 @@ def _paint_item(
     wide = sizes.horizontalAdvance(span) + GAP * height
     name = QRectF(below)
     name.setRight(below.right() - wide)
-    written = put_line(painter, name, item.name, small, theme.muted, elide=MIDDLE)
+    written = put_line(painter, name, item.name, small, theme.muted, elide=NAMES)
     below.setLeft(left + (written + GAP * height if written else 0))
     put_line(painter, below, span, small, theme.muted)
 
@@ -199,7 +199,7 @@ def _paint_names(
         x += side + gap
         ink = theme.muted if action is None else theme.text
         where = QRectF(x, line.top(), max(width, 0), height)
-        x += put_line(painter, where, name, face, ink, elide=MIDDLE) + gap
+        x += put_line(painter, where, name, face, ink, elide=NAMES) + gap
 
 
 def _paint_arrow(painter: QPainter, box: QRectF) -> None:

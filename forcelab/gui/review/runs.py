@@ -91,8 +91,16 @@ class Runs(Wanted):
             self._show_latest()
 
     def _show_latest(self) -> None:
-        """Review the latest run of the task, or nothing where there is none."""
-        run = next((run for run in self.runs if self.task in run.tasks), None)
+        """Review the latest run of the task, or nothing where there is none.
+
+        As with :func:`~forcelab.review.outcome.latest`, one that tested the task's own
+        demonstrations comes before one that learnt from them and tested others.
+        """
+        run = min(
+            (run for run in self.runs if self.task in run.tasks),
+            key=lambda run: (None, self.task, run.tested).index(run.tested),
+            default=None,
+        )
         shown = self.document.outcome
         if run is not None and (shown is None or shown.number != run.number):
             self.show_run(run.number)

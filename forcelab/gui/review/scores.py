@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
 from forcelab.errors import ForcelabError
 from forcelab.gui.arranging import PageOrNote, column, muted
 from forcelab.gui.document import Document
+from forcelab.gui.figures.text import NAMES
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.confusion_switches import choice
 from forcelab.gui.review.metric_words import (
@@ -117,7 +118,7 @@ class ScoresView(QWidget):
         names.show()
         names.setSectionsClickable(True)
         names.setHighlightSections(False)
-        names.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        names.setTextElideMode(NAMES)
         names.setMaximumWidth(WIDEST_NAME)
         names.setDefaultSectionSize(round(self.fontMetrics().height() * 2))
         names.sectionClicked.connect(lambda row: self._open(self.model.index(row, 0)))

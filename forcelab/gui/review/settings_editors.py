@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.errors import InputError
 from forcelab.gui.commands import translated
+from forcelab.gui.naming import verbatim
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_field import Field
 from forcelab.gui.wheel_guard import guard_from_wheel
@@ -200,7 +201,7 @@ class ChannelsEditor(Editor):
     def _add(self, name: str) -> None:
         """Offer a channel."""
         here = name in self._all
-        box = QCheckBox(name if here else self.tr("{0} (not in this task)").format(name))
+        box = QCheckBox(verbatim(name if here else self.tr("{0} (not in this task)").format(name)))
         box.setAccessibleName(self.tr("Channel {0}").format(name))
         box.toggled.connect(lambda _: self.changed.emit())
         at = len(self.boxes)

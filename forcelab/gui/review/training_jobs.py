@@ -40,6 +40,8 @@ class Kept:
         tested.
     preset : str
         The one that its settings began with.
+    tested : str, optional
+        The task tested on; without, each demonstration was left out once.
     """
 
     number: int
@@ -48,6 +50,7 @@ class Kept:
     tasks: tuple[str, ...]
     f1: float | None
     preset: str = ""
+    tested: str | None = None
 
 
 def _removing(path: Path, number: int) -> Generator[object, None, None]:
@@ -143,6 +146,7 @@ def _kept(run: RunSummary) -> Kept:
         tasks=tuple(task for task in tasks if task is not None),
         f1=run.digest.get("f1"),
         preset=str(run.settings.get("preset", "")),
+        tested=choice.get("test_task"),
     )
 
 

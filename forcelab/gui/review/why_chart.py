@@ -204,7 +204,7 @@ class ProbabilityChart(QWidget):
             painter.setPen(QPen(QColor(theme.frame), 0.8))
             painter.drawLine(QLineF(box.right(), y, swatch.left() - 2, height))
             paint_swatch(painter, swatch, look_of(self._vocabulary, action))
-            name = text.elided(action, face, self._room + 8)
+            name = text.elided_name(action, face, self._room + 8)
             ink = QColor(theme.text)
             text.put(painter, swatch.right() + 4, height, name, face=face, ink=ink)
 

@@ -119,7 +119,7 @@ class Card(QAbstractButton):
         ink = QColor(theme.muted)
         text.put(painter, box.right(), y, far, face=small, ink=ink, align=1.0)
         room = box.width() - text.width(far, small) - text.width(when, small) - 18
-        name = text.elided(self.name, face, max(room, 20), middle=True)
+        name = text.elided_name(self.name, face, max(room, 20))
         text.put(painter, box.left(), y, name, face=face, ink=QColor(theme.text))
         at = box.left() + text.width(name, face) + 6
         text.put(painter, at, y, when, face=small, ink=ink)
@@ -164,7 +164,7 @@ class Heading(QWidget):
         painter.setOpacity(1.0 if self.isEnabled() else 0.35)
         paint_swatch(painter, QRectF(1, 4, 12, 12), self._look)
         face, small = text.font(NAME, bold=True), text.font(SMALL)
-        name = text.elided(self.action, face, max(self.width() - 18, 20))
+        name = text.elided_name(self.action, face, max(self.width() - 18, 20))
         text.put(painter, 18, 10, name, face=face, ink=QColor(theme.text))
         at = 18 + text.width(name, face) + 8
         role = text.elided(self.role, small, self.width() - at)

@@ -162,7 +162,7 @@ class BandMap(QWidget):
                     ink = text.ink_on(colour)
                     text.put(painter, centre.x(), centre.y(), number, face=face, ink=ink, align=0.5)
             box = self.cell(i, 0)
-            name = text.elided(channel, head, box.width() - 4, middle=True)
+            name = text.elided_name(channel, head, box.width() - 4)
             ink = QColor(theme.text)
             text.put(painter, box.center().x(), HEAD / 2, name, face=head, ink=ink, align=0.5)
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -226,7 +226,7 @@ class BandMap(QWidget):
         ):
             outside = y - SMALL if y == lower else y + SMALL
             inside = y + SMALL / 2 if y == lower else y - SMALL / 2
-            name = text.elided(self.tr("for {0}").format(action), face, room)
+            name = text.elided_name(self.tr("for {0}").format(action), face, room)
             text.put(painter, left, outside, name, face=face, ink=QColor(theme.text))
             number = why_words.signed(value)
             text.put(painter, left + 14, inside, number, face=face, ink=QColor(theme.muted))

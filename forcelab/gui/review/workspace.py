@@ -94,7 +94,8 @@ class ReviewWorkspace(QWidget):
         self._whole = _split(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE)
         self._nothing = placeholder(
             self.tr(
-                "Import recordings first. When some are labelled, train; what comes of it is here."
+                "Import demonstrations first. When some are labelled, train; what comes of it is "
+                "here."
             )
         )
         column(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(2, 1)

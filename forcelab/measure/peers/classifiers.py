@@ -14,7 +14,8 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.measure.peers.peer import Fitted, Peer, Task, around, softmax
+from forcelab.measure.peers.peer import Fitted, Peer, Task, around
+from forcelab.recognition.forest import softmax
 from forcelab.recognition.presets import preset
 from forcelab.recognition.windows import window_features
 

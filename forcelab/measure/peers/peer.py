@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.errors import InputError
+from forcelab.measure.peers import Library
 
-__all__ = ["Fitted", "Peer", "Task", "around", "softmax"]
+__all__ = ["Fitted", "Peer", "Task", "around"]
 
 Real = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -53,14 +52,13 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Peer:
+class Peer(Library):
     """A method of others.
 
     Parameters
     ----------
-    name : str
-    module : str
-        What is imported.
+    name, module : str
+        As of :class:`~forcelab.measure.peers.Library`.
     look : callable
         Takes recognition channels, shape (q, n), samples a second, and the samples in the middle
         of each time step, shape (m,); gives what it knows of them, shape (m, f).
@@ -68,29 +66,8 @@ class Peer:
         Takes a task and a seed; gives what recognises.
     """
 
-    name: str
-    module: str
     look: Callable[[Real, float, Whole], Real]
     fit: Callable[[Task, int], Fitted]
-
-    @property
-    def installed(self) -> bool:
-        """Whether it can be imported."""
-        return find_spec(self.module) is not None
-
-    def check(self) -> None:
-        """Refuse what is not there.
-
-        Raises
-        ------
-        InputError
-            If it is not installed.
-        """
-        if not self.installed:
-            raise InputError(
-                f"{self.name} is not installed ({self.module}); pip install 'forcelab[peers]' has "
-                f"it."
-            )
 
 
 def around(channels: Real, rate: float, places: Whole, count: int, period: float) -> Real:
@@ -121,9 +98,3 @@ def around(channels: Real, rate: float, places: Whole, count: int, period: float
         sums = np.interp(edges + pad + 0.5, np.arange(len(total)), total)
         out[:, i] = np.diff(sums, axis=1) / (rate * period)
     return out.reshape(len(places), -1)
-
-
-def softmax(scores: NDArray[np.floating]) -> Real:
-    """Positive numbers of rows that sum to 1, the exponentials of `scores`, shape (m, K)."""
-    odds = np.exp(scores - scores.max(axis=1, keepdims=True))
-    return np.asarray(odds / odds.sum(axis=1, keepdims=True), dtype=np.float64)

@@ -1,7 +1,8 @@
-"""BLAS on one thread while transforms run: their products are small and many."""
+"""BLAS on one thread while something runs: products are small and many."""
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,33 +13,38 @@ __all__ = ["one_blas_thread"]
 
 _lock = threading.Lock()
 _inside = 0
-_limit: Any = None
+#: Libraries that were found with more than one thread, with how many.
+_before: list[tuple[Any, int]] = []
 
 
 @cache
-def _libraries() -> Any:
-    """What tells BLAS how many threads to use; looking for the libraries takes a while."""
+def _libraries(_scipy: bool) -> list[Any]:
+    """What tells each BLAS how many threads to use; looking for them takes milliseconds."""
     from threadpoolctl import ThreadpoolController
 
-    return ThreadpoolController()
+    return list(ThreadpoolController().select(user_api="blas").lib_controllers)
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Keep BLAS on one thread until the last of all transforms that run at once has ended.
+    """Keep BLAS on one thread until the last of all that run at once has ended.
 
     The setting is the process's: were each to restore what it found, the last one might restore
-    what another had set.
+    what another had set. Quick enough to be entered a thousand times a second.
     """
-    global _inside, _limit  # noqa: PLW0603 - so is the setting
+    global _inside  # noqa: PLW0603 - so is the setting
     with _lock:
-        if _inside == 0:
-            _limit = _libraries().limit(limits=1, user_api="blas")
+        # SciPy brings a BLAS of its own, perhaps while others are inside.
+        for library in _libraries("scipy.linalg._fblas" in sys.modules):
+            if (count := library.get_num_threads()) != 1:
+                _before.append((library, count))
+                library.set_num_threads(1)
         _inside += 1
     try:
         yield
     finally:
         with _lock:
             _inside -= 1
-            if _inside == 0:
-                _limit.restore_original_limits()
+            while _inside == 0 and _before:
+                library, count = _before.pop()  # the first found is the last restored
+                library.set_num_threads(count)

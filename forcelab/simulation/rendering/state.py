@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from forcelab.simulation.motion import Performance
 
 __all__ = ["State", "States"]
-
-Array = NDArray[np.float64]
 
 #: Seconds over which a frame's forces are averaged, as a camera's shutter does.
 EXPOSURE = 0.012

@@ -154,6 +154,39 @@ def test_labels_in_the_table_win_over_a_file_beside_it(write):
     assert result.remarks == ("r.labels.csv was not read, as the recording has labels of its own.",)
 
 
+def test_labels_of_further_coders_are_read_beside_those_in_the_table(write):
+    """What was labelled here comes back with a recording that had its maker's labels already."""
+    path = write("r.csv", "time,fx,label\n0,1,a\n.1,1,a\n.2,1,b\n.3,1,b\n")
+    write("r.labels.csv", "start,end,action,author\n0,0.1,other,maker\n0.1,0.2,grab,Ann\n")
+    (result,) = read(path, ReadOptions(author="maker"))
+    assert [(track.author, track.actions) for track in result.tracks] == [
+        ("maker", ("a", "b")),
+        ("Ann", ("grab",)),
+    ]
+    assert result.remarks == (
+        "The labels were read from r.labels.csv.",
+        "The labels of maker in r.labels.csv were not read, as the recording has labels of its "
+        "own.",
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("a;b;c\n1;2;3\n", "is not a labels file; write one row a segment"),
+        ("start,end,action,author\n0,500,grab,Ann\n", "the labels go from 0 s to 500 s"),
+    ],
+)
+def test_a_recording_with_labels_is_read_whatever_lies_beside_it(write, content, told):
+    path = write("r.csv", "time,fx,label\n0,1,a\n.1,1,a\n.2,1,b\n.3,1,b\n")
+    write("r.labels.csv", content)
+    (result,) = read(path, ReadOptions())
+    assert [track.actions for track in result.tracks] == [("a", "b")]
+    (remark,) = result.remarks
+    assert remark.startswith("The labels beside the recording were not read: ")
+    assert told in remark
+
+
 def test_labels_on_the_clock_of_the_stamps_are_carried_to_the_start(write):
     path = write("r.csv", recording(100))
     write("r.labels.csv", "start,end,action\n100.5,101.25,grab\n")

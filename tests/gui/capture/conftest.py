@@ -1,7 +1,5 @@
 """The window with virtual tongs, for all tests of the Capture workspace."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
@@ -12,21 +10,12 @@ from forcelab.gui.window import Window
 from forcelab.project import Project
 from forcelab.vocabulary import Vocabulary
 
-#: Seconds that something may take on a busy machine.
-PATIENCE = 30.0
-
 
 def source(times):
     """Counts of three axes, with noise so that nothing stands still."""
     phase = 2 * np.pi * np.asarray(times)
     axes = [2000 * np.sin(phase), 1000 * np.cos(phase), 3000 * np.sin(0.5 * phase)]
     return np.stack(axes, axis=1).astype(np.int64)
-
-
-@pytest.fixture
-def until(until):
-    """Devices are waited for longer."""
-    return partial(until, seconds=PATIENCE)
 
 
 @pytest.fixture

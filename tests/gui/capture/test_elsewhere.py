@@ -1,7 +1,11 @@
 """That something is recorded is said in the whole window, and asked about before it is closed."""
 
+from functools import partial
+
 import pytest
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QTabWidget
 
 from forcelab.capture.journal import read
@@ -128,3 +132,23 @@ def test_nobody_is_asked_where_nothing_is_recorded(window, connected, monkeypatc
     window.commands["quit"].trigger()
     assert not asked
     assert not window.isVisible()
+
+
+def test_keys_for_what_capture_hides_do_nothing_while_it_is_in_front(window, recording, until):
+    document, pressed = window.document, partial(QTest.keyClick, recording.live)
+    window.commands["record"].trigger()
+    until(lambda: recording.session.phase is Phase.READY)
+    window.commands["show_recording"].trigger()
+    until(lambda: document.demonstration is not None)
+    document.paint(0.0, 0.01, "grab")
+    window.show_workspace("capture")
+    recording.live.setFocus()
+    said = []
+    document.said.connect(lambda *told: said.append(told))
+    pressed(Qt.Key.Key_H, Qt.KeyboardModifier.ShiftModifier)
+    pressed(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert [segment.action for segment in document.segments] == ["grab"]
+    assert not said
+    window.show_workspace("label")
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert not document.segments

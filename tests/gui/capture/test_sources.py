@@ -24,25 +24,23 @@ def write(page, name):
     QTest.keyClick(page.sources.entry, Qt.Key.Key_Return)
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
-    [
-        ("tongs", "optoforce:PORT"),
-        ("optoforce:/dev/x?speed=3", "speed=3"),
-        ("optoforce:/dev/x?calibration=/nowhere.toml", "nowhere.toml"),
-        ("camera:", "is no camera"),
-        ("camera:abc", "'abc' is no camera"),
-        ("camera:-1", "'-1' is no camera"),
-    ],
-)
-def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page, name, said):
-    write(page, name)
-    assert page.sources.rows.count() == 0
-    assert page.sources.entry.text() == name
-    assert said in page.standing.sentences.text()
-    write(page, "optoforce:/dev/x")
-    assert page.sources.devices == ("optoforce:/dev/x",)
-    assert page.standing.sentences.text() == ""
+def test_a_name_that_means_nothing_is_told_at_once_and_not_added(page):
+    for name, said in {
+        "tongs": "optoforce:PORT",
+        "optoforce:/dev/x?speed=3": "speed=3",
+        "optoforce:/dev/x?calibration=/nowhere.toml": "nowhere.toml",
+        "camera:": "is no camera",
+        "camera:abc": "'abc' is no camera",
+        "camera:-1": "'-1' is no camera",
+    }.items():
+        write(page, name)
+        assert page.sources.rows.count() == 0
+        assert page.sources.entry.text() == name
+        assert said in page.standing.sentences.text()
+        write(page, "optoforce:/dev/x")
+        assert page.sources.devices == ("optoforce:/dev/x",)
+        assert page.standing.sentences.text() == ""
+        page.sources.rows.clear()
 
 
 def test_where_nothing_is_found_the_way_without_devices_is_told(page, until):
@@ -108,16 +106,13 @@ def test_counts_are_warned_of_as_long_as_the_device_is_connected(connected):
     assert connected.standing.alarms.isVisible()
 
 
-@pytest.mark.parametrize("choice", ["light", "dark"])
-def test_the_names_of_connected_devices_can_be_read(app, connected, choice):
-    theme.apply(app, choice)
-    try:
-        rows = connected.sources.rows
-        assert not rows.isEnabled()
+def test_the_names_of_connected_devices_can_be_read(app, connected):
+    rows = connected.sources.rows
+    assert not rows.isEnabled()
+    for choice in ("dark", "light"):
+        theme.apply(app, choice)
         ink = rows.palette().color(QPalette.ColorRole.Text)
         assert contrast(ink, rows.palette().color(QPalette.ColorRole.Base)) >= 4.5
-    finally:
-        theme.apply(app, "light")
 
 
 def test_what_is_found_after_connecting_shows_only_what_is_connected(connected):

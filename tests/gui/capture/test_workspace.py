@@ -46,7 +46,7 @@ def test_a_recording_with_a_live_mark_is_in_the_project_without_the_mouse(
 ):
     page = connected
     assert page.fields.name.placeholderText() == "LEGO 01"
-    recorded(window, page, until, 60)
+    recorded(window, page, until, 100)
     assert window.focusWidget() is page.live or not window.isActiveWindow()
     QTest.keyPress(page.live, Qt.Key.Key_2)
     QTest.keyPress(page.live, Qt.Key.Key_X)  # marks nothing

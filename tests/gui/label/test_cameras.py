@@ -3,7 +3,6 @@
 import films
 import numpy as np
 import pytest
-from PySide6.QtTest import QTest
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -95,15 +94,15 @@ def test_a_long_name_stays_within_the_panel(document, until, app):
     choice.addItem("a camera with a name that is far too long for the panel, and for its list")
     panel.resize(180, 160)
     panel.show()
-    QTest.qWait(60)  # a combo box takes its new size a moment later
-    assert 100 < choice.geometry().right() <= panel.width()
+    # A combo box takes its new size a moment later.
+    until(lambda: 100 < choice.geometry().right() <= panel.width())
     choice.showPopup()
-    QTest.qWait(20)
     popup = choice.view().window()
+    until(popup.isVisible)
     left, right = (
         panel.mapToGlobal(at).x() for at in (panel.rect().topLeft(), panel.rect().topRight())
     )
-    assert left <= popup.geometry().left() < popup.geometry().right() <= right
+    until(lambda: left <= popup.geometry().left() < popup.geometry().right() <= right)
     choice.hidePopup()
     panel.close_video()
     panel.close()

@@ -90,6 +90,48 @@ def test_a_single_sample_is_seen_however_far_one_zooms_out(panel):
     assert columns.size > 20
 
 
+@pytest.mark.parametrize("n", [20_000, 300_000])
+def test_a_glitch_leaves_the_curve_as_it_is_and_is_marked_at_the_edge(panel, until, n):
+    plain = recording(n)
+    show(panel.document, plain, "plain")
+    until(lambda: panel.source.read == 1.0)
+    panel.invalidate()
+    picture(panel)
+    _, before = lane_of(panel, "fz1")
+    signals = np.array(plain.signals)
+    at = n // 4
+    signals[at, 2], signals[2 * at : 2 * at + 2, 2] = 1e16, -3e17
+    show(panel.document, Demonstration("g", "", plain.times, signals, CHANNELS), "glitch")
+    until(lambda: panel.source.read == 1.0)
+    for autoscale in (False, True):
+        panel.source.set_autoscale(autoscale)
+        panel.invalidate()
+        image = picture(panel)
+        lane, axis = lane_of(panel, "fz1")
+        assert (axis.start, axis.end) == pytest.approx((before.start, before.end), abs=0.05)
+        rows, _ = ink(image, colours().curves[2], (100, lane.top, 690, lane.bottom))
+        assert rows.max() - rows.min() > 0.8 * lane.height
+        up, down = panel.x_at(plain.times[at]), panel.x_at(plain.times[2 * at])
+        red = colours().trouble
+        assert ink(image, red, (up - 5, lane.top, up + 5, lane.top + 8))[0].size > 5
+        assert ink(image, red, (down - 5, lane.bottom - 8, down + 5, lane.bottom))[0].size > 5
+    assert panel.source.values_at(plain.times[at])["fz1"] == 1e16
+
+
+def test_glitches_in_view_are_told(panel, monkeypatch):
+    told = []
+    monkeypatch.setattr("forcelab.gui.label.force.paint_notes", lambda *a, **_: told.append(a[2]))
+    signals = np.array(recording().signals)
+    signals[[5000, 7000], 2] = 1e16
+    demonstration = Demonstration("g", "", recording().times, signals, CHANNELS)
+    show(panel.document, demonstration, "glitch")
+    for span, words in (((0, 20), "2 samples are"), ((4, 6), "1 sample is"), ((8, 9), "")):
+        panel.document.set_span(*span)
+        picture(panel)
+        notes = [note for note in told[-1] if "glitch" in note]
+        assert [note.startswith(words) for note in notes] == [True] * bool(words)
+
+
 def test_no_line_runs_across_a_gap_and_the_gap_is_hatched(panel):
     times = np.concatenate([np.arange(0, 4, 1e-3), np.arange(6, 10, 1e-3)])
     signals = np.sin(times)[:, np.newaxis] * np.ones(len(NAMES))

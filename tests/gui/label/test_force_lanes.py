@@ -72,6 +72,7 @@ def test_the_span_of_nothing_is_none():
         (5.00123, 0.02, "5.0012"),
         (12345.6, 20_000.0, "12346"),
         (-1.5e-7, 1e-6, "\N{MINUS SIGN}1.50e\N{MINUS SIGN}07"),
+        (1e16, 20.0, "1.00e+16"),  # a glitch
     ],
 )
 def test_values_have_the_decimals_that_their_axis_can_tell_apart(value, span, shown):

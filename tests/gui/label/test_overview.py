@@ -69,6 +69,23 @@ def near(expected):
     return pytest.approx(expected, abs=0.08)
 
 
+def test_a_glitch_leaves_the_forces_to_be_seen_and_is_marked(overview):
+    document = overview.document
+    plain = document.demonstration
+    before = pixels(overview.grab().toImage()).astype(int)
+    signals = np.array(plain.signals)
+    signals[7000, 0] = 1e16
+    document.demonstration = Demonstration("g", "", plain.times, signals, CHANNELS)
+    document.id = "glitch"
+    document.demonstration_changed.emit()
+    after = pixels(overview.grab().toImage()).astype(int)
+    changed = np.flatnonzero((before != after).any(axis=(0, 2)))
+    assert changed.size
+    assert np.abs(changed - overview.axis.at(7.0)).max() < 8
+    red = np.array(QColor(colours().trouble).getRgb()[:3])
+    assert (np.abs(after - red).max(axis=2) <= 20).sum() > 5
+
+
 def test_dragging_the_window_pans_and_stops_at_the_ends(overview):
     drag(overview, x_at(overview, 7.0), x_at(overview, 11.0))
     assert span(overview) == near((9.0, 14.0))

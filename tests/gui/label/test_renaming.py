@@ -7,6 +7,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
 
 from forcelab.gui.document import Document
+from forcelab.gui.label.history import HistoryView
 from forcelab.gui.label.vocabulary import VocabularyView
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -20,6 +21,12 @@ def view(app, document):
 
 def actions(document):
     return [segment.action for segment in document.segments]
+
+
+def paint(project, demonstration, action):
+    """Ada paints on what need not be open."""
+    before = project.track(demonstration, "Ada").segments
+    project.edit(demonstration, "Ada", before, (*before, Segment(8, 9, action)), "painted")
 
 
 def rename(view, name, new, press=None):
@@ -74,7 +81,8 @@ def test_a_stroke_that_was_begun_ends_with_the_new_name(view, document):
 def test_merging_is_asked_with_how_much_it_changes(view, document, press, merged):
     (asked,) = rename(view, "grab", "hold", press)
     assert asked.startswith("Merge 'grab' into 'hold'? ")
-    assert "'grab' becomes 'hold', which is there already, in 2 segments of Ada" in asked
+    assert "'grab' becomes 'hold' in 2 segments of Ada" in asked
+    assert "There is an action 'hold' already." in asked
     assert "in 1 demonstration of foam." in asked
     if merged:
         assert actions(document) == ["hold", "hold", "hold", "release"]
@@ -163,6 +171,7 @@ def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document)
     other = next(info.id for info in document.infos if info.name == "02")
     project.edit(other, "Ada", (), (Segment(0, 1, "hold"),), "painted")
     assert document.rename_action("hold", "grip")
+    paint(project, other, "grab")
     grip = document.vocabulary["grip"]
     document.undo()
     assert document.vocabulary["grip"] == grip
@@ -172,6 +181,75 @@ def test_what_the_task_still_needs_stays_when_a_renaming_is_taken_back(document)
         elsewhere.add_actions("foam", ["twist"])
     document.undo()
     assert {"hold", "grip", "slip", "twist"} <= {*project.vocabulary("foam").names}
+
+
+@pytest.fixture
+def other(document):
+    """Another demonstration, in which Ada held twice."""
+    id_ = next(info.id for info in document.infos if info.name == "02")
+    before, held = (), (Segment(0, 1, "hold"), Segment(2, 3, "hold"))
+    document.project.edit(id_, "Ada", before, held, "painted")
+    return id_
+
+
+def of(document, id_):
+    return [segment.action for segment in document.project.track(id_, "Ada").segments]
+
+
+def test_a_renaming_is_undone_and_redone_in_every_demonstration_as_one_step(document, other):
+    before = document.vocabulary
+    assert document.rename_action("hold", "grip")
+    assert document.undo()
+    assert document.segments == TRACK
+    assert of(document, other) == ["hold", "hold"]
+    assert document.vocabulary == document.project.vocabulary("foam") == before
+    undone = "undo: hold is now grip in 3 segments of 2 demonstrations"
+    assert document.told[-1] == (undone, False)
+    assert document.redo()
+    assert actions(document) == ["grab", "grip", "grab", "release"]
+    assert of(document, other) == ["grip", "grip"]
+    assert "hold" not in document.project.vocabulary("foam")
+    assert document.told[-1] == (f"redo: {undone}".replace("undo: ", ""), False)
+
+
+def test_where_something_was_edited_since_a_renaming_stays_and_that_is_told(document, other):
+    document.rename_action("hold", "grip")
+    paint(document.project, other, "grab")
+    document.undo()
+    assert document.segments == TRACK
+    assert of(document, other) == ["grip", "grip", "grab"]
+    assert document.told[-1][0] == (
+        "undo: hold is now grip in 1 segment; not in '02', where something else was edited since"
+    )
+    document.open_demonstration(other)
+    assert document.undo()
+    assert document.undo()
+    assert of(document, other) == ["hold", "hold"]
+
+
+def test_going_back_past_a_renaming_tells_where_else_it_was_undone(app, document, other):
+    document.rename_action("hold", "grip")
+    document.delete(0)
+    with shown(app, HistoryView(document), (320, 400)) as history:
+        history.refresh()
+        history.go_to(2)
+    assert document.segments == TRACK
+    assert of(document, other) == ["hold", "hold"]
+    assert "hold is now grip in 3 segments of 2 demonstrations" in document.told[-1][0]
+
+
+def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document, other):
+    project = document.project
+    project.set_task(other, "sponge")
+    before = project.vocabularies()
+    document.rename_action("hold", "grip")
+    document.undo()
+    assert project.vocabularies() == before
+    with Project.open(project.path) as again:  # as after a restart: no look is remembered
+        again.rename_action("Ada", "hold", "grip")
+    document.undo()
+    assert "hold" in project.vocabulary("sponge")
+    assert "hold" in project.vocabulary("foam")
 
 
 def test_only_undoing_takes_a_renaming_back(document):

@@ -2,23 +2,30 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from waiting import PATIENCE
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui import theme
 from forcelab.gui.document import Document
+from forcelab.gui.label import scalogram_asking as asking
+from forcelab.gui.label import scalogram_job
 from forcelab.gui.label import scalogram_reading as reading
 from forcelab.gui.label import scalogram_scales as scales
 from forcelab.gui.label.scalogram import ScalogramPanel
 from forcelab.gui.label.scalogram_drawing import amount
+from forcelab.gui.label.scalogram_job import Wish, compute
+from forcelab.project import Project
 from forcelab.recognition.presets import preset
 from forcelab.signals import scalogram as signals
 from forcelab.signals import scalogram_tiles
 from forcelab.signals.cwt import cwt, frequencies
+from forcelab.signals.scalogram_source import Source
 from forcelab.signals.wavelets import Morlet
 
 NAMES = ("fx1", "fy1", "fz1")
@@ -82,25 +89,31 @@ def colour(panel, time, hertz):
 def test_a_hidden_panel_computes_nothing(panel, document, ran, app):
     document.set_span(1.0, 2.0)
     panel.set_channel("normal 1")
-    QTest.qWait(120)
+    QTest.qWait(asking.PATIENCE + 20)
     assert not ran
     assert panel.picture is None
     assert panel.settled
 
 
-def test_hiding_ends_what_is_being_computed(panel, document, ran, app):
+def test_hiding_ends_what_is_being_computed(panel, document, ran, jobs, until):
     panel.show()
-    app.processEvents()
     panel.hide()
-    QTest.qWait(120)
+    QTest.qWait(asking.PATIENCE + 20)
     assert not ran
     assert panel.settled
+    panel.show()
+    until(lambda: ran)
+    panel.hide()
+    assert panel.settled
+    until(lambda: not jobs.busy)
+    QTest.qWait(1)
+    assert panel.picture is None
 
 
 def test_a_minimised_window_computes_nothing_until_it_comes_back(open_panel, document, ran, until):
     open_panel.showMinimized()
     document.set_span(1.0, 2.0)
-    QTest.qWait(120)
+    QTest.qWait(asking.PATIENCE + 20)
     assert not ran
     assert open_panel.settled
     open_panel.showNormal()
@@ -147,22 +160,39 @@ def test_colours_do_not_jump_while_panning(open_panel, document, until):
 
 @pytest.fixture
 def long_from_little(monkeypatch):
-    """Few samples make a long recording, of several chunks."""
+    """Few samples make a long recording, of several chunks, that is worth a file."""
+    monkeypatch.setattr(scalogram_job, "KEPT", 1 << 12)
     monkeypatch.setattr(signals, "LONG", 1 << 12)
+    monkeypatch.setattr(signals, "CHUNK", 1 << 12)
     monkeypatch.setattr(scalogram_tiles, "CHUNK", 1 << 12)
 
 
 @pytest.mark.usefixtures("long_from_little")
-def test_a_long_recording_is_coarse_first_and_says_so(panel, document, jobs, until):
+def test_a_long_recording_is_coarse_first_and_says_so(panel, document, until, monkeypatch):
     document.look(tone(60_000))
-    seen = []
-    panel._asking.came.connect(seen.append)
+    seen, heard, compute = [], threading.Event(), asking.compute
+
+    def watched(wish, view):
+        """The job, which waits with the fine picture until the coarse one was delivered."""
+        made = []
+
+        def relayed():
+            made.append((yield from compute(wish, view)))
+
+        for step in relayed():
+            yield step
+            if getattr(step, "picture", None) is not None:
+                assert heard.wait(PATIENCE)
+        return made[0]
+
+    monkeypatch.setattr(asking, "compute", watched)
+    panel._asking.came.connect(lambda picture: (seen.append(picture), heard.set()))
     panel.show()
     until(lambda: panel.settled and panel.picture is not None)
     assert seen[0].coarse
-    assert "coarse" in reading.note(seen[0])
+    assert "coarse" in reading.note(seen[0], 0.0)
     assert not panel.picture.coarse
-    assert "largest of 150 samples" in reading.note(panel.picture)
+    assert "largest of 150 samples" in reading.note(panel.picture, panel._range()[1])
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -303,3 +333,137 @@ def test_the_panel_loads_no_transform_before_it_computes():
 )
 def test_the_legend_is_short(value, text):
     assert amount(value) == text
+
+
+@pytest.fixture
+def in_project(app, tmp_path):
+    """Begins sessions in which the same long recording of a project is open."""
+    with Project.create(tmp_path / "p.forcelab") as project:
+        project.add(tone(60_000), [])
+        path, (info,) = project.path, project.demonstrations()
+    sessions = []
+
+    def begin():
+        document = Document("Ann")
+        sessions.append(document)
+        document.open_project(path)
+        assert document.open_demonstration(info.id)
+        return document
+
+    yield begin
+    for document in sessions:
+        document.close()
+
+
+def files(document):
+    return sorted(document.project.path.rglob("scalogram-*"))
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_the_next_session_begins_with_what_was_kept(in_project, jobs, until, monkeypatch):
+    first = in_project()
+    panel = ScalogramPanel(first, jobs)
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    (file,) = files(first)
+    written, shown = file.read_bytes(), panel.picture.values
+    panel.close()
+    first.close()
+
+    document = in_project()
+    monkeypatch.setattr(Source, "read", None)  # nothing of the recording is looked at
+    panel = ScalogramPanel(document, jobs)
+    seen = []
+    panel._asking.came.connect(seen.append)
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    assert not any(picture.coarse for picture in seen)
+    np.testing.assert_allclose(panel.picture.values, shown, atol=0.001)
+    assert file.read_bytes() == written
+    panel.close()
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_nothing_is_kept_of_what_was_not_shown_to_the_end(in_project, jobs, until):
+    document = in_project()
+    panel = ScalogramPanel(document, jobs)
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.picture is not None)
+    panel.hide()
+    until(lambda: not jobs.busy)
+    kept = files(document)
+    panel.set_channel("fx1")
+    QTest.qWait(asking.PATIENCE + 20)
+    assert panel.settled
+    assert files(document) == kept, "of the other channel, which nobody saw, there is none"
+    panel.close()
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_a_project_that_may_not_be_changed_stays_as_it_is(in_project, jobs, until, monkeypatch):
+    document = in_project()
+    monkeypatch.setattr(Project, "read_only", True)
+    panel = ScalogramPanel(document, jobs)
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    assert not files(document)
+    panel.close()
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_of_what_is_soon_computed_nothing_is_kept(in_project, jobs, until, monkeypatch):
+    monkeypatch.setattr(scalogram_job, "KEPT", 60_001)
+    document = in_project()
+    panel = ScalogramPanel(document, jobs)
+    panel.resize(88 + 400 + 8, 160)
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None and not jobs.busy)
+    assert not files(document)
+    panel.close()
+
+
+@pytest.mark.parametrize("at", [5_000, 150_100])  # heard when the colours are chosen, or not
+def test_a_spike_without_a_colour_of_its_own_is_told_where_it_is_seen(panel, document, until, at):
+    stray = tone(200_000)
+    signals = stray.signals.copy()
+    signals[at : at + 200, -1] = 1e7
+    document.look(Demonstration("foam 3", "foam", stray.times, signals, stray.channels))
+    panel.set_channel("fz1")
+    panel.show()
+    told = "spikes share the last colour"
+    for start, seen in ((at / 1000 - 2, True), (60.0, False)):
+        document.set_span(start, start + 4)
+        until(lambda: panel.settled and panel.picture is not None)
+        assert (told in reading.note(panel.picture, panel._range()[1])) == seen
+
+
+def test_glitches_that_were_left_out_are_told(panel, document, until):
+    stray = tone(20_000)
+    signals = stray.signals.copy()
+    signals[[4000, 15_000], -1] = 1e16
+    document.look(Demonstration("foam 2", "foam", stray.times, signals, stray.channels))
+    panel.set_channel("fz1")
+    panel.show()
+    until(lambda: panel.settled and panel.picture is not None)
+    assert reading.note(panel.picture, panel._range()[1]).endswith(", 2 glitches left out")
+    assert panel.picture.view.high < 3
+    document.set_span(3.0, 6.0)
+    until(lambda: panel.settled)
+    assert reading.note(panel.picture, panel._range()[1]).endswith(", 1 glitch left out")
+
+
+@pytest.mark.usefixtures("long_from_little")
+def test_an_exact_picture_does_not_wait_for_what_is_not_seen(panel, document, monkeypatch):
+    document.look(tone(60_000))
+    wish = Wish(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
+    built = []
+    build = scalogram_tiles.Tiles._build
+    monkeypatch.setattr(scalogram_tiles.Tiles, "_build", lambda *a: built.append(a) or build(*a))
+    for step in compute(wish, None):
+        if getattr(step, "picture", None) is not None and not step.picture.coarse:
+            break
+    assert not built

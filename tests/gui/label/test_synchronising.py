@@ -190,10 +190,12 @@ def test_a_click_into_the_curves_moves_the_cursor(document, dialog, until):
 
 
 def test_a_video_that_is_gone_is_told_and_marks_no_frame(document, jobs, until):
-    document.demonstration.video.path.unlink()
+    path, name = document.demonstration.video.path, document.demonstration.name
+    path.unlink()
     dialog = SynchroniseDialog(document, jobs)
     dialog.show()
     until(lambda: "is not there" in dialog.preview.picture.message)
+    assert f"The video of '{name}' ('{path}') is not there" in dialog.preview.picture.message
     press(dialog.frame_button)
     assert dialog.rows == ()
     dialog.propose()

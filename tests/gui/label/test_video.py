@@ -8,6 +8,7 @@ import shiboken6
 from PySide6.QtCore import QCoreApplication, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtTest import QTest
+from waiting import PATIENCE
 
 import forcelab.gui.label.frame_thread
 import forcelab.gui.label.picture_view
@@ -91,8 +92,8 @@ def panel(document):
     assert not [thread for thread in threading.enumerate() if thread.name.startswith("video ")]
 
 
-def wait(true, seconds=10.0):
-    until = time.monotonic() + seconds
+def wait(true):
+    until = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < until, "waited in vain"
         breathe()
@@ -275,6 +276,21 @@ def test_a_video_that_is_cut_short_is_shown_as_far_as_it_goes(panel, document, t
     document.seek(2.5)
     wait(lambda: panel.settled)
     assert on_screen(panel) == panel.shown_index > 20
+
+
+def test_a_film_in_the_store_is_told_of_by_the_name_of_its_demonstration(panel, document, tmp_path):
+    whole = films.write(tmp_path / "w.mkv", "libx264", films.even_times(150), {"g": "20"})
+    content = whole.read_bytes()
+    stored = tmp_path / "video-0123456789abcdef.mkv"
+    stored.write_bytes(content[: len(content) * 6 // 10])
+    document.show(stored)
+    wait(lambda: document.said)
+    assert document.said[0][0].startswith("The video of 'a' is cut short: it ends at ")
+    assert panel.toolTip() == document.said[0][0]
+    stored = tmp_path / "video-fedcba9876543210.mkv"
+    document.show(stored)
+    wait(lambda: panel.message)
+    assert f"The video of 'a' ('{stored}') is not there; put it back" in panel.message
 
 
 def test_hidden_it_asks_for_nothing_and_shown_again_it_is_right(panel, document, video):

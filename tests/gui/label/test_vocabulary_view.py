@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QPushButton
 
 from forcelab.gui.label.vocabulary import VocabularyView
 from forcelab.gui.label.vocabulary_dialogs import KeyDialog, colour_menu
+from forcelab.labels import Segment
 from forcelab.project import Project
 from forcelab.vocabulary import COLOURS, Vocabulary
 
@@ -127,6 +128,23 @@ def test_an_action_that_has_segments_stays(view, document):
     assert view.remove("twist")
     assert document.vocabulary.names == ("grab", "hold", "release")
     assert document.action is None
+
+
+@pytest.mark.parametrize("used", [False, True])
+def test_who_codes_blind_does_not_learn_by_removing_what_others_use(view, document, used):
+    id_ = document.project.id_of("02")
+    view.add("twist")
+    if used:
+        segment = (Segment(0.1, 0.2, "twist"),)
+        document.project.edit(id_, "Ben", (), segment, "painted")
+    document.project.assign(id_, "Ada", blind=True)
+    assert not view.remove("twist")
+    told = (
+        "'twist' stays in the list, as others may use it: Ada codes demonstrations of foam blind."
+    )
+    assert document.told[-1][0].startswith(told)
+    document.project.set_done(id_, "Ada")
+    assert view.remove("twist") is not used
 
 
 def press(dialog, key, text):

@@ -10,7 +10,7 @@ import pytest
 from painting_bench import MEMORY
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLineEdit, QMessageBox
+from PySide6.QtWidgets import QApplication, QLineEdit, QMessageBox
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.gui.document import Document
@@ -181,6 +181,48 @@ def test_who_looks_next_sees_at_once_nothing_that_he_codes_blind(app, until, vis
         until(lambda: b.view.found is not None)
         assert b.view.note.isVisible()
         assert not b.view.pages.isVisible()
+
+
+def test_a_consensus_of_the_project_before_is_not_asked_of_the_next_one(app, until, tmp_path):
+    both = {"Ann": ANN, "Ben": BEN}
+    said = []
+    Project.create(tmp_path / "next.forcelab").close()
+    with bench(app, until, both) as b:
+        b.document.said.connect(lambda *told: said.append(told))
+        b.view.pages.setCurrentIndex(1)
+        b.bar.buttons.begin.setFocus()
+        b.view.hide()
+        b.document.open_project(tmp_path / "next.forcelab")
+        b.view.pages.show()
+        b.view.show()
+        app.processEvents()
+        assert b.bar.isVisible()
+        assert b.bar.consensus is None
+        assert said == []
+        assert not b.bar.buttons.tolerance.hasFocus()
+
+
+def test_differences_are_called_the_same_in_both_tables(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        b.view.pages.setCurrentIndex(1)
+        rows, model = range(3), b.bar.places.model()
+        found = [model.index(row, model.columnCount() - 1).data() for row in rows]
+        assert found == ["boundary moved", "different actions", "only one labelled"]
+        assert "Matched, at most" in b.view.pair.offsets.text()
+
+
+def test_what_cannot_be_pressed_any_more_leaves_the_keys_to_the_decisions(app, until):
+    with bench(app, until, {"Ann": ANN, "Ben": BEN}) as b:
+        b.view.pages.setCurrentIndex(1)
+        b.view.activateWindow()
+        until(b.view.isActiveWindow)
+        buttons = b.bar.buttons
+        for button in (buttons.begin, buttons.mean_all, buttons.undo, buttons.redo):
+            button.setFocus()
+            QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert not buttons.redo.isEnabled()
+        assert not buttons.tolerance.isEnabled()  # digits would be typed into it
+        assert QApplication.focusWidget() is b.bar
 
 
 def test_one_coder_alone_is_told_how_to_get_a_second(app, until):

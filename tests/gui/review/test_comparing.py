@@ -10,7 +10,8 @@ from PySide6.QtGui import QColor
 
 from forcelab.errors import InputError
 from forcelab.gui.review.comparing import ComparingDialog
-from forcelab.gui.review.comparing_table import settings_text
+from forcelab.gui.review.comparing_table import by_metric, settings_text
+from forcelab.gui.review.metric_words import rates
 from forcelab.gui.review.training_jobs import Kept, Work
 from forcelab.gui.theme import colours
 from forcelab.recognition.settings import Settings
@@ -101,6 +102,20 @@ def test_fewer_errors_are_better_and_the_other_way_round_worse(dialog, until):
     row = row_of(dialog, "Deletions")
     assert row.cells[3].startswith("worse  +")
     assert QColor(row.colours[3]) == QColor(colours().trouble)
+
+
+def test_what_may_be_chance_is_called_neither_better_nor_worse(dialog, runs):
+    comparison = compare(*runs[1:])
+    metric = next(metric for metric in rates() if metric.title.startswith("Accuracy"))
+
+    def row(low, high):
+        changed = replace(comparison, intervals={"filtered": {metric.path: (low, high)}})
+        return by_metric(changed, "filtered", [metric])[0]
+
+    unsure = row(-0.049, 0.9)
+    assert unsure.cells[3].startswith("no clear difference  +")
+    assert QColor(unsure.colours[3]) == QColor(colours().muted)
+    assert row(0.01, 0.9).cells[3].startswith("better  +")
 
 
 def test_coverage_is_neither_better_nor_worse(dialog):

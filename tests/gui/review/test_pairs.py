@@ -111,7 +111,7 @@ def shown(app, study, until):
             top = area.verticalScrollBar().value()
             rows = layout.visible(top, top + area.viewport().height())
             known = all(area.pictures.known(area.entries[row].id) is not None for row in rows)
-            return known and not jobs.busy
+            return known and not jobs.busy and not area._ahead.isActive()
 
         until(done)
         QTest.qWait(1)
@@ -191,20 +191,22 @@ def test_marks_stand_only_where_both_differ_and_what_is_missed_is_thinner(shown)
     assert 0 < thickness(8.5) < thickness(3.5)
 
 
-def test_the_legend_is_in_the_order_of_occurrence(shown, study):
+def test_the_legend_is_in_the_order_of_the_keys(shown, study):
     made = [reviewed(i.id, i.name) for i in study.infos]
     made[0] = reviewed(study.infos[0].id, "d 1", human=(Segment(0.1, 0.4, "slip"), *HUMAN))
     study.open_demonstration(study.infos[0].id)
     study.paint(0.1, 0.4, "slip")
     view = shown(outcome(*made))
     assert view.legend.accessibleDescription() == "1 grab, 2 hold, 3 release, 4 slip"
+    study.set_vocabulary(study.vocabulary.rebound("grab", "7"))
+    assert view.legend.accessibleDescription() == "2 hold, 3 release, 4 slip, 7 grab"
 
 
 def test_the_legend_tells_the_keys_that_paint(shown, study):
     study.open_demonstration(study.infos[0].id)
     view = shown()
     study.set_vocabulary(study.vocabulary.rebound("release", "8").rebound("hold", ""))
-    assert view.legend.accessibleDescription() == "1 grab, hold, 8 release"
+    assert view.legend.accessibleDescription() == "1 grab, 8 release, hold"
     assert {name: look.sign for name, look in view.figure()._looks.items()} == {
         "grab": "1", "hold": "", "release": "8"
     }  # fmt: skip
@@ -234,14 +236,13 @@ def test_only_visible_rows_are_painted_and_none_twice(shown):
     many = outcome(*(reviewed(f"id {i}", f"d {i}") for i in range(200)))
     view = shown(many, size=(600, 300))
     area = view.area
-    QTest.qWait(60)
     page = area.viewport().height()
     a_page = page / area.arrangement.row_height(0)
     first = area.pictures.painted
     assert a_page - 1 <= first <= 3 * a_page + 3
     area.viewport().update()
     area.verticalScrollBar().setValue(10)
-    QTest.qWait(30)
+    shown.settle(view)
     assert area.pictures.painted - first <= 2
     area.verticalScrollBar().setValue(area.verticalScrollBar().maximum())
     shown.settle(view)
@@ -343,6 +344,27 @@ def test_rows_are_ordered_and_filtered(shown, study):
     assert set(names()) == {"d 1", "d 10"}
     view.tools.search.setText("nothing like it")
     assert "filter" in view._pages.note.text()
+
+
+def test_an_order_that_is_chosen_is_read_from_its_top(shown, study):
+    wrong = {"raw": (), "filtered": ()}
+    many = [reviewed(f"{number:032x}", f"x {number}") for number in range(30)]
+    many[7] = reviewed(many[7].id, "x 7", stages=wrong)
+    last = reviewed(study.infos[0].id, study.infos[0].name, end=11.0)
+    view = shown(outcome(*many, last), size=(1000, 300))
+    study.open_demonstration(study.infos[0].id)
+    bar = view.area.verticalScrollBar()
+    bar.setValue(bar.maximum())
+    view.tools.order.setCurrentIndex(view.tools.order.findData("worst"))
+    assert view.area.entries[0].reviewed.name == "x 7"
+    assert bar.value() == 0
+
+
+def test_names_stand_as_in_the_list_of_demonstrations(shown, study):
+    names = ["Z", "Ü", "100% & more", "stylus 10", "stylus 9", "a"]
+    rows = [reviewed(f"{number:032x}", name) for number, name in enumerate(names)]
+    ordered = [entry.reviewed.name for entry in shown(outcome(*rows)).area.entries]
+    assert ordered == ["100% & more", "a", "stylus 9", "stylus 10", "Z", "Ü"]
 
 
 def test_stretched_rows_take_the_whole_width(shown, study):

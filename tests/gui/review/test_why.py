@@ -1,5 +1,6 @@
 """Why in the window: what it says, what it computes for whom, the way to neighbours and back."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from explained import FAST, made
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
+from waiting import PATIENCE
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
@@ -44,6 +46,7 @@ class Trainings:
         self.asked.append(id_)
         try:
             while self.held:
+                time.sleep(0.001)
                 yield Progress(1, 200, "fit")
             key = outcome.number, id_
             if key not in self.trained:
@@ -74,7 +77,7 @@ def document(app, study):
 def jobs(app):
     jobs = Jobs()
     yield jobs
-    assert jobs.close()
+    assert jobs.close(PATIENCE)
 
 
 @pytest.fixture
@@ -98,7 +101,7 @@ def explained(view, document, study, until):
     document.set_outcome(study[1])
     view.show()
     document.examine(place_in(study))
-    until(lambda: view.settled and view.why is not None, 20.0)
+    until(lambda: view.settled and view.why is not None)
     return view
 
 
@@ -144,7 +147,7 @@ def test_neighbours_in_a_demonstration_that_is_coded_blind_are_left_out(
         document.set_outcome(study[1])
         view.show()
         document.examine(place_in(study))
-        until(lambda: view.settled and view.why is not None, 20.0)
+        until(lambda: view.settled and view.why is not None)
         shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
         assert shown == {study[1].tested[2].id}
     finally:
@@ -162,7 +165,7 @@ def test_neighbours_go_when_whoever_looks_next_codes_them_blind(
         view.setVisible(visible)
         document.set_author("Cleo")
         view.show()
-        until(lambda: view.settled and not view.page.stale, 20.0)
+        until(lambda: view.settled and not view.page.stale)
         shown = {card.neighbour.place.demonstration for card in view.page.neighbours.cards}
         assert shown == {study[1].tested[2].id}
     finally:
@@ -203,7 +206,7 @@ def test_a_second_place_of_the_demonstration_needs_no_training(
     until(lambda: view.why is not first)
     assert len(trainings.asked) == 1
     document.examine(place_in(study, 1))
-    until(lambda: view.settled, 20.0)
+    until(lambda: view.settled)
     assert trainings.asked == [one.id for one in study[1].tested[:2]]
 
 
@@ -218,7 +221,7 @@ def test_the_old_explanation_is_grey_until_the_new_one_is_there(
     assert view.page.found.isVisible()
     until(lambda: view.page.state_text.text().startswith("Training without foam"))
     trainings.held = False
-    until(lambda: not view.page.stale, 20.0)
+    until(lambda: not view.page.stale)
     assert view.why.place.demonstration == study[1].tested[1].id
     assert not view.page.state.isVisible()
 
@@ -252,7 +255,7 @@ def test_the_training_can_be_stopped_and_begun_again(view, document, study, unti
     assert view.page.stop.text() == "Explain"
     trainings.held = False
     QTest.mouseClick(view.page.stop, Qt.MouseButton.LeftButton)
-    until(lambda: view.why is not None, 20.0)
+    until(lambda: view.why is not None)
 
 
 def test_a_card_leads_to_its_segment_and_back_leads_to_the_place(

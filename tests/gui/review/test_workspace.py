@@ -31,9 +31,6 @@ from forcelab.project import Project
 from forcelab.recognition.choice import Choice
 from forcelab.review.training import reviewing
 
-#: Seconds that a training may take on a busy machine; the first one loads much.
-PATIENCE = 60.0
-
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
@@ -69,7 +66,7 @@ def windows(app, until):
         window.restore_layout()
         window.show()
         window.begin(Start(project=path, workspace=workspace, demonstration=demonstration))
-        until(lambda: window.settled and not window.jobs.busy, PATIENCE)
+        until(lambda: window.settled and not window.jobs.busy)
         return window
 
     yield open_
@@ -90,7 +87,7 @@ def rested(until):
             seen.append(tuple((place.width(), place.height()) for place in places))
             return window.settled and len(seen) > 20 and len(set(seen[-20:])) == 1
 
-        until(calm, PATIENCE)
+        until(calm)
 
     return wait
 
@@ -106,9 +103,9 @@ def test_the_pairs_on_screen_are_those_of_evaluate(study, windows, until, tmp_pa
     learning.set_settings(FAST)
     before, children = set(threading.enumerate()), multiprocessing.active_children()
     assert learning.train()
-    until(lambda: not learning.training, PATIENCE)
+    until(lambda: not learning.training)
     assert not learning.trouble
-    until(lambda: not window.jobs.busy, PATIENCE)
+    until(lambda: not window.jobs.busy)
     entries = {entry.id: entry for entry in window.review.workspace.pairs.area.entries}
     asked = ("--task", "foam", "--classifier", "naive-bayes", "--max-scale", "32", "--jobs", "1")
     assert not main(["evaluate", str(study), *asked, "--json", str(tmp_path / "scores.json")])
@@ -266,6 +263,7 @@ window.begin(Start(project=Path({str(study)!r}), demonstration="foam 02"))
 end = time.monotonic() + 30
 while not (window.settled and window.document.outcome) and time.monotonic() < end:
     app.processEvents()
+    time.sleep(0.001)
 assert window.document.outcome is not None
 threads = [thread.name for thread in threading.enumerate()]
 shown = window.label.video.isVisible()
@@ -372,13 +370,13 @@ def test_every_workspace_fits_a_full_hd_screen_at_twice_the_size(study, windows,
     learning = window.review.learning
     learning.set_settings(FAST)
     assert learning.train()
-    until(lambda: not learning.training and not window.jobs.busy, PATIENCE)
+    until(lambda: not learning.training and not window.jobs.busy)
     lists = window.review.workspace.lists
     for place in range(lists.count()):
         lists.setCurrentIndex(place)
     for place in range(window._tabs.count()):
         window._tabs.setCurrentIndex(place)
-        until(lambda: window.settled, PATIENCE)
+        until(lambda: window.settled)
         window.resize(960, 540)
         assert (window.width(), window.height()) == (960, 540), "it grows to what it needs"
 

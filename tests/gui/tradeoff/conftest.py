@@ -1,5 +1,6 @@
 """A project with two tasks, a measurement made by hand, and work that takes no time."""
 
+import time
 from datetime import datetime, timezone
 
 import pytest
@@ -78,6 +79,7 @@ class FakeMeasuring:
         try:
             yield from self.steps
             while not self.gate:
+                time.sleep(0.001)
                 yield self.steps[-1] if self.steps else None
             if isinstance(self.result, Exception):
                 raise self.result

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
@@ -22,7 +22,7 @@ from forcelab.signals.engine.design import TOLERANCES, design
 from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
 from forcelab.signals.engine.plan import ROUNDING, Plan, plan_for
 from forcelab.signals.engine.threads import one_blas_thread
-from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
+from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, TorrenceCompoMorlet
 
 #: What single precision adds to an error, and double precision, as shares of the largest.
 SINGLE, DOUBLE = 2e-7, 1e-14
@@ -307,6 +307,18 @@ def test_a_usual_plan_takes_little_memory_beside_the_result():
     assert peak < found.nbytes + 60 * n
 
 
+@pytest.mark.parametrize("wavelet", [TorrenceCompoMorlet(), Haar()], ids=str)
+def test_a_wavelet_that_takes_a_long_ring_takes_little_memory_beside_the_result(wavelet):
+    n = 1 << 22
+    plan = Plan(n, [4.0, 64.0], wavelet, 1e-7, True)
+    x = white(n)[None]
+    tracemalloc.start()
+    found = plan.coefficients(x)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < found.nbytes + 12 * n  # 200 MB at 2^24
+
+
 def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
     made = [design(5.0, tolerance) for tolerance in TOLERANCES]
     assert sorted(d.reach for d in made) == [d.reach for d in made]
@@ -351,3 +363,16 @@ def test_blas_has_its_threads_back_when_the_last_transform_has_ended():
     assert set(threads()) == {1}
     second.__exit__(None, None, None)
     assert threads() == before
+
+
+def test_a_blas_that_comes_while_a_transform_runs_is_kept_on_one_thread_too():
+    def threads():
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    with threadpool_limits(1, user_api="blas"):
+        with one_blas_thread():
+            threadpool_limits(2, user_api="blas")  # as one that has just been loaded
+            with one_blas_thread():
+                assert set(threads()) == {1}
+            assert set(threads()) == {1}
+        assert set(threads()) == {2}

@@ -1,0 +1,168 @@
+"""Connecting to a project's SQLite file in whichever way it can be read just now."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+from forcelab.errors import InputError
+from forcelab.project.schema import MIGRATIONS, check_version, migrate
+from forcelab.project.troubles import FILE, sentence_of, told_of_store, trouble_of
+
+__all__ = ["connected", "probe"]
+
+_SETTINGS = (
+    "PRAGMA synchronous = FULL",  # with WAL: one fsync a commit, and a commit survives a power cut
+    "PRAGMA foreign_keys = ON",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+)
+
+
+def probe(folder: Path) -> None:
+    """Refuse what is no project of ours, without touching a byte of it.
+
+    The file is looked at through SQLite and not with open(): closing an ordinary handle would
+    release the locks that this process holds on it through another connection.
+
+    Raises
+    ------
+    InputError
+        If it is none, a damaged one or one of a newer version.
+    """
+    try:
+        if not folder.exists():
+            raise InputError(f"There is no project '{folder}'; create it, or check the name.")
+        if not folder.is_dir():
+            raise InputError(f"'{folder}' is a file; a project is a folder.")
+        if not (folder / FILE).is_file():
+            raise InputError(f"'{folder}' is not a forcelab project: it holds no {FILE}.")
+    except OSError as error:
+        raise InputError(f"'{folder}' cannot be read: {error.strerror}.") from error
+    # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
+    file = folder / FILE
+    try:
+        uri = file.absolute().as_uri() + "?mode=ro&immutable=1"
+        with contextlib.closing(sqlite3.connect(uri, uri=True)) as connection:
+            application_id, version, pages, page_size = (
+                int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+                for name in ("application_id", "user_version", "page_count", "page_size")
+            )
+        check_version(application_id, version, len(MIGRATIONS), str(folder))
+        if file.stat().st_size < pages * page_size:
+            raise sqlite3.DatabaseError("the file is malformed: its end is missing")
+    except sqlite3.DatabaseError as error:
+        # With a journal it may be whole once SQLite has taken that into account.
+        if not _in_journal(folder):
+            raise InputError(sentence_of(folder, error, 0)) from error
+
+
+def connected(folder: Path, timeout: float, writable: bool) -> tuple[sqlite3.Connection, str]:
+    """Connect to the file, whose tables are those of this version then.
+
+    Parameters
+    ----------
+    folder : Path
+        The project's folder, as :func:`probe` let it pass.
+    timeout : float
+        Seconds to wait for another process that is writing.
+    writable : bool
+        Whether this user may write there.
+
+    Returns
+    -------
+    connection : sqlite3.Connection
+        To the file, or to a copy of it in memory.
+    refusal : str
+        Why nothing can be written, in a sentence; empty where it can.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
+    with told_of_store(folder, timeout):
+        if not writable:
+            refusal = f"'{folder}' may only be read here; copy it to where you may write."
+            return _ready(_unwritten(folder, timeout), folder), refusal
+        try:
+            return _ready(_connect(folder, "rw", timeout), folder), ""
+        except sqlite3.OperationalError as error:
+            if trouble_of(error) not in {"disk", "rights"}:
+                raise
+            refusal = (
+                f"'{folder}' could only be opened to be read ({error}); make room on the disk or "
+                f"check it, then open it again."
+            )
+        return _ready(_without_room(folder, timeout), folder), refusal
+
+
+def _unwritten(folder: Path, timeout: float) -> sqlite3.Connection:
+    """Connect where nothing may be written; an older version's tables are copied into memory."""
+    mode = "ro"  # somebody has it open elsewhere, and what is written there is seen here
+    if not all((folder / f"{FILE}-{end}").exists() for end in ("wal", "shm")):
+        if _in_journal(folder):  # which cannot be read without an index beside it
+            raise InputError(
+                f"'{folder}' may only be read here and was not closed by whoever wrote it; open it "
+                f"once where it may be written."
+            )
+        mode = "ro&immutable=1"  # nobody does, and locks cannot be taken
+    connection = _connect(folder, mode, timeout)
+    with _closed_on_error(connection):
+        (version,) = connection.execute("PRAGMA user_version").fetchone()
+    return connection if version == len(MIGRATIONS) else _copied(connection)
+
+
+def _without_room(folder: Path, timeout: float) -> sqlite3.Connection:
+    """A copy in memory of a file beside which there is no room for what SQLite makes there.
+
+    That is the index of the journal, which those who have the file open share. Whoever has the
+    file alone needs none: for as long as copying takes nobody else gets at it.
+    """
+    if not (folder / f"{FILE}-wal").exists():  # then nobody has it open, and nobody can
+        return _copied(_connect(folder, "ro&immutable=1", timeout))
+    connection = _connect(folder, "rw", timeout)
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")  # before anything is read
+    return _copied(connection)
+
+
+def _copied(file: sqlite3.Connection) -> sqlite3.Connection:
+    """A copy of a store in memory; the file is let go of."""
+    copy = sqlite3.connect(":memory:", isolation_level=None)
+    with contextlib.closing(file), _closed_on_error(copy):
+        file.backup(copy)
+    return copy
+
+
+def _connect(folder: Path, mode: str, timeout: float) -> sqlite3.Connection:
+    """Connect to the file without ever making one."""
+    uri = f"{(folder / FILE).absolute().as_uri()}?mode={mode}"
+    return sqlite3.connect(uri, uri=True, timeout=timeout, isolation_level=None)
+
+
+def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
+    """The connection as all of the program uses it, an older version brought up to date."""
+    connection.row_factory = sqlite3.Row
+    with _closed_on_error(connection):
+        for setting in _SETTINGS:
+            connection.execute(setting)
+        migrate(connection, str(folder))
+    return connection
+
+
+@contextlib.contextmanager
+def _closed_on_error(connection: sqlite3.Connection) -> Iterator[None]:
+    """Let go of a file that turns out not to be usable."""
+    try:
+        yield
+    except BaseException:
+        connection.close()
+        raise
+
+
+def _in_journal(folder: Path) -> bool:
+    """Whether something lies in the journal that the file has not got yet."""
+    journal = folder / f"{FILE}-wal"
+    return journal.is_file() and journal.stat().st_size > 0
