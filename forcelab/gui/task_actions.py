@@ -101,33 +101,34 @@ class TaskActions(Looking):
         here = None if self.demonstration is None else self.demonstration.task
         with self._telling():
             for task, (gone, back) in reverted.actions.items():
-                listed = project.vocabulary(task)
-                before = self._before_renaming(task, listed, gone, back)
-                if before is None or not project.set_vocabulary(task, before, before=listed):
-                    if task == here:
-                        self.add_actions(*back)
-                    elif not back <= {*listed.names}:
-                        project.add_actions(task, listed.with_actions(*sorted(back)).names)
-                elif task == here:
-                    shown = self.vocabulary
+                listed = project.vocabulary(task)  # which others may have changed just now
+                now = self._before_renaming(task, listed, gone, back, reverted)
+                if now is None or not project.set_vocabulary(task, now, before=listed):
+                    wider = listed.with_actions(*sorted(back))
+                    now = listed if wider == listed else project.add_actions(task, wider.names)
+                if task == here and now != self._listed:
+                    shown, listed = self.vocabulary, self._listed
                     besides = tuple(name for name in shown.names if name not in listed)
-                    self._list_actions(before, besides, shown)
+                    self._list_actions(now, besides, shown)
                     self.vocabulary_changed.emit()
 
     def _before_renaming(
-        self, task: str, listed: Vocabulary, gone: set[str], back: set[str]
+        self, task: str, listed: Vocabulary, gone: set[str], back: set[str], done: Reverted
     ) -> Vocabulary | None:
         """The actions of a task on the other side of a renaming that was reverted.
 
-        None where there was none, or the task still needs an action that it would take away.
+        None where there was none, or the task still needs an action that it would take away. Where
+        nothing comes back, as others kept the old action, what was `done` tells that there was one.
         """
         assert self.project is not None
+        # Who codes the task blind would learn from what leaves the list whether others use it.
+        blind = task in self.project.blind_tasks(done.edits[0].author)
         for one, now, other in self._renamings:
             leaving, coming = {*now.names} - {*other.names}, back - {*now.names}
-            fits = leaving <= gone and coming and back <= {*other.names}
+            fits = leaving <= gone and (coming or done.renames) and back <= {*other.names}
             if not fits or (one, now) != (task, listed):
                 continue
-            if not leaving & self.project.painted_actions(task):
+            if not leaving or not (blind or leaving & self.project.painted_actions(task)):
                 return other
         return None
 

@@ -12,6 +12,7 @@ import sqlite3
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
 
 from forcelab.errors import InputError
 from forcelab.labels import check_action_name
@@ -103,7 +104,7 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
         hidden = self.blind_to(author)
         seen = [row for row in others if row["demonstration"] not in hidden]
         # Others may use it wherever the coder must not know whether they do.
-        shared = frozenset(row["task"] for row in seen) | self._blind_tasks(author)
+        shared = frozenset(row["task"] for row in seen) | self.blind_tasks(author)
         offering = {task for task, vocabulary in known.items() if old in vocabulary}
         if not (mine or seen or offering):
             names = dict.fromkeys(name for one in known.values() for name in one.names)
@@ -179,7 +180,7 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
                 raise InputError(
                     f"There is an action '{new}' already; merge the two or choose another name."
                 )
-            now = utc_now()  # which tells that these edits were made together
+            now = self._free_time()
             for id_, number in change.segments.items():
                 before = self._tracks.track(id_, author).segments
                 after = tuple(replace(s, action=new) if s.action == old else s for s in before)
@@ -219,20 +220,32 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
                 f"There are segments of '{action}' in demonstrations of {task or 'no task'}; "
                 "rename it to the action they should be, or delete those."
             )
-        if task in self._blind_tasks(author):
+        if task in self.blind_tasks(author):
             raise InputError(
                 f"'{action}' stays in the list, as others may use it: {author} codes "
                 f"demonstrations of {task or 'no task'} blind. It can be removed once those are "
                 "done."
             )
 
-    def _blind_tasks(self, author: str) -> frozenset[str]:
-        """The tasks of demonstrations of which everything by others is hidden from a coder."""
+    def blind_tasks(self, author: str) -> frozenset[str]:
+        """The tasks of demonstrations of which everything by others is hidden from a coder.
+
+        Parameters
+        ----------
+        author : str
+        """
         rows = self._db.all(
             "SELECT DISTINCT task FROM demonstration WHERE id IN (SELECT value FROM json_each(?))",
             json.dumps(sorted(self.blind_to(author))),
         )
         return frozenset(row["task"] for row in rows)
+
+    def _free_time(self) -> datetime:
+        """The time now, or just after: that of no edit yet, as edits made together share theirs."""
+        now = utc_now()
+        while self._db.one("SELECT 1 FROM edit WHERE time = ? LIMIT 1", now.isoformat()):
+            now += timedelta(microseconds=1)  # a coarse clock, or one that was put back
+        return now
 
     def _using(self, action: str) -> list[sqlite3.Row]:
         """How many segments of an action each coder has on each demonstration."""

@@ -59,6 +59,11 @@ class Reverted:
         """Whether other demonstrations are concerned than the one that was asked for."""
         return len(self.edits) > 1 or bool(self.left)
 
+    @property
+    def renames(self) -> bool:
+        """Whether it is a renaming that was undone or redone."""
+        return RENAMED in self.edits[0].what
+
     def sentence(self) -> str:
         """What was done, for people."""
         told = self.edits[0].what

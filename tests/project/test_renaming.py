@@ -4,7 +4,7 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
-from forcelab.project import LabelsUsed, Project
+from forcelab.project import LabelsUsed, Project, renaming
 from forcelab.vocabulary import Vocabulary
 
 #: Ada's and Ben's labels: two of Ada's 'hold' touch, and stay two.
@@ -239,3 +239,14 @@ def test_an_edit_that_is_like_another_is_undone_alone(project, ids):
     assert (len(done.edits), done.left) == (1, ())
     assert actions(project, ids[0]) == ["grab", "grip", "grip"]
     assert project.undo_everywhere(ids[2], "Ben") is None
+
+
+def test_two_renamings_in_one_tick_of_the_clock_are_undone_one_by_one(project, ids, monkeypatch):
+    now = renaming.utc_now()
+    monkeypatch.setattr(renaming, "utc_now", lambda: now)
+    project.rename_action("Ada", "hold", "grip", ["LEGO"])
+    project.rename_action("Ada", "hold", "grip", ["foam"])
+    done = project.undo_everywhere(ids[2], "Ada")
+    assert (len(done.edits), done.left) == (1, ())
+    assert actions(project, ids[0]) == actions(project, ids[1]) == ["grab", "grip", "grip"]
+    assert project.track(ids[2], "Ada").segments == ADA

@@ -140,24 +140,12 @@ class TrackRows(TimePanel):
 
     def paint_content(self, painter: QPainter, plot: QRectF) -> None:
         """Draw every row."""
-        now, document = colours(), self.document
-        painter.fillRect(plot, QColor(now.background))
+        painter.fillRect(plot, QColor(colours().background))
         for row in self.rows():
             if row.own:
                 self._paint_row(painter, row, row.segments)
             else:
                 self._paint_kept(painter, row)
-        if not document.segments:
-            own = self.rows()[0].box
-            words = (
-                self.tr("Drag here to paint, or press the key of an action to begin.")
-                if document.vocabulary
-                else self.tr("Drag here and choose an action, or add one under Actions.")
-            )
-            face = text.font(OWN_NAME)
-            words = text.elided(words, face, own.width() - 20)
-            centre, ink = own.center(), translucent(now.on_unlabelled, 0.72)
-            text.put(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
 
     def gutter_shows(self) -> object:
         """Authors, and where their rows are."""
@@ -195,6 +183,18 @@ class TrackRows(TimePanel):
             x = self.x_at(document.hint.time) + text.width(word, text.font(10)) / 2 + 8
             put_plate(painter, QPointF(x, own.box.bottom() - 10), word, colours(), plot)
 
+    def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
+        """Say how to begin, in a row that is empty."""
+        words = (
+            self.tr("Drag here to paint, or press the key of an action to begin.")
+            if self.document.vocabulary
+            else self.tr("Drag here and choose an action, or add one under Actions.")
+        )
+        face = text.font(OWN_NAME)
+        words = text.elided(words, face, box.width() - 20)
+        centre, ink = box.center(), translucent(colours().on_unlabelled, 0.72)
+        text.put(painter, centre.x(), centre.y(), words, face=face, ink=ink, align=0.5)
+
     def _marks_moved(self, *_: object) -> None:
         """Draw all rows anew: what stands beside a mark is as wide as it is worded."""
         self.update()
@@ -230,7 +230,9 @@ class TrackRows(TimePanel):
         painter.drawPixmap(0, 0, kept[1])
 
     def _paint_marked(self, painter: QPainter, own: Row) -> None:
-        """Draw a frame around the selected segment."""
+        """Draw a frame around the selected segment, or say how to make the first one."""
+        if not own.segments and self.document.stroke is None:
+            self._paint_invitation(painter, own.box)
         selected = self.document.selected
         if selected is not None and selected < len(own.segments):
             segment = own.segments[selected]

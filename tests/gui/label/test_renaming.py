@@ -252,6 +252,41 @@ def test_other_tasks_have_their_actions_again_when_a_renaming_is_undone(document
     assert "hold" in project.vocabulary("foam")
 
 
+def test_what_undo_brings_back_is_an_action_again_though_it_was_renamed_elsewhere(document):
+    project, before = document.project, document.vocabulary
+    with Project.open(project.path) as elsewhere:
+        elsewhere.rename_action("Ada", "hold", "grip")
+    assert document.vocabulary == before  # the window has not looked yet
+    document.undo()
+    assert document.segments == TRACK
+    assert "hold" in project.vocabulary("foam")
+    assert document.vocabulary == project.vocabulary("foam")
+
+
+def test_the_new_name_leaves_the_actions_on_undo_where_others_kept_the_old_one(document, other):
+    document.project.edit(other, "Ben", (), (Segment(0, 1, "hold"),), "painted")
+    before = document.vocabulary
+    document.rename_action("hold", "grip")
+    renamed = document.vocabulary
+    assert {"hold", "grip"} < {*renamed.names}
+    document.undo()
+    assert document.vocabulary == document.project.vocabulary("foam") == before
+    document.redo()
+    assert document.vocabulary == document.project.vocabulary("foam") == renamed
+
+
+@pytest.mark.parametrize("used", [False, True])
+def test_who_codes_blind_does_not_find_out_by_undoing_a_renaming(document, other, used):
+    project = document.project
+    project.assign(other, "Ada", blind=True)
+    document.rename_action("hold", "grip")
+    if used:
+        project.edit(other, "Ben", (), (Segment(0, 1, "grip"),), "painted")
+    document.undo()
+    assert document.segments == TRACK
+    assert {"hold", "grip"} < {*document.vocabulary.names}
+
+
 def test_only_undoing_takes_a_renaming_back(document):
     predicted = (Segment(document.segments[1].start, document.segments[1].end, "hold"),)
     document.project.edit(document.id, "model one", (), predicted, "predicted", kind="predict")

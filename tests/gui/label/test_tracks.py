@@ -511,3 +511,33 @@ def test_the_pointer_tells_who_proposed_a_segment(document, panel):
     assert panel.words_at(at).endswith("proposed by model paper 12, changed since")
     document.relabel(document.index_of(Segment(4.2, 5.0, "hold")), "release")
     assert "proposed" not in panel.words_at(at)
+
+
+def test_an_empty_track_says_how_to_begin_until_the_first_stroke(app):
+    with opened() as document:
+        panel = TrackPanel(document)
+        panel.resize(88 + 1000 + 8, 100)
+        panel.show()
+        row = panel.rows()[0].box.adjusted(250, 4, -250, -4).toRect()
+
+        def inks():
+            app.processEvents()
+            picture = panel.grab(row).toImage()
+            across, down = range(picture.width()), range(picture.height())
+            return len({picture.pixel(x, y) for x in across for y in down})
+
+        empty = inks()
+        document.begin_stroke("hold", document.bounds[0])
+        begun = inks()
+        document.cancel_stroke()
+        again = inks()
+        hand = Hand(panel)
+        document.set_action("hold")
+        hand.press(0.1)
+        hand.move(0.5)
+        dragged = inks()
+        hand.release(0.5)
+        assert empty == again > 3
+        assert begun < empty
+        assert dragged < empty
+        panel.close()
