@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TextIO, TypeVar
 
 from forcelab.capture.keeping import Kept
 from forcelab.cli.output import printable
@@ -20,6 +21,7 @@ from forcelab.wording import counted
 __all__ = ["Recognition", "told"]
 
 log = logging.getLogger("forcelab")
+Found = TypeVar("Found")
 
 
 class Recognition:
@@ -50,34 +52,25 @@ class Recognition:
 
     def look(self) -> None:
         """Take in what came since."""
-        if self.trouble:
-            return
-        try:
-            with unbroken():
-                found = self._live.look()
-        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
-            self._lose(error)
-        else:
-            self._print(found)
+        with unbroken():
+            found = self._tried(self._live.look)
+        self._print(found or ())
 
     def finish(self) -> None:
         """The recording has ended: take in the last of it."""
-        if self.trouble:
-            return
-        try:
-            found = self._live.finish()
-        except Exception as error:  # noqa: BLE001 - as above
-            self._lose(error)
-        else:
-            self._print(found)
+        self._print(self._tried(self._live.finish) or ())
 
     def keep(self, path: Path, kept: Kept) -> dict[str, Any] | None:
         """Keep the track and tell what became of it as plain values; None where there is none."""
+        return self._tried(partial(self._live.keep, path, kept))
+
+    def _tried(self, do: Callable[[], Found]) -> Found | None:
+        """What a step gives; None once the track is lost."""
         if self.trouble:
             return None
         try:
-            return self._live.keep(path, kept)
-        except Exception as error:  # noqa: BLE001 - as above
+            return do()
+        except Exception as error:  # noqa: BLE001 - logged, and told when the recording is kept
             self._lose(error)
             return None
 
