@@ -84,6 +84,7 @@ def begin_journal(
                 "channels": [[channel.name, channel.unit] for channel in device.channels],
                 "rate": device.rate,
                 "holds": device.holds,
+                "counted": bool(getattr(device, "counted", True)),
             }
             for device in devices
         ],

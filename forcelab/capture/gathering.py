@@ -17,7 +17,7 @@ from forcelab.capture.frames import SILENT
 from forcelab.capture.joining import Stream, joined
 from forcelab.capture.journal import Contents
 from forcelab.capture.marking import LiveMarks
-from forcelab.capture.smoothing import Stamped, stamped
+from forcelab.capture.smoothing import Stamped, spread, stamped
 from forcelab.capture.sorting import sorted_records
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -51,13 +51,23 @@ class Gathered:
         stamp (s; NaN where it tells none); ``start`` (s, host's monotonic clock) of time 0.
     filmed : tuple of Camera
         The cameras that gave pictures; the first one's video is the demonstration's.
+    recorded : ndarray of float64, shape (n, c)
+        What the device that gave the stamps sent in the time of the demonstration.
+    column : int
+        Of its first channel in the demonstration.
+    precision : float
+        To how many seconds the stamps are known, those of the worst device: the residual of its
+        clock, or where only arrivals tell the longest time over which a delivery was spread.
     """
 
     demonstration: Demonstration
     track: Track | None
     remarks: tuple[str, ...]
     stamps: dict[str, NDArray[Any]]
-    filmed: tuple[Camera, ...] = ()
+    filmed: tuple[Camera, ...]
+    recorded: NDArray[np.float64]
+    column: int
+    precision: float
 
 
 def gather(contents: Contents, folder: Path) -> Gathered:
@@ -82,6 +92,7 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         channels = [tuple(Channel(*pair) for pair in one["channels"]) for one in told]
         names, holds = [str(one["name"]) for one in told], [bool(one["holds"]) for one in told]
         rates = [float(one.get("rate", 0.0)) for one in told]
+        counted = [bool(one.get("counted", True)) for one in told]
         begun = float(header.get("monotonic", -np.inf))
         cameras: list[Mapping[str, Any]] = list(header["cameras"])
     except (KeyError, TypeError, ValueError) as error:
@@ -89,22 +100,28 @@ def gather(contents: Contents, folder: Path) -> Gathered:
     found = sorted_records(contents, [len(each) for each in channels], len(cameras))
     remarks = [] if not contents.torn else [_torn(contents.torn)]
     stamps: dict[str, NDArray[Any]] = {"devices": np.array(names, dtype=np.str_)}
-    streams = []
+    streams, precision = [], 0.0
     for i, recorded in enumerate(found.devices):
         block = recorded.samples.block()
         stamps[f"arrived_{i}"] = block.arrived
         if block.ticks is not None and len(block):
             stamps[f"ticks_{i}"] = block.ticks
-        when = _stamped(block, np.array(recorded.breaks, dtype=np.int64), holds[i], rates[i])
+        host, breaks = block.arrived, np.array(recorded.breaks, dtype=np.int64)
+        when = None if holds[i] else _stamped(block, breaks, counted[i], rates[i])
         if when is not None:
             stamps[f"clock_{i}"] = np.array([when.offset, when.rate, when.residual])
-        host = block.arrived if when is None else when.host
+            host, precision = when.host, max(precision, when.residual)
+        elif len(host) and not holds[i]:
+            host, bound = spread(host, breaks)
+            precision = max(precision, bound)
         before = holds[i] and len(host) > 0 and bool(host[0] <= begun)
         away = tuple(recorded.away)
         streams.append(Stream(host, block.values, holds[i], when is not None, away, before))
-    told_lost = [_lost(names[i], streams[i], stamps.get(f"ticks_{i}")) for i in range(len(names))]
-    remarks += [sentence for sentence in told_lost if sentence]
-    times, signals, start = joined(streams, names)
+    for i, stream in enumerate(streams):
+        remarks.append(_lost(names[i], stream, stamps.get(f"ticks_{i}"), counted[i]))
+    all_channels = joined(streams, names)
+    start, lead = all_channels.start, streams[all_channels.lead]
+    remarks.append(_cut(names[all_channels.lead], lead, all_channels.within))
     stamps["start"] = np.array(start)
     filmed: list[Camera] = []
     for i, camera in enumerate(cameras):
@@ -119,10 +136,23 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         remarks += _unseen(str(camera["name"]), frames[:, 0])
     first = filmed[0].video if filmed else None
     demonstration = Demonstration(
-        name, task, times, signals, channels_of_all(channels), video=first
+        name,
+        task,
+        all_channels.times,
+        all_channels.signals,
+        channels_of_all(channels),
+        video=first,
     )
-    track = _marked(found.marks, start, demonstration.end, author)
-    return Gathered(demonstration, track, tuple(remarks), stamps, tuple(filmed))
+    return Gathered(
+        demonstration,
+        _marked(found.marks, start, demonstration.end, author),
+        tuple(remark for remark in remarks if remark),
+        stamps,
+        tuple(filmed),
+        lead.values[all_channels.within],
+        sum(len(each) for each in channels[: all_channels.lead]),
+        precision,
+    )
 
 
 def _unseen(name: str, arrived: NDArray[np.float64]) -> list[str]:
@@ -139,37 +169,52 @@ def _torn(count: int) -> str:
     return f"The last {count} bytes of the journal were torn and are left out."
 
 
-def _stamped(block: Block, breaks: NDArray[np.int64], holds: bool, rate: float) -> Stamped | None:
+def _stamped(block: Block, breaks: NDArray[np.int64], counted: bool, rate: float) -> Stamped | None:
     """When the samples were taken; None where only the arrivals tell."""
-    if holds or not len(block):
+    if not len(block):
         return None
-    if block.ticks is not None:
+    if block.ticks is not None and counted:
         return stamped(block.arrived, block.ticks, breaks, rate)
     # Without a counter the samples count themselves, if they come evenly.
-    found = stamped(block.arrived, np.arange(len(block)), breaks, rate, counted=False)
+    ticks = np.arange(len(block)) if block.ticks is None else block.ticks
+    found = stamped(block.arrived, ticks, breaks, rate, counted=False)
     even = found.residual <= _UNEVEN * found.rate and len(found.stretches) < 0.1 * len(found.host)
     return found if even else None
 
 
-def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None) -> str:
+def _cut(name: str, lead: Stream, within: slice) -> str:
+    """What is said of samples at the ends that not all devices shared."""
+    number = len(lead.host) - (within.stop - within.start)
+    if not number:
+        return ""
+    samples = "1 sample" if number == 1 else f"{number} samples"
+    return f"{samples} of {name} at the ends, where not all devices gave any, left out."
+
+
+def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None, counted: bool = True) -> str:
     """What is said of samples that are missing."""
     if not len(stream.host):
         return f"{name} gave nothing while it was recorded; its channels are empty."
     sentences, gaps = [], len(stream.away)
-    if stream.even and ticks is not None and len(ticks) > 1:
-        period = float(np.median(np.diff(stream.host)))
+    if ticks is not None and len(ticks) > 1:
         steps, seconds = np.diff(ticks), np.diff(stream.host)
         wide = np.flatnonzero(steps > 1)
-        pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
-        lost = sum(missed(step, apart, period) for step, apart in pairs)
+        if counted:
+            period = float(np.median(seconds))
+            pairs = zip(steps[wide].tolist(), seconds[wide].tolist(), strict=True)
+            lost, how = sum(missed(step, apart, period) for step, apart in pairs), "lost"
+        else:  # each of them was seen
+            lost, how = int((steps[wide] - 1).sum()), "in torn lines and lost"
         if lost:
             gaps += lost
             were = "1 sample of {} was" if lost == 1 else f"{lost} samples of {{}} were"
-            sentences.append(f"{were.format(name)} lost")
+            sentences.append(f"{were.format(name)} {how}")
     if stream.away:
-        number = len(stream.away)
-        who = "the device" if sentences else name
-        sentences.append(f"{who} was unplugged {'once' if number == 1 else f'{number} times'}")
+        number, last = len(stream.away), float(stream.host[-1])
+        seconds_away = sum(max(min(back, last) - gone, 0.0) for gone, back in stream.away)
+        which_device = "the device" if sentences else name
+        times = "once" if number == 1 else f"{number} times, in all"
+        sentences.append(f"{which_device} was unplugged {times} for {seconds_away:.1f} s")
     which = "that is a gap" if gaps == 1 else "these are gaps"
     return f"{' and '.join(sentences)}; {which}." if sentences else ""
 

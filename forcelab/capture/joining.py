@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 
-__all__ = ["Stream", "joined", "onto"]
+__all__ = ["Joined", "Stream", "joined", "onto"]
 
 _EDGE = 0.25  # s by which devices may begin or end apart and be cut to what they share
 _AT_ONCE = 1 << 16  # stamps; more would only take memory
@@ -46,9 +46,33 @@ class Stream:
     before: bool = False
 
 
-def joined(
-    streams: Sequence[Stream], names: Sequence[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+@dataclass(frozen=True, eq=False)
+class Joined:
+    """All channels on the stamps of one device.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Seconds from the first sample, strictly increasing.
+    signals : ndarray of float64, shape (n, c)
+        The channels of all devices in their order; NaN where one has no sample near.
+    start : float
+        Host time (s) of time 0.
+    lead : int
+        The device that gives the stamps.
+    within : slice
+        Which of its samples these are: all but those of the moments at the ends in which not all
+        devices had begun, or some had ended.
+    """
+
+    times: NDArray[np.float64]
+    signals: NDArray[np.float64]
+    start: float
+    lead: int
+    within: slice
+
+
+def joined(streams: Sequence[Stream], names: Sequence[str]) -> Joined:
     """Bring all channels onto the stamps of the first device that samples evenly, and did.
 
     Parameters
@@ -58,12 +82,7 @@ def joined(
 
     Returns
     -------
-    times : ndarray of float64, shape (n,)
-        Seconds from the first sample, strictly increasing.
-    signals : ndarray of float64, shape (n, c)
-        The channels of all devices in their order; NaN where one has no sample near.
-    start : float
-        Host time (s) of time 0.
+    Joined
 
     Raises
     ------
@@ -81,32 +100,39 @@ def joined(
             f"Fewer than two samples{which} were recorded; look at its channels live first."
         )
     first = streams[lead]
-    kept = _increasing(first.host)
-    host = first.host[kept]
+    host = _increasing(first.host)
     begin, end = _shared(host, [s for s in streams if not s.holds and len(s.host)])
-    within = (host >= begin) & (host <= end)
-    if within.sum() < 2:
-        within[:] = True
+    within = slice(*np.searchsorted(host, [begin, np.nextafter(end, np.inf)]).tolist())
+    if within.stop - within.start < 2:
+        within = slice(0, len(host))
     host = host[within]
     signals = np.empty((len(host), sum(stream.values.shape[1] for stream in streams)))
     column = 0
     for i, stream in enumerate(streams):
         part = signals[:, column : column + stream.values.shape[1]]
         if i == lead:
-            part[:] = stream.values[np.flatnonzero(kept)[within]]
+            part[:] = stream.values[within]
         else:
             _onto(host, stream, part)
         column += part.shape[1]
     start = float(host[0])
     times = host - start
     times.flags.writeable = signals.flags.writeable = False  # so that nobody needs a copy
-    return times, signals, start
+    return Joined(times, signals, start, lead, within)
 
 
-def _increasing(host: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which stamps are later than all before them; two stretches may overlap by a delay."""
-    before = np.maximum.accumulate(host)
-    return np.concatenate([[True], host[1:] > before[:-1]])
+def _increasing(host: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stamps that go on increasing; two stretches may overlap by a delay.
+
+    Those that would go back follow the one before by half a period, until they have caught up.
+    """
+    steps = np.diff(host)
+    if not (steps <= 0).any():
+        return host
+    forward = steps[steps > 0]
+    passed = (0.5 * float(np.median(forward)) if len(forward) else 1e-6) * np.arange(len(host))
+    increasing: NDArray[np.float64] = np.maximum.accumulate(host - passed) + passed
+    return increasing
 
 
 def _shared(host: NDArray[np.float64], streams: Sequence[Stream]) -> tuple[float, float]:
@@ -139,8 +165,8 @@ def onto(host: NDArray[np.float64], stream: Stream) -> NDArray[np.float64]:
 def _onto(host: NDArray[np.float64], stream: Stream, out: NDArray[np.float64]) -> None:
     """As :func:`onto`, into an array."""
     own, values = stream.host, stream.values
-    if len(own) and not (kept := _increasing(own)).all():
-        own, values = own[kept], values[kept]
+    if len(own):
+        own = _increasing(own)
     out[:] = np.nan
     if len(own) == 0:
         return

@@ -7,7 +7,9 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from forcelab.capture.gathering import gather
+import numpy as np
+
+from forcelab.capture.gathering import Gathered, gather
 from forcelab.capture.journal import SUFFIX, Contents, Kind, read
 from forcelab.capture.unfinished import CAPTURES, unfinished
 from forcelab.demonstration import VideoReference
@@ -43,6 +45,8 @@ class Kept:
         What is to be said of it, a sentence each.
     heads : dict of str to int
         Of each author, the last edit of the track that was marked live.
+    precision : float
+        To how many seconds the stamps are known, those of the worst device.
     """
 
     added: Added
@@ -50,6 +54,7 @@ class Kept:
     seconds: float
     remarks: tuple[str, ...]
     heads: dict[str, int] = field(default_factory=dict)
+    precision: float = 0.0
 
 
 class PartlyKeptError(InputError):
@@ -128,8 +133,9 @@ def keep(path: Path, contents: Contents) -> Kept:
         heads = {track.author: project.head(added.id, track.author) for track in incoming.tracks}
         try:
             beside = [_beside(project, added.id, camera) for camera in gathered.filmed[1:]]
-            told = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
-            project.attach_stamps(added.id, gathered.stamps | told)
+            cameras = camera_stamps((*gathered.filmed[:1], *beside)) if beside else {}
+            project.attach_stamps(added.id, gathered.stamps | cameras)
+            _compare(project, added, gathered)
         except BaseException as error:  # whatever that is: the next try begins anew
             if added.status == "new":
                 part = Kept(added, len(demonstration.times), demonstration.duration, (), heads)
@@ -137,7 +143,23 @@ def keep(path: Path, contents: Contents) -> Kept:
             raise
     more = (f"The video of {c.name} lies beside the first one's: '{c.video.path}'." for c in beside)
     remarks = (*gathered.remarks, *added.remarks, *more)
-    return Kept(added, len(demonstration.times), demonstration.duration, remarks, heads)
+    samples, duration = len(demonstration.times), demonstration.duration
+    return Kept(added, samples, duration, remarks, heads, gathered.precision)
+
+
+def _compare(project: Project, added: Added, gathered: Gathered) -> None:
+    """Hold what the project stored against what was recorded, before the journal may go."""
+    stored = project.load(added.id)
+    columns = slice(gathered.column, gathered.column + gathered.recorded.shape[1])
+    if not (
+        np.array_equal(stored.times, gathered.demonstration.times)
+        and np.array_equal(stored.signals, gathered.demonstration.signals, equal_nan=True)
+        and np.array_equal(stored.signals[:, columns], gathered.recorded, equal_nan=True)
+    ):
+        raise InputError(
+            f"'{added.name}' in the project is not what was recorded; is the disk damaged? "
+            f"Nothing of the recording is removed."
+        )
 
 
 def _take_back(project: Project, part: Kept, error: BaseException) -> None:

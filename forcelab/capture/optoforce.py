@@ -112,6 +112,11 @@ class Stream:
         self._withheld: list[tuple[Packets, NDArray[np.float64]]] = []
         self._arrived = 0.0  # the last bytes
 
+    @property
+    def repeated(self) -> int:
+        """How many samples were dropped, as the counter had not gone on since the one before."""
+        return 0 if self._unwrapper is None else self._unwrapper.doubled
+
     def take_replies(self) -> list[Reply]:
         """What the DAQ answered since this was asked last."""
         return self._parser.take_replies()

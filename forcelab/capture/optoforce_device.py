@@ -239,12 +239,17 @@ class OptoForce(PortDevice):
 
     def _told(self, data: bytes, arrived: float) -> Block | None:
         """What the DAQ told."""
+        repeated = self._stream.repeated
         block = self._stream.feed(data, arrived)
         for reply in self._stream.take_replies():
             if reply.code:
                 self._said.say(f"{self._called()} refused a configuration (code {reply.code}).")
         if block is None:
-            self._said.silence(self._called(), self._heard)
+            if self._stream.repeated > repeated:
+                self._heard = arrived
+                self._said.still(self._called(), arrived)
+            else:
+                self._said.silence(self._called(), self._heard)
             return None
         self._heard = arrived
         if block.status is not None:

@@ -38,6 +38,23 @@ class Said(Events):
             for sentence in sentences(word & 0x03FF):
                 self.during(int(number), f"{called}: {sentence}", arrived)
 
+    def still(self, called: str, arrived: float) -> None:
+        """Remark it once when nothing has come but samples that are dropped as repeated.
+
+        Parameters
+        ----------
+        called : str
+            What sentences call the DAQ.
+        arrived : float
+            When the last of them came, in s of the host's monotonic clock.
+        """
+        self.during(
+            "still",
+            f"{called}: its sample counter stands still, so its packets are left out as repeated; "
+            f"unplug it and plug it in again.",
+            arrived,
+        )
+
     def silence(self, called: str, heard: float) -> None:
         """Remark it once when nothing has come for long.
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from forcelab.capture.clocks import HALF_LIFE, WINDOW
 from forcelab.capture.lateness import STEP
 
-__all__ = ["Stamped", "stamped"]
+__all__ = ["Stamped", "spread", "stamped"]
 
 _AROUND = 1.0  # s on either side of a jump of the counter that tell whether it is one
 _STAYS = 10.0  # s for which samples must come late, none lost, to say that the counter stood still
@@ -114,6 +114,44 @@ def stamped(
             offset, slope = _line(host[piece], ticks[piece], rate)
             rate = slope if lasting > 2 * _SHORT else rate
     return Stamped(host, firsts, offset, slope, float(np.sqrt(squares / max(windows, 1))))
+
+
+def spread(
+    arrived: NDArray[np.float64], breaks: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], float]:
+    """When samples were taken of which only the arrivals tell, several in a delivery.
+
+    Those of a delivery are spread evenly over the time since the one before, but not over more than
+    they take elsewhere, as a device may have been silent in between.
+
+    Parameters
+    ----------
+    arrived : ndarray of float64, shape (n,), n >= 1
+        When each was read, in seconds of the host's monotonic clock; not decreasing.
+    breaks : ndarray of int64, shape (b,)
+        Samples with which the device was plugged in again.
+
+    Returns
+    -------
+    host : ndarray of float64, shape (n,)
+        Seconds of the host's monotonic clock, strictly increasing.
+    bound : float
+        The longest time (s) over which a delivery was spread.
+    """
+    firsts = np.concatenate([[0], np.flatnonzero(np.diff(arrived) > 0) + 1])
+    number = np.diff(firsts, append=len(arrived))
+    since = np.diff(arrived[firsts], prepend=np.nan)
+    since[np.isin(firsts, breaks)] = np.nan  # nobody knows since when
+    each = since / number
+    usual = float(np.nanmedian(each)) if np.isfinite(each).any() else 1e-3
+    each = np.fmin(np.where(np.isnan(each), usual, each), 2 * usual)
+    # The first of all, and of a connection, may have waited for each other no longer than since the
+    # delivery before it.
+    room = np.diff(arrived[firsts], prepend=-np.inf)
+    each = np.minimum(each, room / number)
+    left = np.repeat(firsts + number, number) - 1 - np.arange(len(arrived))
+    host = arrived - left * np.repeat(each, number)
+    return host, float((each * number).max())
 
 
 def _believed(

@@ -32,7 +32,7 @@ class TextLine(LineDevice):
     """A board that prints a line of values for each sample; see ``Device``.
 
     Where its lines carry a clock of their own and that is even, its samples are counted by it, so
-    that lost lines are known; otherwise they are stamped as they arrive.
+    that lost lines are known; otherwise they are counted as they come, torn lines included.
 
     Parameters
     ----------
@@ -47,6 +47,9 @@ class TextLine(LineDevice):
 
     Attributes
     ----------
+    counted : bool
+        Whether its samples are counted by its own clock; else torn lines are known, and those that
+        never came are not.
     measured : bool
         Whether its rate was measured by arrivals: no promise, and good to a hundredth.
 
@@ -75,6 +78,11 @@ class TextLine(LineDevice):
         self._latest: NDArray[np.float64] | None = None
         self._junk = 0
 
+    @property
+    def counted(self) -> bool:
+        """Whether its samples are counted by its own clock."""
+        return self._counting is not None
+
     def open(self) -> None:
         """Connect and learn what it sends; see ``Device.open``."""
         self._parser, self._counting, self._offset = TextParser(), None, None
@@ -94,7 +102,7 @@ class TextLine(LineDevice):
         self._heard = arrived
         self._latest = lines.values[-1]
         values = lines.values if self._offset is None else lines.values - self._offset
-        ticks = None
+        ticks = lines.numbers
         if self._counting is not None and lines.times is not None:
             ticks = self._counting.feed(lines.times)
         return Block(np.full(len(lines), arrived), ticks, values)
@@ -157,7 +165,7 @@ class _First:
             return
         if lines.times is not None:
             self._times.append(lines.times)
-        self._counts.append(len(lines) + (self._counts[-1] if self._counts else 0))
+        self._counts.append(int(lines.numbers[-1]) + 1)
         self._stamps.append(arrived)
 
     def enough(self, told: bool) -> bool:

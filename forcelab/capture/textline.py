@@ -6,6 +6,10 @@ and units in it (``Fz [N]``) are theirs; a column that is named as stamps with a
 (``time_ms``, ``micros``, ``t (s)``) is the device's clock. What a line is made of is settled by two
 samples in a row that agree; every other line is junk from then on, which is counted. Numbers have
 points: ``1,5`` is two of them.
+
+Samples are numbered in the order in which they were sent. A torn line (cut short, or grown together
+with the next one for want of a line end) takes as many numbers as lines went into it, so that what
+is missing is known and the samples after it keep their times.
 """
 
 from __future__ import annotations
@@ -39,6 +43,13 @@ _PAIR = re.compile(
     re.I,
 )
 _NAME = re.compile(r"[^\W\d].{0,39}$")
+#: The decimals of a number, and what numbers and the separators between them are made of; the sign
+#: that stands for a byte that is no text is what a bad line makes of any of these.
+_DECIMALS = re.compile(rb"\d(?:\.(\d*))?(?![\d.])")
+_CELLS = re.compile(r"(?:[\d\s.,;:=|+\-\uFFFD]|e[+-]?\d|nan|inf)+", re.I)
+#: Lines with the same decimals from which a device is known to print them so, and the share of
+#: others up to which these are torn; where zeros at the end are left out it is a tenth.
+_ALIKE, _SELDOM = 300, 0.05
 #: Clocks of 32 bits that count these units start again at zero.
 _WRAPS = 2.0**32
 
@@ -53,10 +64,13 @@ class Lines:
         One column a channel; NaN where the device sent ``nan``.
     times : ndarray of float64, shape (n,), or None
         Seconds of the device's own clock, which may start anywhere; None if it sends none.
+    numbers : ndarray of int64, shape (n,)
+        Of each sample among all that were sent, torn ones included.
     """
 
     values: NDArray[np.float64]
     times: NDArray[np.float64] | None
+    numbers: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.values)
@@ -87,11 +101,16 @@ class TextParser:
         Empty until two samples in a row agree.
     junk_lines : int
         Lines that were no sample.
+    torn_lines : int
+        Lines among them that were a sample before they were torn.
     """
 
     def __init__(self) -> None:
         self.channels: tuple[Channel, ...] = ()
-        self.junk_lines = 0
+        self.junk_lines = self.torn_lines = 0
+        self._sent = 0  # samples so far, those in torn lines included
+        self._length = 0  # bytes of the longest line so far that was a sample
+        self._decimals = _Decimals()
         self._splitter = LineSplitter()
         self._torn = True
         self._header: tuple[str, ...] = ()
@@ -110,15 +129,19 @@ class TextParser:
             What follows on what was given before; an unfinished line is kept.
         """
         rows: list[tuple[float, ...]] = []
+        numbers: list[int] = []
         for line in self._splitter.feed(data):
-            rows += self._line(line)
+            for row in self._line(line):
+                rows.append(row)
+                numbers.append(self._sent)
+                self._sent += 1
         if not rows:
             return None
-        values = np.array(rows, np.float64)
+        values, order = np.array(rows, np.float64), np.array(numbers, np.int64)
         if self._clock is None:
-            return Lines(values, None)
+            return Lines(values, None, order)
         times = self._seconds(values[:, self._clock])
-        return Lines(np.delete(values, self._clock, axis=1), times)
+        return Lines(np.delete(values, self._clock, axis=1), times, order)
 
     def restart(self) -> None:
         """Go on after the cable was plugged in again: the first line may be torn once more."""
@@ -132,16 +155,17 @@ class TextParser:
         if row is None:
             header = _header(line) if len(line) <= LONGEST else ()
             if not header or (self._shape is not None and header != self._header):
-                self.junk_lines += 1
+                self._reject(line)
             elif self._shape is None:
                 self.junk_lines += bool(self._header) and header != self._header
                 self._header = header
         elif torn:
             self.junk_lines += 1
         elif self._shape is not None:
-            if row.agrees(self._shape):
+            if row.agrees(self._shape) and self._decimals.agree(line):
+                self._length = max(self._length, len(line))
                 return [row.values]
-            self.junk_lines += 1
+            self._reject(line)
         elif self._candidate is not None and row.agrees(self._candidate):
             self._settle(row)
             if self.channels:
@@ -151,6 +175,13 @@ class TextParser:
             self.junk_lines += self._candidate is not None
             self._candidate = row
         return []
+
+    def _reject(self, line: bytes) -> None:
+        """Count a line that is no sample, and the samples that were in it if it was torn."""
+        self.junk_lines += 1
+        if self._shape is not None and self._length and _was_sample(line, self._shape.labels):
+            self.torn_lines += 1
+            self._sent += -(-min(len(line), LONGEST) // self._length)
 
     def _settle(self, row: _Row) -> None:
         """Name the channels, once it is known what a line is made of."""
@@ -181,6 +212,40 @@ class TextParser:
                 self._last_stamp = stamp
             seconds[i] = (stamp + self._turns * _WRAPS) / self._per_second
         return seconds
+
+
+class _Decimals:
+    """How many decimals a device prints in each cell, where that is always the same.
+
+    A line that lost some digits of one number is else like any other.
+    """
+
+    def __init__(self) -> None:
+        self._usual: tuple[int, ...] = ()
+        self._alike = self._others = 0
+
+    def agree(self, line: bytes) -> bool:
+        """Whether a line has as many decimals as almost all before it."""
+        found = tuple(len(match[1] or b"") for match in _DECIMALS.finditer(line))
+        if found == self._usual:
+            self._alike += 1
+            return True
+        fixed = self._alike >= _ALIKE and self._others < _SELDOM * self._alike
+        self._others += 1
+        if self._others > self._alike:
+            self._usual, self._alike, self._others = found, 1, 0
+        fewer = [
+            now < usual for now, usual in zip(found, self._usual, strict=False) if now != usual
+        ]
+        return not (fixed and len(found) == len(self._usual) and fewer == [True])
+
+
+def _was_sample(line: bytes, labels: tuple[str, ...]) -> bool:
+    """Whether a line that is no sample is what is left of one, or of several."""
+    text = _text(line)
+    for label in labels:
+        text = text.replace(label, "")
+    return any(sign.isdigit() for sign in text) and _CELLS.fullmatch(text) is not None
 
 
 def _is_clock(column: Column) -> bool:

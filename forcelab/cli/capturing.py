@@ -193,9 +193,8 @@ def _told(kept: Kept, state: RecorderState) -> str:
     lost = sum(device.lost for device in state.devices)
     words = [counted(kept.samples, "sample"), f"{lost} lost"]
     words += [f"{counted(c.frames, 'frame')}, {c.dropped} dropped" for c in state.cameras]
-    residuals = [d.residual for d in state.devices if math.isfinite(d.residual)]
-    if residuals:
-        words.append(f"clock to {1000 * max(residuals):.2f} ms")
+    if kept.precision:
+        words.append(f"stamps to {1000 * kept.precision:.2f} ms")
     lines = [printable(remark) for remark in kept.remarks]
     name = printable(kept.added.name)
     return "\n".join([*lines, f"'{name}': {kept.seconds:.2f} s, {', '.join(words)}."])

@@ -20,7 +20,7 @@ from forcelab.capture.text_device import TextLine
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
 from forcelab.capture.virtual_lines import VirtualTextLine
-from forcelab.capture.virtual_streams import rows
+from forcelab.capture.virtual_streams import build_packets, rows
 from forcelab.errors import InputError
 
 SHEET = """
@@ -324,6 +324,17 @@ def test_a_daq_that_falls_silent_is_remarked_once():
     assert sum("no valid packet" in one for one in said) == 1
 
 
+def test_a_counter_that_stands_still_is_not_taken_for_a_loose_cable():
+    device = OptoForce("daq", ports=nothing)
+    counters = np.r_[np.arange(300), np.full(3000, 299)]
+    packets = build_packets(counters, np.zeros(3300, int), np.zeros((3300, 3), int))
+    device._heard = time.monotonic() - 10
+    for first in range(0, 3300, 100):
+        device._told(packets[first : first + 100].tobytes(), time.monotonic())
+    (said,) = device.remarks()
+    assert "counter stands still" in said
+
+
 def test_sensors_of_several_daqs_are_numbered_through():
     with VirtualOptoForce(steady(*range(12))) as one, VirtualOptoForce(steady(1, 2, 3)) as two:
         devices = [OptoForce(virtual.port, ports=nothing) for virtual in (one, two)]
@@ -360,7 +371,7 @@ def test_text_with_a_clock_is_counted_by_it():
     assert device.connections == 2
 
 
-def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
+def test_text_without_a_clock_counts_its_lines_and_can_be_zeroed():
     with VirtualTextLine(lambda t: np.full((len(t), 1), 5.0), 200, junk=0.1) as virtual:
         device = device_named(f"text:{virtual.port}?baud=9600&rate=200")
         device.open()
@@ -369,8 +380,8 @@ def test_text_without_a_clock_is_stamped_as_it_arrives_and_can_be_zeroed():
         assert not collect(device, 5)[-1].values.any()
         assert device._parser.junk_lines > 0
         device.close()
-    assert (device.rate, device.measured) == (200, False)
-    assert all(block.ticks is None for block in blocks)
+    assert (device.rate, device.measured, device.counted) == (200, False, False)
+    assert (np.diff(joined(blocks, "ticks")) == 1).all()
     assert (joined(blocks, "values") == 5.0).all()
 
 

@@ -80,7 +80,8 @@ def test_a_second_device_is_interpolated_but_never_across_a_gap(shift, gap, rate
         Stream(own, curve(own)[:, None]),
         Stream(other[kept], curve(other[kept])[:, None]),
     ]
-    times, signals, start = joined(streams, ["a", "b"])
+    both = joined(streams, ["a", "b"])
+    times, signals, start = both.times, both.signals, both.start
     host = times + start
     known = np.isfinite(signals[:, 1])
     np.testing.assert_allclose(signals[known, 1], curve(host[known]), atol=1e-6)
@@ -93,9 +94,9 @@ def test_a_second_device_is_interpolated_but_never_across_a_gap(shift, gap, rate
 
 def test_what_starts_and_ends_a_moment_apart_is_cut_to_what_is_shared():
     own, other = START + np.arange(1000) / 1000, START + 0.0105 + np.arange(970) / 1000
-    times, signals, start = joined(
-        [Stream(own, own[:, None]), Stream(other, other[:, None])], ["a", "b"]
-    )
+    both = joined([Stream(own, own[:, None]), Stream(other, other[:, None])], ["a", "b"])
+    times, signals, start = both.times, both.signals, both.start
+    assert (both.lead, both.within) == (0, slice(11, 980))
     assert start == pytest.approx(START + 0.011)
     assert np.isfinite(signals).all()
     assert times[0] == 0.0
@@ -258,15 +259,20 @@ def test_samples_that_do_not_fit_the_channels_are_one_sentence(tmp_path):
 @pytest.mark.parametrize(
     ("away", "lost", "said"),
     [
-        (1, False, "a was unplugged once; that is a gap."),
-        (2, False, "a was unplugged 2 times; these are gaps."),
+        (1, False, "a was unplugged once for 0.1 s; that is a gap."),
+        (2, False, "a was unplugged 2 times, in all for 0.2 s; these are gaps."),
         (0, True, "1 sample of a was lost; that is a gap."),
-        (1, True, "1 sample of a was lost and the device was unplugged once; these are gaps."),
+        (
+            1,
+            True,
+            "1 sample of a was lost and the device was unplugged once for 0.1 s; these are gaps.",
+        ),
     ],
 )
 def test_gaps_are_counted_in_their_sentence(away, lost, said):
     ticks = np.delete(np.arange(100), [50] if lost else [])
-    stream = Stream(ticks / 1000, np.zeros((len(ticks), 1)), False, True, ((0.1, 0.2),) * away)
+    times = (ticks + 200) / 1000
+    stream = Stream(times, np.zeros((len(ticks), 1)), False, True, ((0.1, 0.2),) * away)
     assert _lost("a", stream, ticks) == said
 
 
