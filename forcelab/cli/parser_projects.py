@@ -97,9 +97,10 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "column of it, or beside it in NAME.labels.csv (start, end, action) or an Audacity label\n"
         "track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached to it.\n"
         "A recording that is there already is updated, not doubled; read with other columns it\n"
-        "is another demonstration. If one file cannot be read, nothing is imported at all. An\n"
-        "archive alone, into a new project, brings back everything it holds; into one that is\n"
-        "there, the recordings and coders' labels that this one has not got.",
+        "is another demonstration. A file that cannot be read is named and left out, and the exit\n"
+        "status is 1 then; with --strict nothing is imported at all. An archive alone, into a new\n"
+        "project, brings back everything it holds; into one that is there, the recordings and\n"
+        "coders' labels that this one has not got.",
     )
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
     parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
@@ -136,7 +137,9 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
     )
     parser.add_argument(
-        "--strict", action="store_true", help="refuse gaps and what would be repaired"
+        "--strict",
+        action="store_true",
+        help="refuse gaps and what would be repaired, and take all files or none",
     )
     json_flag(parser)
 

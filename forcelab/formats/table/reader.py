@@ -23,7 +23,7 @@ from forcelab.formats.table.cells import Kind
 from forcelab.formats.table.clocks import ClockReader, RawStamps
 from forcelab.formats.table.columns import goes_on, is_index, unit_of_time
 from forcelab.formats.table.counters import is_counter_name, restarts
-from forcelab.formats.table.dialect import HEAD, head_lines, is_text
+from forcelab.formats.table.dialect import HEAD, head_lines, is_comment, is_text
 from forcelab.formats.table.labels import own_or_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
 from forcelab.formats.table.roles import (
@@ -42,6 +42,9 @@ __all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
+#: Of any other text, from its first row of data on, more than this share of the lines must be such
+#: rows, and more than one: prose has a line here and there that reads like a row of numbers.
+_TABLE_SHARE = 0.5
 #: How many columns a sentence names.
 NAMED = 20
 #: Why a column is left out that counts, and one whose name does not say so.
@@ -68,7 +71,10 @@ def sniff(path: Path, head: bytes) -> bool:
     if not text or text[0] in "{[<(":
         return False
     layout = lay_out(rows)
-    return layout is not None and Kind.NUMBER in layout.kinds
+    if layout is None or Kind.NUMBER not in layout.kinds:
+        return False
+    body = [line for number, line in rows if number > layout.skip and not is_comment(line)]
+    return len(layout.sample) > max(1, _TABLE_SHARE * len(body))
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
