@@ -20,6 +20,7 @@ from forcelab.formats.table.columns import is_label_name, unit_of_time
 from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
 from forcelab.formats.table.layout import Layout, lay_out
 from forcelab.formats.times import on_samples
+from forcelab.formats.tracks import plain_text
 from forcelab.labels import Segment, Track, means_unlabelled
 
 __all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
@@ -149,8 +150,8 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
     found: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
     for number, row, start, end in zip(at, table, starts, ends, strict=True):
-        action = row[action_at].strip()
-        author = row[author_at].strip() if author_at is not None else ""
+        action = plain_text(row[action_at].strip())
+        author = plain_text(row[author_at].strip()) if author_at is not None else ""
         if not action or means_unlabelled(action):
             continue
         try:
