@@ -258,8 +258,9 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         "write labels for other programs, or a whole project as one archive",
         "csv: start,end,action,author; a file a demonstration. table: one CSV of all, a line a\n"
         "segment, for statistics. elan: an .eaf a demonstration, a tier a coder, video linked.\n"
-        "boris: one table as BORIS exports its aggregated events. audacity: a label track a coder\n"
-        "and demonstration. archive: one zip with everything; 'forcelab import' reads it back.\n"
+        "boris: one .boris project, an observation a coder and demonstration, video linked.\n"
+        "audacity: a label track a coder and demonstration. archive: one zip with everything;\n"
+        "'forcelab import' reads it back.\n"
         "Times are seconds from the start of the forces (elan: milliseconds).",
     )
     parser.add_argument(
