@@ -26,6 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
         signals=tuple(arguments.signal),
         videos=arguments.videos,
         strict=arguments.strict,
+        jitter=arguments.jitter,
         format=arguments.format,
         calibration=arguments.calibration,
     )

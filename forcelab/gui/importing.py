@@ -127,6 +127,12 @@ class ImportDialog(QDialog):
         self._rate.setSpecialValueText(self.tr("as their times say"))
         self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
         self._rate.valueChanged.connect(self.columns.set_rate)
+        self.jitter = QDoubleSpinBox()
+        self.jitter.setRange(0, 1e6)
+        self.jitter.setDecimals(3)
+        self.jitter.setSuffix(self.tr(" ms"))
+        self.jitter.setSpecialValueText(self.tr("none"))
+        self.jitter.setAccessibleName(self.tr("Stamps may jitter by"))
         self.calibration = QLineEdit()
         self.calibration.setClearButtonEnabled(True)
         self.calibration.setPlaceholderText(self.tr("none: forces stay in counts"))
@@ -153,6 +159,7 @@ class ImportDialog(QDialog):
         form.addRow(self.tr("Task"), self._task)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
         form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
+        form.addRow(self.tr("Stamps may jitter by"), self.jitter)
         form.addRow(self.tr("Calibration of raw OptoForce dumps"), calibration)
         form.addRow("", self.videos)
         return form
@@ -253,6 +260,7 @@ class ImportDialog(QDialog):
             author=settled_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
+            jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
@@ -320,8 +328,9 @@ class ImportDialog(QDialog):
 
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
-        # What is read from a shell with an option is chosen in the columns here.
-        self._told.setText(text.replace("(--signal)", self.tr("(Read as: signal)")))
+        # What is read from a shell with an option is chosen above here.
+        text = text.replace("(--signal)", self.tr("(Read as: signal)"))
+        self._told.setText(text.replace(" (--jitter)", self.tr(" (Stamps may jitter by)")))
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 
