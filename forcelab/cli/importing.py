@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from forcelab.cli.newcomers import telling_newcomers
 from forcelab.cli.output import json_text, printable, progress_bar
@@ -12,8 +13,8 @@ from forcelab.jobs import finish
 from forcelab.wording import counted
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Import the files and tell what became of them."""
+def run(arguments: argparse.Namespace) -> int:
+    """Import the files and tell what became of them; gives 1 where a file was left out."""
     options = ReadOptions(
         task=arguments.task,
         author=arguments.author,
@@ -25,6 +26,7 @@ def run(arguments: argparse.Namespace) -> None:
         signals=tuple(arguments.signal),
         videos=arguments.videos,
         strict=arguments.strict,
+        jitter=arguments.jitter,
         format=arguments.format,
         calibration=arguments.calibration,
     )
@@ -32,6 +34,9 @@ def run(arguments: argparse.Namespace) -> None:
         job = importing(arguments.project, arguments.files, options)
         report = finish(job, watch)
     print(json_text(_plain(report)) if arguments.json else _told(report))
+    for reason in report.unread.values():
+        print(f"forcelab: left out: {printable(reason)}", file=sys.stderr)
+    return 1 if report.unread else 0
 
 
 def _told(report: ImportReport) -> str:
@@ -41,6 +46,8 @@ def _told(report: ImportReport) -> str:
     lines += map(printable, report.told())
     counts = [f"{report.count(status)} {status}" for status in ("new", "updated", "unchanged")]
     total = counted(len(report.demonstrations), "recording")
+    if report.unread:
+        counts.append(f"{counted(len(report.unread), 'file')} left out")
     return "\n".join([*lines, f"{total}: {', '.join(counts)}."])
 
 
@@ -57,5 +64,6 @@ def _plain(report: ImportReport) -> dict[str, object]:
             for one in report.demonstrations
         ],
         "remarks": {str(path): list(remarks) for path, remarks in report.remarks.items()},
+        "unread": {str(path): reason for path, reason in report.unread.items()},
         **report.statistics,
     }

@@ -97,9 +97,10 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "column of it, or beside it in NAME.labels.csv (start, end, action) or an Audacity label\n"
         "track NAME.txt. A video named with its recording (pull.csv pull.mp4) is attached to it.\n"
         "A recording that is there already is updated, not doubled; read with other columns it\n"
-        "is another demonstration. If one file cannot be read, nothing is imported at all. An\n"
-        "archive alone, into a new project, brings back everything it holds; into one that is\n"
-        "there, the recordings and coders' labels that this one has not got.",
+        "is another demonstration. A file that cannot be read is named and left out, and the exit\n"
+        "status is 1 then; with --strict nothing is imported at all. An archive alone, into a new\n"
+        "project, brings back everything it holds; into one that is there, the recordings and\n"
+        "coders' labels that this one has not got.",
     )
     parser.add_argument("files", metavar="FILE", type=Path, nargs="+", help="recordings")
     parser.add_argument("--task", metavar="TASK", type=name_of, help="task of the demonstrations")
@@ -136,7 +137,16 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
     )
     parser.add_argument(
-        "--strict", action="store_true", help="refuse gaps and what would be repaired"
+        "--jitter",
+        metavar="SECONDS",
+        type=float,
+        default=0.0,
+        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="refuse gaps and what would be repaired, and take all files or none",
     )
     json_flag(parser)
 
@@ -255,8 +265,9 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         "write labels for other programs, or a whole project as one archive",
         "csv: start,end,action,author; a file a demonstration. table: one CSV of all, a line a\n"
         "segment, for statistics. elan: an .eaf a demonstration, a tier a coder, video linked.\n"
-        "boris: one table as BORIS exports its aggregated events. audacity: a label track a coder\n"
-        "and demonstration. archive: one zip with everything; 'forcelab import' reads it back.\n"
+        "boris: one .boris project, an observation a coder and demonstration, video linked.\n"
+        "audacity: a label track a coder and demonstration. archive: one zip with everything;\n"
+        "'forcelab import' reads it back.\n"
         "Times are seconds from the start of the forces (elan: milliseconds).",
     )
     parser.add_argument(

@@ -10,6 +10,7 @@ from typing import Any
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.formats.tracks import quoted_text
 from forcelab.recognition.intervals import look_up
 from forcelab.recognition.project_runs import Evaluated
 from forcelab.recognition.resampling import METRICS
@@ -45,7 +46,8 @@ def write_table(path: Path, evaluated: Evaluated) -> None:
     for _, evaluation in evaluated.evaluations:
         for stage in evaluation.kinds:
             for row, name, values in _rows(evaluation, stage):
-                writer.writerow((evaluation.title, stage, row, name, *values))
+                texts = map(quoted_text, (evaluation.title, stage, row, name))
+                writer.writerow((*texts, *values))
     write_atomically(path, text.getvalue().encode())
 
 

@@ -1,27 +1,20 @@
-"""All segments of many demonstrations as one table: for statistics, or as BORIS writes them."""
+"""All segments of many demonstrations as one table, for statistics."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from datetime import datetime
 
 from forcelab.formats.times import plain_times
 from forcelab.formats.tracks import table_text
 from forcelab.labels import Track
 
-__all__ = ["Coded", "to_boris", "to_table"]
+__all__ = ["Coded", "to_table"]
 
 #: The columns of the table, in this order.
 TABLE = (
     *("demonstration", "task", "seconds", "author", "kind", "segment", "action"),
     *("start", "end", "duration"),
-)
-#: Those of BORIS's aggregated events.
-BORIS = (
-    *("Observation id", "Observation date", "Description", "Media file", "Total length", "FPS"),
-    *("Subject", "Behavior", "Behavioral category", "Modifiers", "Behavior type"),
-    *("Start (s)", "Stop (s)", "Duration (s)", "Comment start", "Comment stop"),
 )
 
 
@@ -39,12 +32,6 @@ class Coded:
         Who the track's author is.
     track : Track
         What was labelled.
-    video : str
-        The demonstration's video file; empty where there is none.
-    fps : float
-        Its frames a second, as it says itself; 0 where that is not known.
-    begun : datetime, optional
-        When the coder began.
     """
 
     demonstration: str
@@ -52,9 +39,6 @@ class Coded:
     seconds: float
     kind: str
     track: Track
-    video: str = ""
-    fps: float = 0.0
-    begun: datetime | None = None
 
 
 def to_table(coded: Iterable[Coded]) -> str:
@@ -80,39 +64,6 @@ def to_table(coded: Iterable[Coded]) -> str:
         for number, (segment, (start, end)) in enumerate(plain_times(one.track), start=1)
     ]
     return table_text(TABLE, rows)
-
-
-def to_boris(coded: Iterable[Coded]) -> str:
-    """The aggregated events that BORIS exports, separated by tabs.
-
-    Returns
-    -------
-    str
-        Each track is an observation and each segment a state event; times are in seconds of the
-        force clock. The observation's date is that of the track's first edit, the media file is
-        the project's copy. What forcelab does not know is empty.
-
-    Raises
-    ------
-    InputError
-        As :func:`to_table`.
-    """
-    rows = [
-        (
-            *(f"{one.demonstration} - {one.track.author}", _date(one.begun), one.task, one.video),
-            *(_text(one.seconds), f"{one.fps:.6g}" if one.fps > 0 else "", "No focal subject"),
-            *(segment.action, "", "", "STATE"),
-            *(repr(start), repr(end), _text(end - start), "", ""),
-        )
-        for one in coded
-        for segment, (start, end) in plain_times(one.track)
-    ]
-    return table_text(BORIS, rows, "\t")
-
-
-def _date(when: datetime | None) -> str:
-    """A date and time as BORIS writes them, by the clock on the wall."""
-    return "" if when is None else when.astimezone().strftime("%Y-%m-%d %H:%M:%S")
 
 
 def _text(seconds: float) -> str:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Generator
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.formats.boris import Film, Observation, to_boris
 from forcelab.formats.elan import to_elan
-from forcelab.formats.events import Coded, to_boris, to_table
+from forcelab.formats.events import Coded, to_table
 from forcelab.formats.folders import file_names, filling
 from forcelab.formats.tracks import to_audacity, to_csv
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.video.index import told_rate
+from forcelab.video.index import told_length, told_rate
+from forcelab.vocabulary import joined
 
 __all__ = ["FORMATS", "Format", "exporting"]
 
@@ -150,36 +151,49 @@ def _together(
     project: Project, out: Path, kind: Format, chosen: Collection[_Chosen], replacing: bool
 ) -> Generator[Progress, None, tuple[Path, ...]]:
     """Write all tracks into one file."""
-    ending = ".segments.csv" if kind == "table" else ".boris.tsv"
-    written = out / f"{file_names([project.path.resolve().stem])[0]}{ending}"
+    name = project.path.resolve().stem
+    ending = ".segments.csv" if kind == "table" else ".boris"
+    written = out / f"{file_names([name])[0]}{ending}"
     _check([written], replacing)
     kinds = {author.name: author.kind for author in project.authors()}
-    coded = []
+    titles = _titles(project)
+    coded: list[Coded] = []
+    observed: list[Observation] = []
     for done, (info, tracks) in enumerate(chosen):
         yield Progress(done, len(chosen), info.name)
-        of_one = [
-            Coded(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
-            for track in tracks
-        ]
-        coded += _observed(project, info, of_one) if kind == "boris" else of_one
-    text = to_table(coded) if kind == "table" else to_boris(coded)
+        if kind == "boris":
+            observed += _observed(project, info, titles[info.id], tracks)
+        else:
+            coded += [
+                Coded(info.name, info.task, info.duration, kinds.get(track.author, "coder"), track)
+                for track in tracks
+            ]
+    if kind == "boris":
+        content = to_boris(name, observed, joined(project.vocabularies()))
+    else:
+        content = to_table(coded).encode("utf-8")
     with filling(out, [project.path]):
-        write_atomically(written, text.encode("utf-8"))
+        write_atomically(written, content)
     return (written,)
 
 
-def _observed(project: Project, info: DemonstrationInfo, coded: list[Coded]) -> list[Coded]:
-    """The same with what else is known of how it was observed: the video, and when."""
+def _observed(
+    project: Project, info: DemonstrationInfo, title: str, tracks: Collection[Track]
+) -> list[Observation]:
+    """Tracks with what else is known of how they were observed: the video, and when."""
     video = project.load(info.id).video if info.has_video else None
-    rate = 0.0 if video is None else told_rate(video.path)
+    film = None
+    if video is not None:
+        film = Film(video.path, video.clock, told_rate(video.path), told_length(video.path))
     return [
-        replace(
-            one,
-            video="" if video is None else str(video.path),
-            fps=rate,
-            begun=next((e.time for e in project.history(info.id, one.track.author)), None),
+        Observation(
+            title,
+            info.task,
+            track,
+            film,
+            next((e.time for e in project.history(info.id, track.author)), None),
         )
-        for one in coded
+        for track in tracks
     ]
 
 

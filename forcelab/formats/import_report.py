@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from forcelab.errors import InputError
 from forcelab.formats.recording import Recording
 from forcelab.project import Added
 from forcelab.wording import listed
@@ -45,11 +46,14 @@ class ImportReport:
         worth a look.
     statistics : mapping of str to int
         What the formats counted while they read, added up over all files.
+    unread : mapping of Path to str
+        The files that could not be read and were left out, each with the reason.
     """
 
     demonstrations: tuple[Imported, ...] = ()
     remarks: Mapping[Path, tuple[str, ...]] = field(default_factory=dict)
     statistics: Mapping[str, int] = field(default_factory=dict)
+    unread: Mapping[Path, str] = field(default_factory=dict)
 
     def count(self, status: str) -> int:
         """How many demonstrations are ``"new"``, ``"updated"`` or ``"unchanged"``."""
@@ -65,10 +69,17 @@ class ImportReport:
 
 
 def report_of(
-    read_files: Mapping[Path, Sequence[Recording]], demonstrations: tuple[Imported, ...]
+    read_files: Mapping[Path, Sequence[Recording]],
+    demonstrations: tuple[Imported, ...],
+    failures: Mapping[Path, InputError],
 ) -> ImportReport:
-    """The report on files that were read, and on what became of what they hold."""
-    return ImportReport(demonstrations, _remarks(read_files, demonstrations), _counted(read_files))
+    """The report on files that were read, on what became of what they hold, and on the others."""
+    return ImportReport(
+        demonstrations,
+        _remarks(read_files, demonstrations),
+        _counted(read_files),
+        {path: str(error) for path, error in failures.items()},
+    )
 
 
 def _remarks(

@@ -1,4 +1,7 @@
-"""Importing files into a project: all of them are read before anything is written."""
+"""Importing files into a project: all of them are read before anything is written.
+
+A file that cannot be read is left out and reported; a strict import takes all files or none.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ def import_files(
     files: Iterable[str | os.PathLike[str]],
     options: ReadOptions | None = None,
 ) -> ImportReport:
-    """Read files of any format, then write what they hold into a project, all or nothing.
+    """Read files of any format, then write what they hold into a project.
 
     Parameters
     ----------
@@ -47,12 +50,13 @@ def import_files(
     Returns
     -------
     ImportReport
-        What was added, with the remarks on each file.
+        What was added, with the remarks on each file, and which files could not be read.
 
     Raises
     ------
     InputError
-        If a file cannot be read or the project cannot be written; the project is as it was then.
+        If no file can be read, one of them cannot and the options are strict, or the project
+        cannot be written; the project is as it was then.
     """
     return finish(importing(project_path, files, options))
 
@@ -64,11 +68,11 @@ def importing(
 ) -> Generator[Progress, None, ImportReport]:
     """Read files of any format, then write what they hold into a project.
 
-    Nothing is written before every file has been read and validated. To stop iterating until then
-    cancels the import; the writing itself is one step, which succeeds as a whole or changes
-    nothing. An archive that is imported by itself into a new project is unpacked with everything
-    in it; into a project that is there, archives bring recordings, where these
-    came from, and the coders' labels.
+    Nothing is written before every file has been read and validated; those that cannot be read are
+    left out, or stop all of it if the options are strict. To stop iterating until then cancels the
+    import; the writing itself is one step, which succeeds as a whole or changes nothing. An archive
+    that is imported by itself into a new project is unpacked with everything in it; into a project
+    that is there, archives bring recordings, where these came from, and the coders' labels.
 
     Parameters
     ----------
@@ -90,13 +94,14 @@ def importing(
     Returns
     -------
     ImportReport
-        What was added, with the remarks on each file.
+        What was added, with the remarks on each file, and which files could not be read.
 
     Raises
     ------
     InputError
-        If a file cannot be read or the project cannot be written. The project is as it was then,
-        and one that did not exist does not exist afterwards either.
+        If no file can be read, one of them cannot and the options are strict, or the project
+        cannot be written. The project is as it was then, and one that did not exist does not exist
+        afterwards either.
     """
     paths, videos = paired(_without_companions(files))
     if not paths:
@@ -124,16 +129,19 @@ def importing(
                 ]
             except InputError as error:
                 failures[path] = error
-        if failures:
+        if failures and (options.strict or not read_files):
             raise _refusal(failures, len(paths))
         if options.videos:
             near = {path: video for path in paths if (video := beside(path)) is not None}
             videos = near | videos
-        read_files = with_videos(read_files, videos, project)
+        read_files, bad_videos = with_videos(read_files, videos, project)
+        if bad_videos and options.strict:
+            raise _refusal(bad_videos, len(paths) + len(bad_videos))
+        failures |= bad_videos
         yield Progress(len(paths), total, f"writing {project.name}")
         demonstrations = _write(project, read_files, options)
     yield Progress(total, total, "done")
-    return report_of(read_files, demonstrations)
+    return report_of(read_files, demonstrations, failures)
 
 
 def _is_archive(path: Path) -> bool:
@@ -185,7 +193,7 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
     if others:
         names = listed([path.name for path in failures], NAMED)
         refusal = type(refusal)(
-            f"{len(failures)} of {total} files cannot be read ({names}), so none was imported; "
+            f"{len(failures)} of {total} files cannot be read ({names}), so nothing was imported; "
             f"first: {refusal}"
         )
     elif total > 1:

@@ -45,6 +45,8 @@ class ReadOptions:
         Whether a video that lies beside a recording and is called as it is attached to it.
     strict : bool
         Refuse what would otherwise be repaired and reported.
+    jitter : float
+        Seconds by which stamps of a table may be moved so that they increase; 0 for none.
     format : str, optional
         Short name of the files' format, where their content is not to decide it.
     calibration : Path, optional
@@ -56,7 +58,7 @@ class ReadOptions:
     Raises
     ------
     InputError
-        If the rate is not positive.
+        If the rate is not positive, or the jitter below zero.
     """
 
     task: str | None = None
@@ -69,6 +71,7 @@ class ReadOptions:
     signals: tuple[str, ...] = ()
     videos: bool = False
     strict: bool = False
+    jitter: float = 0.0
     format: str | None = None
     calibration: Path | None = None
     unpack: Path | None = None
@@ -76,6 +79,8 @@ class ReadOptions:
     def __post_init__(self) -> None:
         if self.rate is not None and not 0 < self.rate < math.inf:
             raise InputError(f"The rate must be positive, not {self.rate} Hz.")
+        if not 0 <= self.jitter < math.inf:
+            raise InputError(f"The jitter must be 0 s or more, not {self.jitter:g} s.")
 
 
 @dataclass(frozen=True, slots=True)

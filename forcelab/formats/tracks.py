@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -12,10 +13,15 @@ from forcelab.errors import InputError
 from forcelab.formats.times import plain_times
 from forcelab.labels import Track
 
-__all__ = ["COLUMNS", "table_text", "to_audacity", "to_csv"]
+__all__ = ["COLUMNS", "plain_text", "quoted_text", "table_text", "to_audacity", "to_csv"]
 
 #: The columns of the CSV, in this order.
 COLUMNS = ("start", "end", "action", "author")
+
+#: Texts that spreadsheets take for formulas, and run; with what is quoted already, so that
+#: :func:`plain_text` undoes exactly one quote.
+_FORMULA = re.compile(r"'*[=+\-@\t\r\n]")
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
 def to_csv(tracks: Iterable[Track]) -> str:
@@ -76,8 +82,22 @@ def to_audacity(track: Track) -> str:
     return "".join(lines)
 
 
+def quoted_text(text: str) -> str:
+    """A name as a cell that no spreadsheet runs as a formula: with an apostrophe in front.
+
+    Names that begin with ``=``, ``+``, ``-``, ``@``, a tab or a line break get one, unless they
+    are numbers.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+def plain_text(cell: str) -> str:
+    """The name that :func:`quoted_text` made a cell of."""
+    return cell[1:] if cell[:1] == "'" and _FORMULA.match(cell) else cell
+
+
 def table_text(header: Sequence[str], rows: Iterable[Sequence[str]], separator: str = ",") -> str:
-    """A table as text; refused where a name holds a NUL."""
+    """A table as text, without formulas; refused where a name holds a NUL."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter=separator)
     writer.writerow(header)
@@ -87,5 +107,5 @@ def table_text(header: Sequence[str], rows: Iterable[Sequence[str]], separator: 
                 raise InputError(
                     f"The name {cell!a} holds a NUL, which a text table cannot hold; rename it."
                 )
-        writer.writerow(row)
+        writer.writerow(map(quoted_text, row))
     return text.getvalue()

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from forcelab.demonstration import VideoReference
+from forcelab.errors import InputError
 from forcelab.formats.recording import Recording
 from forcelab.project import Project
 
@@ -62,27 +63,38 @@ def beside(path: Path) -> Path | None:
 
 def with_videos(
     read_files: Mapping[Path, Sequence[Recording]], videos: Mapping[Path, Path], project: Path
-) -> dict[Path, list[Recording]]:
+) -> tuple[dict[Path, list[Recording]], dict[Path, InputError]]:
     """Recordings with their videos, which start with them until they are synchronised.
 
     A demonstration that has a video in the project keeps that and its clock.
 
-    Raises
-    ------
-    InputError
-        If a video cannot be read.
+    Returns
+    -------
+    recordings : dict of Path to list of Recording
+        All of them; where the video cannot be read without one.
+    failures : dict of Path to InputError
+        The videos that cannot be read, and why.
     """
     from forcelab.video.checking import check_video
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
     known = _with_video(project) if videos else frozenset()
+    failures: dict[Path, InputError] = {}
     for path, video in videos.items():
-        if len(result[path]) != 1 or result[path][0].demonstration.video is not None:
+        if (
+            path not in result
+            or len(result[path]) != 1
+            or result[path][0].demonstration.video is not None
+        ):
             continue
         recording = result[path][0]
         if recording.demonstration.id in known:
             continue
-        damage = check_video(video, recording.demonstration.duration)
+        try:
+            damage = check_video(video, recording.demonstration.duration)
+        except InputError as error:
+            failures[video] = error
+            continue
         remark = f"{video.name} was attached; synchronise it unless it starts when the forces do."
         result[path] = [
             replace(
@@ -91,7 +103,7 @@ def with_videos(
                 remarks=(*recording.remarks, remark, *filter(None, [damage])),
             )
         ]
-    return result
+    return result, failures
 
 
 def _with_video(project: Path) -> frozenset[str]:

@@ -64,7 +64,7 @@ class ExportDialog(QDialog):
             "csv": self.tr("CSV: start, end, action, author; a file a demonstration"),
             "table": self.tr("One table for statistics: CSV, a line a segment"),
             "elan": self.tr("ELAN: a file a demonstration, a tier a coder, with the video"),
-            "boris": self.tr("BORIS: one table of aggregated events"),
+            "boris": self.tr("BORIS: one project, an observation per coder and demonstration"),
             "audacity": self.tr("Audacity: a label track a coder and demonstration"),
             "archive": self.tr("Archive: the whole project as one file, to be imported again"),
         }

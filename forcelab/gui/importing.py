@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -112,7 +112,8 @@ class ImportDialog(QDialog):
         self._task.setEditable(True)
         self._task.setAccessibleName(self.tr("Task"))
         self._task.addItems(document.project.tasks() if document.project else ())
-        self._task.setCurrentText(document.demonstration.task if document.demonstration else "")
+        # Of no task until one is chosen: the last one is seldom what is done in the next files.
+        self._task.setCurrentText("")
         self._task.currentTextChanged.connect(self._warn)
         # Labels that are brought were seldom made by who sits here now.
         self._author = QComboBox()
@@ -126,6 +127,12 @@ class ImportDialog(QDialog):
         self._rate.setSpecialValueText(self.tr("as their times say"))
         self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
         self._rate.valueChanged.connect(self.columns.set_rate)
+        self.jitter = QDoubleSpinBox()
+        self.jitter.setRange(0, 1e6)
+        self.jitter.setDecimals(3)
+        self.jitter.setSuffix(self.tr(" ms"))
+        self.jitter.setSpecialValueText(self.tr("none"))
+        self.jitter.setAccessibleName(self.tr("Stamps may jitter by"))
         self.calibration = QLineEdit()
         self.calibration.setClearButtonEnabled(True)
         self.calibration.setPlaceholderText(self.tr("none: forces stay in counts"))
@@ -152,6 +159,7 @@ class ImportDialog(QDialog):
         form.addRow(self.tr("Task"), self._task)
         form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
         form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
+        form.addRow(self.tr("Stamps may jitter by"), self.jitter)
         form.addRow(self.tr("Calibration of raw OptoForce dumps"), calibration)
         form.addRow("", self.videos)
         return form
@@ -252,6 +260,7 @@ class ImportDialog(QDialog):
             author=settled_name(self, self._author.currentText(), self._coders())
             or ReadOptions().author,
             rate=self._rate.value() or None,
+            jitter=self.jitter.value() / 1000,
             calibration=Path(calibration) if calibration else None,
             videos=self.videos.isChecked(),
         )
@@ -273,41 +282,55 @@ class ImportDialog(QDialog):
         return project.coders() if project else ()
 
     def _imported(self, files: Sequence[str], report: ImportReport) -> None:
-        """Say what became of the files; those that were added meanwhile are still to come."""
+        """Say what became of the files; what was left out or added meanwhile stays in the list."""
         self._bar.setVisible(False)
-        later = [Path(name) for name in self._chosen() if name not in files]
+        unread = set(map(str, report.unread))
+        later = [Path(name) for name in self._chosen() if name not in files or name in unread]
         self._files.clear()
+        if not later:
+            self._task.setCurrentText("")  # the next files may show something else
         self.add_files(later)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
-        told = self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)
-        self._tell("\n".join((told, *report.told())))
+        lines = [self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)]
+        if unread:
+            lines.append(self.tr("Left out because they could not be read:"))
+            lines += report.unread.values()
+            lines.append(self.tr("Press Delete to remove the selected files from the list."))
+        self._tell("\n".join((*lines, *report.told())), trouble=bool(unread))
         self._document.refresh_listing()
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
+        if unread:
+            self._select(unread)
+            return
         close = self._buttons.button(QDialogButtonBox.StandardButton.Close)
         (self._go if later else close).setFocus()
 
     def _failed(self, error: Exception) -> None:
-        """Say what stands in the way; nothing was imported. Of many files, show which."""
+        """Say what stands in the way; nothing was imported. Select the files that it is about."""
         self._bar.setVisible(False)
         self._go.setEnabled(True)
         lines = [str(error)]
         unread = set(map(str, error.files)) if isinstance(error, InputError) else set()
+        self._select(unread)
+        self._tell("\n".join(lines), trouble=True)
+
+    def _select(self, names: Collection[str]) -> None:
+        """Select files in the list, so that Delete removes them."""
         items = [self._files.item(row) for row in range(self._files.count())]
-        wrong = [item for item in items if item.text() in unread]
-        if wrong and len(wrong) < len(items):
+        wrong = [item for item in items if item.text() in names]
+        if wrong:
             self._files.clearSelection()
             for item in wrong:
                 item.setSelected(True)
             self._files.scrollToItem(wrong[0])
             self._files.setFocus()
-            lines.append(self.tr("Delete leaves out what is selected in the list."))
-        self._tell("\n".join(lines), trouble=True)
 
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
-        # What is read from a shell with an option is chosen in the columns here.
-        self._told.setText(text.replace("(--signal)", self.tr("(Read as: signal)")))
+        # What is read from a shell with an option is chosen above here.
+        text = text.replace("(--signal)", self.tr("(Read as: signal)"))
+        self._told.setText(text.replace(" (--jitter)", self.tr(" (Stamps may jitter by)")))
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

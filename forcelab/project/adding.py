@@ -29,7 +29,7 @@ from forcelab.project.loading import (
 from forcelab.project.notes import add_notes
 from forcelab.project.ownership import kind_of
 from forcelab.project.records import Added, Incoming
-from forcelab.project.vocabularies import extend_vocabulary
+from forcelab.project.vocabularies import drop_imported_actions, extend_vocabulary
 
 __all__ = ["add_all"]
 
@@ -102,6 +102,13 @@ class _Adding:
         self.changed |= add_notes(self.database, self.id, self.given.notes)
         if self.changed:
             extend_vocabulary(self.database, self._task(), self.id, self.given.vocabulary)
+        if self.old is not None and self.old["task"] != self._task():
+            gone = drop_imported_actions(self.database, self.old["task"], self.id)
+            if gone:
+                self.remarks.append(
+                    f"Task '{self.old['task']}' no longer lists {', '.join(gone)}, which no other "
+                    f"demonstration there has."
+                )
 
     def take_back(self) -> None:
         """Remove the files of a demonstration that will not be in the project after all."""

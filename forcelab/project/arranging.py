@@ -11,7 +11,7 @@ from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.loading import DEMONSTRATIONS, row_of
-from forcelab.project.vocabularies import extend_vocabulary, vocabularies
+from forcelab.project.vocabularies import drop_imported_actions, extend_vocabulary, vocabularies
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["attach_video", "rename", "set_task", "set_video_clock"]
@@ -38,7 +38,10 @@ def rename(database: Database, id_: str, name: str) -> None:
 
 
 def set_task(database: Database, id_: str, task: str) -> None:
-    """Put a demonstration into another task, whose vocabulary gets the actions it lacks."""
+    """Put a demonstration into another task, whose vocabulary gets the actions it lacks.
+
+    The task that it leaves gives up the actions that only this demonstration's import brought.
+    """
     task = " ".join(task.split())
     with database.writing():
         row = row_of(database, id_)
@@ -63,6 +66,7 @@ def set_task(database: Database, id_: str, task: str) -> None:
         old = vocabularies(database).get(row["task"], Vocabulary())
         looks = Vocabulary(tuple(action for action in old if action.name in painted))
         extend_vocabulary(database, task, id_, looks)
+        drop_imported_actions(database, row["task"], id_)
 
 
 def set_video_clock(database: Database, id_: str, clock: ClockMap) -> None:

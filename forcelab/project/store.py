@@ -188,6 +188,9 @@ class Project(ProjectRenaming, ProjectReverting, ProjectJudged, ProjectComputed,
     def set_task(self, demonstration: str, task: str) -> None:
         """Put a demonstration into another task; its vocabulary gets the actions it lacks.
 
+        The task that it leaves gives up the actions that came with its import and that no other
+        demonstration there has.
+
         Parameters
         ----------
         demonstration : str

@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 
 from forcelab.project.database import Database
+from forcelab.project.records import segments_from_json
 from forcelab.project.troubles import told_of_content
 from forcelab.vocabulary import Vocabulary
 
-__all__ = ["extend_vocabulary", "vocabularies", "write_vocabulary"]
+__all__ = ["drop_imported_actions", "extend_vocabulary", "vocabularies", "write_vocabulary"]
 
 
 def vocabularies(database: Database) -> dict[str, Vocabulary]:
@@ -46,6 +47,42 @@ def extend_vocabulary(database: Database, task: str, demonstration: str, looks: 
     new = _joined(old, looks).with_actions(*(row["action"] for row in rows))
     if new != old:
         write_vocabulary(database, task, new)
+
+
+def drop_imported_actions(database: Database, task: str, demonstration: str) -> tuple[str, ...]:
+    """Take out of a task's vocabulary what a demonstration that has left the task brought along.
+
+    These are the actions of its imported labels that no other demonstration of the task has. Where
+    it was the last of the task, the vocabulary stays as it is.
+
+    Returns
+    -------
+    tuple of str
+        The actions that were taken out.
+    """
+    if not database.one("SELECT 1 FROM demonstration WHERE task = ?", task):
+        return ()
+    imports = database.all(
+        "SELECT inserted FROM edit JOIN track ON track.id = edit.track "
+        "WHERE demonstration = ? AND kind = 'import'",
+        demonstration,
+    )
+    brought = {
+        segment.action
+        for row in imports
+        for segment in segments_from_json(json.loads(row["inserted"]))
+    }
+    painted = database.all(
+        "SELECT DISTINCT action FROM segment JOIN track ON track.id = segment.track "
+        "JOIN demonstration ON demonstration.id = track.demonstration WHERE task = ?",
+        task,
+    )
+    foreign = brought - {row["action"] for row in painted}
+    old = vocabularies(database).get(task, Vocabulary())
+    new = Vocabulary(tuple(action for action in old if action.name not in foreign))
+    if new != old:
+        write_vocabulary(database, task, new)
+    return tuple(name for name in old.names if name in foreign)
 
 
 def _joined(old: Vocabulary, looks: Vocabulary) -> Vocabulary:

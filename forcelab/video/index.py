@@ -15,7 +15,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.video.opencv import opencv
 
-__all__ = ["Index", "indexing", "last_at", "open_video", "told_rate"]
+__all__ = ["Index", "indexing", "last_at", "open_video", "told_length", "told_rate"]
 
 #: Packets, and frames, between two reports of progress, after which the job can be cancelled.
 STRETCH, DECODED = 500, 50
@@ -79,6 +79,18 @@ def told_rate(path: Path) -> float:
     rate = float(capture.get(opencv().CAP_PROP_FPS))
     capture.release()
     return rate if 0 < rate < 1e6 else 0.0
+
+
+def told_length(path: Path) -> float:
+    """Seconds that a video says it lasts, to be told to others; 0 where it does not say."""
+    try:
+        capture = open_video(path)
+    except InputError:
+        return 0.0
+    frames = float(capture.get(opencv().CAP_PROP_FRAME_COUNT))
+    rate = float(capture.get(opencv().CAP_PROP_FPS))
+    capture.release()
+    return frames / rate if 0 < rate < 1e6 and 0 < frames < 1e9 else 0.0
 
 
 def open_video(path: Path, *, packets: bool = False) -> Any:

@@ -162,13 +162,23 @@ def test_glitches_are_told_and_stay_as_they_are(forcelab, tmp_path):
         assert opened.load("torn").signals[20:22, 0].tolist() == [3e12, -4e15]
 
 
-def test_one_bad_file_imports_nothing(forcelab, recordings, tmp_path):
-    bad = tmp_path / "bad.csv"
+def test_a_bad_file_is_named_and_left_out(forcelab, recordings, tmp_path):
+    bad, notes = tmp_path / "bad.csv", tmp_path / "README.md"
     bad.write_bytes(b"\x00\x01\x02" * 100)
+    notes.write_text("# Recordings\n\nOf 3 people on 2 days.\n\n1. foam\n2. stylus\n")
     project = tmp_path / "p.forcelab"
-    said = forcelab("import", project, recordings / "foam-01.csv", bad)
-    assert "bad.csv" in said.sentence
+    words = ["import", project, recordings / "foam-01.csv", bad, notes]
+    strict = forcelab(*words, "--strict").sentence
+    assert strict.startswith("forcelab: 2 of 3 files cannot be read (bad.csv, README.md), so ")
     assert not project.exists()
+    done = forcelab(*words)
+    assert done.status == 1
+    assert done.out.endswith("1 recording: 1 new, 0 updated, 0 unchanged, 2 files left out.\n")
+    assert done.err.count("forcelab: left out: ") == 2
+    as_json = forcelab(*words, "--json")
+    assert as_json.status == 1
+    assert list(as_json.json["unread"]) == [str(bad), str(notes)]
+    assert [one["status"] for one in as_json.json["demonstrations"]] == ["unchanged"]
 
 
 def test_list_tells_what_there_is(forcelab, project):

@@ -1,11 +1,11 @@
-"""What other programs are given: one table of all, ELAN's files, BORIS's events."""
+"""What other programs are given: one table of all, ELAN's files, a project of BORIS."""
 
 from __future__ import annotations
 
 import csv
+import json
 from dataclasses import replace
-from datetime import datetime
-from pathlib import Path
+from datetime import datetime, timezone
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -15,6 +15,7 @@ from filmed import filmed_demonstration
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.formats.boris import Observation, to_boris
 from forcelab.formats.elan import to_elan
 from forcelab.formats.exporting import exporting
 from forcelab.formats.importing import importing
@@ -23,6 +24,7 @@ from forcelab.jobs import finish
 from forcelab.labels import Segment, Track
 from forcelab.project import Project
 from forcelab.video.reader import VideoReader
+from forcelab.vocabulary import Vocabulary
 
 DUSTY = 0.1 + 0.2
 ANN = (Segment(0.1, DUSTY, "grab"), Segment(DUSTY, 0.45, "hold, firmly"))
@@ -61,32 +63,77 @@ def test_one_table_holds_every_segment_with_whose_and_of_what_it_is(project):
     assert float(rows[0]["seconds"]) == pytest.approx(info.duration)
 
 
-def test_events_are_headed_as_boris_heads_them(project):
-    text = export(project, "boris").read_text("utf-8")
-    rows = list(csv.DictReader(text.splitlines(), delimiter="\t"))
-    assert rows[1]["Behavior"] == "hold, firmly"
-    assert (rows[1]["Start (s)"], rows[1]["Stop (s)"]) == ("0.3", "0.45")
-    assert rows[1]["Behavior type"] == "STATE"
-    assert rows[0]["Observation id"] != rows[2]["Observation id"]  # who codes is part of it
-    assert Path(rows[0]["Media file"]).is_file()
+def boris(project):
+    return json.loads(export(project, "boris").read_text("utf-8"))
+
+
+def test_a_boris_project_holds_every_segment_as_a_state_event(project):
+    content = boris(project)
+    # What BORIS 9 asks of a project when it opens one.
+    assert content["project_format_version"] == "7.0"
+    assert content["project_name"] == "study"
+    assert {"subjects_conf", "behavioral_categories", "coding_map", "converters"} <= set(content)
+    codes = [(one["code"], one["type"]) for one in content["behaviors_conf"].values()]
+    assert codes == [("grab", "State event"), ("hold, firmly", "State event")]
+    keys = [one["key"] for one in content["behaviors_conf"].values()]
+    assert len(set(keys)) == 2
     with Project.open(project) as opened:
         (info,) = opened.demonstrations()
         video = opened.load(info.id).video.path
         first = opened.history(info.id, "Ann")[0].time
+    ann, zoe = (content["observations"][f"{info.name} - {name}"] for name in ("Ann", "Zoe"))
+    assert ann["events"] == [
+        [0.1, "", "grab", "", "", "NA"],
+        [0.3, "", "grab", "", "", "NA"],
+        [0.3, "", "hold, firmly", "", "", "NA"],
+        [0.45, "", "hold, firmly", "", "", "NA"],
+    ]
+    assert [event[:3] for event in zoe["events"]] == [[0.0, "", "grab"], [0.2, "", "grab"]]
+    assert ann["type"] == "MEDIA"
+    assert (ann["file"]["1"], ann["file"]["2"]) == ([str(video)], [])
+    assert ann["time offset"] == -0.4  # the time at which the video begins
     with VideoReader(video) as film:
         measured = 1 / np.median(np.diff(film.times))
-    assert float(rows[0]["FPS"]) == pytest.approx(measured, rel=1e-3)
-    begun = datetime.strptime(rows[0]["Observation date"], "%Y-%m-%d %H:%M:%S").astimezone()
-    assert begun == first.replace(microsecond=0)
+        assert ann["media_info"]["length"][str(video)] == pytest.approx(len(film) / measured)
+    assert ann["media_info"]["fps"][str(video)] == pytest.approx(measured, rel=1e-3)
+    assert datetime.fromisoformat(ann["date"]).astimezone() == first.replace(
+        microsecond=first.microsecond // 1000 * 1000
+    )
+
+
+def test_boris_is_told_times_at_the_rate_of_the_video(project):
+    with Project.open(project) as opened:
+        (info,) = opened.demonstrations()
+        opened.set_video_clock(info.id, ClockMap(-0.4, 1.25))
+    observation = boris(project)["observations"][f"{info.name} - Ann"]
+    start = observation["events"][0][0]
+    assert start - observation["time offset"] == pytest.approx((0.1 + 0.4) / 1.25)
+
+
+def test_what_boris_cannot_hold_is_refused_and_what_is_alike_is_numbered():
+    tracks = [Track("c", (Segment(0.0, 1.0, "grab"),)), Track("b - c", ANN)]
+    both = [Observation("a - b", "foam", tracks[0]), Observation("a", "foam", tracks[1])]
+    content = json.loads(to_boris("p", both, Vocabulary()))
+    assert list(content["observations"]) == ["a - b - c", "a - b - c (2)"]
+    live = content["observations"]["a - b - c"]
+    assert (live["type"], live["file"], live["description"]) == ("LIVE", {}, "foam")
+    assert live["events"] == [[0.0, "", "grab", "", ""], [1.0, "", "grab", "", ""]]
+    bad = Observation("a", "", Track("c", (Segment(0.0, 1.0, "grab|hold"),)))
+    with pytest.raises(InputError, match=r"holds a '\|', which BORIS"):
+        to_boris("p", [bad], Vocabulary())
+    ancient = Observation("a", "", tracks[0], begun=datetime(1, 1, 1, tzinfo=timezone.utc))
+    content = json.loads(to_boris("p", [ancient], Vocabulary()))
+    assert content["observations"]["a - c"]["date"].startswith("0001-01-01T")
 
 
 def test_of_a_video_that_is_gone_the_rest_is_told(project):
     with Project.open(project) as opened:
         (info,) = opened.demonstrations()
-        opened.load(info.id).video.path.unlink()
-    text = export(project, "boris").read_text("utf-8")
-    rows = list(csv.DictReader(text.splitlines(), delimiter="\t"))
-    assert [row["FPS"] for row in rows] == ["", "", ""]
+        video = opened.load(info.id).video.path
+        video.unlink()
+    observation = boris(project)["observations"][f"{info.name} - Ann"]
+    assert observation["media_info"]["fps"] == {str(video): 0.0}
+    assert len(observation["events"]) == 4
 
 
 def test_elan_finds_the_video_and_the_times_in_it(project):

@@ -1,4 +1,4 @@
-"""Importing: everything is read before anything is written, and one bad file stops it all."""
+"""Importing: everything is read before anything is written; bad files are left out and named."""
 
 import errno
 import os
@@ -114,28 +114,71 @@ def test_a_labels_file_named_beside_its_recording_is_read_with_it(tmp_path, proj
     assert [one.file for one in report.demonstrations] == [recording]
 
 
-def test_one_bad_file_stops_it_all_and_no_project_is_left_behind(tmp_path, project):
+STRICT = ReadOptions(strict=True)
+
+
+def test_a_bad_file_is_left_out_and_the_others_are_imported(tmp_path, project):
     files = [table(tmp_path / f"{name}.csv", ord(name)) for name in "abc"]
     files[1].write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
-    with pytest.raises(InputError, match=r"b\.csv' looks like a PNG picture"):
-        import_files(project, files)
+    report = import_files(project, [*files, tmp_path / "missing.csv"])
+    assert [one.added.name for one in report.demonstrations] == ["a", "c"]
+    assert list(report.unread) == [files[1], tmp_path / "missing.csv"]
+    assert "looks like a PNG picture" in report.unread[files[1]]
+    assert sorted(name for name, _, _ in contents(project)) == ["a", "c"]
+
+
+def test_where_no_file_can_be_read_no_project_is_left_behind(tmp_path, project):
+    with pytest.raises(InputError, match=r"missing\.csv' does not exist"):
+        import_files(project, [tmp_path / "missing.csv"])
+    with pytest.raises(InputError, match=r"2 of 2 files cannot be read"):
+        import_files(project, [tmp_path / "missing.csv", tmp_path / "gone.csv"])
     assert list(project.parent.iterdir()) == []
 
 
-def test_one_bad_file_leaves_a_project_as_it_was(tmp_path, project):
+@pytest.mark.parametrize("name", ["README.md", "notes.txt", "LICENSE"])
+def test_a_text_without_rows_of_numbers_is_no_table(tmp_path, project, name):
+    text = tmp_path / name
+    text.write_text(
+        "# Recordings\n\n| task | people |\n|---|---|\n| foam | 3 |\n| stylus | 12 |\n\n"
+        "Recorded in 2024 with 2 sensors; version 1.2\n\n1. plug them in\n2. press F9\n3 4\n"
+    )
+    report = import_files(project, [table(tmp_path / "a.csv", 1), text])
+    assert "looks like" in report.unread[text]
+
+
+def test_a_strict_import_takes_all_files_or_none(tmp_path, project):
     import_files(project, [table(tmp_path / "a.csv", 1)])
     before = contents(project)
-    with pytest.raises(InputError, match=r"missing\.csv' does not exist"):
-        import_files(project, [table(tmp_path / "b.csv", 2), tmp_path / "missing.csv"])
-    assert contents(project) == before
-
-
-def test_one_bad_file_among_many_is_said_to_have_stopped_them_all(tmp_path, project):
     with pytest.raises(InputError, match=r"None of the 2 files was imported\.$") as refusal:
-        import_files(project, [table(tmp_path / "a.csv", 1), tmp_path / "missing.csv"])
+        import_files(project, [table(tmp_path / "b.csv", 2), tmp_path / "missing.csv"], STRICT)
     assert refusal.value.files == (tmp_path / "missing.csv",)
+    assert contents(project) == before
     with pytest.raises(InputError, match=r"folder\.$"):
         import_files(project, [tmp_path / "missing.csv"])
+
+
+def test_a_repaired_import_leaves_no_foreign_actions_in_the_wrong_task(tmp_path, project):
+    def labelled(name, seed, actions):
+        rows = "".join(f"0.{i},0.{i + 1},{action}\n" for i, action in enumerate(actions, 1))
+        (tmp_path / f"{name}.labels.csv").write_text(f"start,end,action\n{rows}")
+        return table(tmp_path / f"{name}.csv", seed)
+
+    import_files(project, [labelled("foam", 1, ["grab", "hold"])], ReadOptions(task="foam"))
+    with Project.open(project) as opened:
+        opened.add_actions("foam", ["squeeze"])  # by hand, and not painted yet
+    pull = labelled("pull", 2, ["grab", "pull", "slip"])
+    import_files(project, [pull], ReadOptions(task="foam"))
+    report = import_files(project, [pull], ReadOptions(task="stylus"))
+    with Project.open(project) as opened:
+        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze")
+        assert opened.vocabulary("stylus").names == ("grab", "pull", "slip")
+        assert any("no longer lists pull, slip" in one for one in report.remarks[pull])
+        opened.set_task(opened.load("pull").id, "foam")
+        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze", "pull", "slip")
+        opened.set_task(opened.load("pull").id, "stylus")
+        assert opened.vocabulary("foam").names == ("grab", "hold", "squeeze")
+        # The last one of a task leaves it as it is, for those that are still to come.
+        assert opened.vocabulary("stylus").names == ("grab", "pull", "slip")
 
 
 def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
@@ -158,9 +201,9 @@ def test_what_is_remarked_on_several_files_is_told_once(tmp_path, project):
 def test_several_bad_files_are_one_sentence_that_counts_them(tmp_path, project):
     files = [table(tmp_path / "a.csv", 1), tmp_path / "x.csv", tmp_path / "y.csv"]
     with pytest.raises(InputError) as refusal:
-        import_files(project, files)
+        import_files(project, files, STRICT)
     assert str(refusal.value) == (
-        f"2 of 3 files cannot be read (x.csv, y.csv), so none was imported; first: "
+        f"2 of 3 files cannot be read (x.csv, y.csv), so nothing was imported; first: "
         f"'{tmp_path / 'x.csv'}' does not exist; check its spelling and folder."
     )
     assert refusal.value.files == (files[1], files[2])
@@ -384,7 +427,7 @@ def test_folders_and_nothing_at_all_are_refused_with_the_cure(tmp_path, project)
 def test_a_name_that_is_no_unicode_is_refused_before_anything_is_written(tmp_path, project):
     odd = table(tmp_path / os.fsdecode(b"gr\xe4b.csv"), 1)
     with pytest.raises(InputError, match="is not valid Unicode; rename") as refusal:
-        import_files(project, [table(tmp_path / "a.csv", 2), odd])
+        import_files(project, [table(tmp_path / "a.csv", 2), odd], STRICT)
     assert str(refusal.value).isprintable()
     assert list(project.parent.iterdir()) == []
 

@@ -16,7 +16,7 @@ from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.labels import read_labels, sniff_labels
 from forcelab.formats.table.roles import is_unlabelled
 from forcelab.formats.times import on_samples, plain_times
-from forcelab.formats.tracks import to_audacity, to_csv
+from forcelab.formats.tracks import plain_text, to_audacity, to_csv
 from forcelab.labels import Segment, Track, from_codes, to_codes
 
 ACTIONS = ("grab", "hold", "slip")
@@ -65,7 +65,24 @@ def test_csv_tells_every_name_and_every_time_to_a_nanosecond(written):
     for row, (start, end, action, author) in zip(rows, expected, strict=True):
         assert abs(float(row["start"]) - start) <= 1e-9
         assert abs(float(row["end"]) - end) <= 1e-9
-        assert (row["action"], row["author"]) == (action, author)
+        assert (plain_text(row["action"]), plain_text(row["author"])) == (action, author)
+        assert not row["action"].startswith(("=", "@"))
+
+
+FORMULAS = ["=1+1", "@SUM(A1)", "-cmd|' /C calc'!A0", "+x", "'=1", "''-x", "'quoted'"]
+QUOTED = ["'=1+1", "'@SUM(A1)", "'-cmd|' /C calc'!A0", "'+x", "''=1", "'''-x", "'quoted'"]
+
+
+def test_no_spreadsheet_takes_a_name_for_a_formula_and_it_is_read_back(tmp_path):
+    segments = tuple(Segment(i, i + 0.5, name) for i, name in enumerate(FORMULAS, -1))
+    text = to_csv([Track("=Ada", segments)])
+    rows = list(csv.DictReader(io.StringIO(text, newline="")))
+    assert [row["action"] for row in rows] == QUOTED
+    assert rows[0]["start"] == "-1.0"  # a number stays one
+    path = tmp_path / "a.labels.csv"
+    path.write_bytes(text.encode())
+    (track,) = read_labels(path, ReadOptions())
+    assert (track.author, track.segments) == ("=Ada", segments)
 
 
 @given(st.sampled_from((50, 100, 128, 200, 999, 1000, 4000)), st.floats(0, 100), st.data())

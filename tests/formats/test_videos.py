@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import films
@@ -77,14 +78,22 @@ def test_importing_again_keeps_the_clock_that_the_video_was_given(lab):
         assert project.load("VP07_2").video.clock.offset == -3.4
 
 
-def test_a_video_that_cannot_be_read_imports_nothing(lab):
-    (lab / "VP07_1.mp4").write_bytes(b"no film")
+def test_a_video_that_cannot_be_read_is_left_out(lab):
+    video = lab / "VP07_1.mp4"
+    video.write_bytes(b"no film")
+    files, options = sorted(lab.glob("*.csv")), ReadOptions(videos=True)
     with pytest.raises(InputError, match=r"VP07_1\.mp4"):
-        import_files(lab / "p.forcelab", sorted(lab.glob("*.csv")), ReadOptions(videos=True))
+        import_files(lab / "p.forcelab", files, replace(options, strict=True))
     assert not (lab / "p.forcelab").exists()
+    report = import_files(lab / "p.forcelab", files, options)
+    assert report.count("new") == len(files)
+    assert list(report.unread) == [video]
+    with Project.open(lab / "p.forcelab") as project:
+        assert project.load("VP07_1").video is None
 
 
 def test_a_video_without_its_recording_is_refused_with_what_to_do(lab):
     shutil.copy(lab / "vp07_2.AVI", lab / "other.avi")
-    with pytest.raises(InputError, match="import the recording first"):
-        import_files(lab / "p.forcelab", [lab / "VP07_1.csv", lab / "other.avi"])
+    report = import_files(lab / "p.forcelab", [lab / "VP07_1.csv", lab / "other.avi"])
+    assert report.count("new") == 1
+    assert "import the recording first" in report.unread[lab / "other.avi"]

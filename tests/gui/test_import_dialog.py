@@ -127,20 +127,37 @@ def test_glitches_are_told(dialog, tmp_path, until):
     assert "torn.csv: 1 sample is a glitch" in dialog._told.text()
 
 
-def test_files_that_cannot_be_read_are_selected_to_be_left_out(document, dialog, tmp_path, until):
+def test_files_that_cannot_be_read_are_left_out_and_selected(document, dialog, tmp_path, until):
     notes = tmp_path / "notes.csv"
     notes.write_text("nothing to see")
     dialog.add_files([notes])
-    right, *wrong = dialog._chosen()
+    _, *wrong = dialog._chosen()
     dialog._go.click()
-    until(dialog._told.text)
+    until(lambda: document.id)
+    assert document.demonstration.name == "foam-01"
+    assert dialog._chosen() == wrong
     assert [item.text() for item in dialog._files.selectedItems()] == wrong
-    assert "(none.csv, notes.csv)" in dialog._told.text()
+    lines = dialog._told.text()
+    assert "1 new" in lines
+    assert all(name in lines for name in wrong)
     QTest.keyClick(dialog._files, Qt.Key.Key_Delete)
-    assert dialog._chosen() == [right]
-    assert dialog._report.isHidden()  # it told of files that are not in the list any more
-    dialog._go.click()
-    until(lambda: document.infos)
+    assert dialog._chosen() == []
+
+
+def test_the_next_import_does_not_land_in_the_last_task(document, open_on, tmp_path, until):
+    first = open_on(FOAM)
+    first._task.setCurrentText("foam")
+    first._go.click()
+    until(lambda: document.id)
+    assert first._task.currentText() == ""
+    later = tmp_path / "pull.csv"
+    later.write_text("t,fx\n" + "".join(f"{row / 50},{row % 9}\n" for row in range(99)))
+    second = open_on(later)  # while a demonstration of the task is open
+    assert second._task.currentText() == ""
+    assert second._task.findText("foam") >= 0
+    second._go.click()
+    until(lambda: len(document.infos) == 2)
+    assert {info.name: info.task for info in document.infos} == {"foam-01": "foam", "pull": ""}
 
 
 def test_with_every_file_left_out_there_is_nothing_to_import(dialog):

@@ -135,7 +135,7 @@ def read_body(path: Path, layout: Layout, encoding: str, plan: Plan) -> Body:
     rest = [i for i in range(len(blocks)) if i not in plain]
     at: list[NDArray[np.int64]] = []
     ragged: list[NDArray[np.bool_]] = []
-    for line_numbers, rows in lines(path, encoding, layout.skip):
+    for line_numbers, rows in lines(path, encoding, layout.skip, sections=layout.sections):
         at.append(np.array(line_numbers, np.int64))
         quick = _numbers_at_once(rows, layout.dialect, plain)
         columns: dict[int, Sequence[str]]

@@ -13,7 +13,7 @@ import re
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["is_counter_name", "is_measured_name", "restarts", "ticks"]
+__all__ = ["is_counter_name", "is_measured_name", "restarts", "sub_ticks", "ticks"]
 
 #: After how many values counters begin again: whole bytes, and whole decimal places.
 _TURNS = (2**8, 10**3, 2**12, 10**4, 2**15, 2**16, 10**5, 10**6, 2**24, 2**31, 2**32)
@@ -89,6 +89,25 @@ def ticks(values: NDArray[np.float64], named: bool) -> NDArray[np.float64] | Non
     result = np.full(values.size, np.nan)
     result[given] = np.concatenate([[0.0], np.cumsum(going / usual)])
     return result
+
+
+def sub_ticks(frames: NDArray[np.float64], subs: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """What two columns count together: frames, and from 0 the samples within each.
+
+    Parameters
+    ----------
+    frames, subs : ndarray, shape (n,)
+        NaN where a row has none.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        As of :func:`ticks`; None where they do not count.
+    """
+    given = ~(np.isnan(frames) | np.isnan(subs))
+    if not given.any() or (subs[given] < 0).any():
+        return None
+    return ticks(frames * (subs[given].max() + 1) + subs, named=True)
 
 
 def restarts(values: NDArray[np.float64]) -> NDArray[np.intp]:

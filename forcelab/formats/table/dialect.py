@@ -184,7 +184,9 @@ def is_comment(line: str) -> bool:
     return _COMMENT.match(line) is not None
 
 
-def lines(path: Path, encoding: str, skip: int) -> Iterator[tuple[list[int], list[str]]]:
+def lines(
+    path: Path, encoding: str, skip: int, *, sections: bool = False
+) -> Iterator[tuple[list[int], list[str]]]:
     """Read a file's rows in blocks of about a megabyte, without blank lines and comments.
 
     Parameters
@@ -195,6 +197,8 @@ def lines(path: Path, encoding: str, skip: int) -> Iterator[tuple[list[int], lis
         As of :func:`encoding_of`.
     skip : int
         Number of lines to leave out at the start.
+    sections : bool
+        Whether the first blank line after those is the end.
 
     Yields
     ------
@@ -218,6 +222,9 @@ def lines(path: Path, encoding: str, skip: int) -> Iterator[tuple[list[int], lis
                         f"{path}, line {number + len(rows)} is longer than {HEAD} characters; "
                         "a table needs one sample a line."
                     )
+                end = _first_blank(rows, max(0, skip + 1 - number)) if sections else None
+                if end is not None:
+                    del rows[end:]
                 # Letters and digits come after the slash; most rows need no closer look.
                 kept = [
                     k
@@ -226,13 +233,18 @@ def lines(path: Path, encoding: str, skip: int) -> Iterator[tuple[list[int], lis
                 ]
                 if kept:
                     yield kept, [rows[k - number] for k in kept]
-                if not block:
+                if not block or end is not None:
                     return
                 number += len(rows)
     except UnicodeDecodeError as error:
         raise InputError(
             f"{path} cannot be decoded as {encoding} after line {number}; save it as UTF-8."
         ) from error
+
+
+def _first_blank(rows: Sequence[str], first: int) -> int | None:
+    """The index of the first row from one on that holds nothing, if there is any."""
+    return next((k for k in range(first, len(rows)) if not rows[k].strip(" ,;\t\r")), None)
 
 
 def detect(rows: Sequence[str]) -> Dialect | None:

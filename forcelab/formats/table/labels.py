@@ -20,12 +20,14 @@ from forcelab.formats.table.columns import is_label_name, unit_of_time
 from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, is_comment, lines
 from forcelab.formats.table.layout import Layout, lay_out
 from forcelab.formats.times import on_samples
+from forcelab.formats.tracks import plain_text
 from forcelab.labels import Segment, Track, means_unlabelled
 
 __all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
 
 _STARTS = frozenset(["start", "begin", "onset", "from"])
-_ENDS = frozenset(["end", "stop", "offset", "to", "finish"])
+#: An offset is an end where no other column is: BORIS tells the "Time offset" of the media, too.
+_ENDS = ("end", "stop", "to", "finish", "offset")
 _ACTIONS = frozenset(["text", "name", "event", "state"])
 _AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
 #: Labels may end later than the recording by this share of it, or by one second.
@@ -44,16 +46,20 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     found: dict[str, int] = {}
+    ends: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
-        for role, names in (("start", _STARTS), ("end", _ENDS), ("author", _AUTHORS)):
+        for role, names in (("start", _STARTS), ("author", _AUTHORS)):
             if first and first[0] in names:
                 found.setdefault(role, index)
+        if first and first[0] in _ENDS:
+            ends.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
             found.setdefault("action", index)
-    if {"start", "end", "action"} <= found.keys():
-        return found["start"], found["end"], found["action"], found.get("author")
+    if ends and {"start", "action"} <= found.keys():
+        end = next(ends[word] for word in _ENDS if word in ends)
+        return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
     if not headless or not 3 <= len(kinds) <= 4 or kinds[:2] != (Kind.NUMBER, Kind.NUMBER):
@@ -149,8 +155,8 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
     found: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
     for number, row, start, end in zip(at, table, starts, ends, strict=True):
-        action = row[action_at].strip()
-        author = row[author_at].strip() if author_at is not None else ""
+        action = plain_text(row[action_at].strip())
+        author = plain_text(row[author_at].strip()) if author_at is not None else ""
         if not action or means_unlabelled(action):
             continue
         try:

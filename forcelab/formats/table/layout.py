@@ -26,6 +26,10 @@ __all__ = ["Layout", "lay_out", "survey"]
 #: A column is numeric where at least this share of its words in the head are numbers; the others
 #: are mistakes, named with their line when they are read.
 _MOSTLY = 0.8
+#: The names of the columns with which each table in a Vicon export begins.
+_VICON = re.compile(r"\s*Frame\s*[,;\t]\s*Sub Frame\b", re.IGNORECASE)
+#: How LabVIEW's measurement files begin, and how each of their headers ends.
+_LABVIEW, _LABVIEW_END = "LabVIEW Measurement", "***End_of_Header***"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +50,10 @@ class Layout:
         The first rows of data, as cells.
     remarks : tuple of str
         On what stands before the data.
+    rate : float or None
+        Samples a second, where lines before the data tell them.
+    sections : bool
+        Whether a blank line ends the table, as what follows is another one.
     """
 
     dialect: Dialect
@@ -54,6 +62,8 @@ class Layout:
     skip: int
     sample: tuple[tuple[str, ...], ...]
     remarks: tuple[str, ...] = ()
+    rate: float | None = None
+    sections: bool = False
 
     def cells(self, index: int) -> list[str]:
         """The sample's cells of one column."""
@@ -127,8 +137,11 @@ def lay_out(rows: Sequence[Line]) -> Layout | None:
     Layout or None
         None if there are no rows of numbers.
     """
+    rows = _first_section(rows)
     plain = [row for row in rows if not is_comment(row[1])]
-    dialect = detect([text for _, text in plain])
+    ends = [k for k, (_, text) in enumerate(plain) if text.startswith(_LABVIEW_END)]
+    # The numbers in LabVIEW's headers tell nothing of the rows below.
+    dialect = detect([text for _, text in plain[ends[-1] + 1 if ends else 0 :]])
     if dialect is None:
         return None
     table = dialect.split([text for _, text in plain])
@@ -141,7 +154,10 @@ def lay_out(rows: Sequence[Line]) -> Layout | None:
     sample = tuple(tuple(row) for row, fit in zip(table, fits, strict=True) if fit)
     kinds = _kinds([row for row in table[first:] if len(row) == dialect.width], dialect)
     above = [line for line in rows if line[0] < plain[first][0] and line[1].strip()]
-    header, units, used = _header(above, dialect, kinds, sample)
+    labview = bool(above) and above[0][1].startswith(_LABVIEW)
+    header, units, used = (
+        _labview_header(above, dialect) if labview else _header(above, dialect, kinds, sample)
+    )
     columns, remarks = name_columns(header or [""] * dialect.width, units)
     if not header:
         remarks = ("There is no header; the columns are called by their numbers.", *remarks)
@@ -149,7 +165,64 @@ def lay_out(rows: Sequence[Line]) -> Layout | None:
     if skipped:
         were = "line before the table was" if len(skipped) == 1 else "lines before the table were"
         remarks = (f"{len(skipped)} {were} skipped.", *remarks)
-    return Layout(dialect, columns, kinds, plain[first][0] - 1, sample, remarks)
+    vicon = _vicon_rate(above, header)
+    rate = _labview_rate(above) if labview else vicon
+    skip = plain[first][0] - 1
+    return Layout(dialect, columns, kinds, skip, sample, remarks, rate, vicon is not None)
+
+
+def _first_section(rows: Sequence[Line]) -> Sequence[Line]:
+    """The lines without further tables, where they are those of a Vicon export."""
+    names = (k for k, (_, text) in enumerate(rows[:10]) if _VICON.match(text))
+    first = next(names, None)
+    if first is None:
+        return rows
+    end = next((k for k in range(first, len(rows)) if not rows[k][1].strip(" ,;\t")), len(rows))
+    return rows[:end]
+
+
+def _vicon_rate(above: Sequence[Line], header: Sequence[str]) -> float | None:
+    """The samples a second in a Vicon export, whose second line they are; else None."""
+    if not {"frame", "sub frame"} <= {name.strip().lower() for name in header} or len(above) < 2:
+        return None
+    return _positive(above[1][1].strip(" ,;\t"))
+
+
+def _labview_header(above: Sequence[Line], dialect: Dialect) -> tuple[list[str], list[str], int]:
+    """As :func:`_header`, of a LabVIEW measurement: behind the headers' last end.
+
+    The comments at the end of its rows have a name, but most rows have none.
+    """
+    last = max((i for i, line in enumerate(above) if line[1].startswith(_LABVIEW_END)), default=-1)
+    if not 0 <= last < len(above) - 1:
+        return [], [], 0
+    names = dialect.split([above[last + 1][1]])[0]
+    if len(names) < dialect.width:
+        return [], [], 0
+    rows = dialect.split([text for _, text in above])
+    units = next((row for row in rows if row[:1] == ["Y_Unit_Label"]), [])
+    units = [*units, *[""] * dialect.width][: dialect.width]
+    names = ["time" if name.strip() == "X_Value" else name for name in names[: dialect.width]]
+    units = ["s" if name == "time" else unit for name, unit in zip(names, units, strict=True)]
+    return names, units, len(above) - last - 1
+
+
+def _labview_rate(above: Sequence[Line]) -> float | None:
+    """The samples a second of a LabVIEW measurement, for one that holds no times."""
+    for _, text in above:
+        words = text.split()
+        if len(words) > 1 and words[0] == "Delta_X":
+            step = _positive(words[1].replace(",", "."))
+            return 1 / step if step else None
+    return None
+
+
+def _positive(text: str) -> float | None:
+    """A number above zero that a clock may have, if the text is one."""
+    if kind_of(text) is not Kind.NUMBER:
+        return None
+    number = float(text)
+    return number if 1e-9 < number < 1e9 else None
 
 
 def _kinds(rows: Sequence[Sequence[str]], dialect: Dialect) -> tuple[Kind, ...]:

@@ -23,7 +23,7 @@ from forcelab.formats.table.cells import Kind
 from forcelab.formats.table.clocks import ClockReader, RawStamps
 from forcelab.formats.table.columns import goes_on, is_index, unit_of_time
 from forcelab.formats.table.counters import is_counter_name, restarts
-from forcelab.formats.table.dialect import HEAD, head_lines, is_text
+from forcelab.formats.table.dialect import HEAD, head_lines, is_comment, is_text, lines
 from forcelab.formats.table.labels import own_or_beside, sniff_labels
 from forcelab.formats.table.layout import Layout, lay_out, survey
 from forcelab.formats.table.roles import (
@@ -42,6 +42,9 @@ __all__ = ["read", "sniff"]
 
 #: Names of files that are meant to be tables, whatever they hold.
 _SUFFIXES = frozenset([".csv", ".tsv"])
+#: Of any other text, from its first row of data on, more than this share of the lines must be such
+#: rows, and more than one: prose has a line here and there that reads like a row of numbers.
+_TABLE_SHARE = 0.5
 #: How many columns a sentence names.
 NAMED = 20
 #: Why a column is left out that counts, and one whose name does not say so.
@@ -68,7 +71,10 @@ def sniff(path: Path, head: bytes) -> bool:
     if not text or text[0] in "{[<(":
         return False
     layout = lay_out(rows)
-    return layout is not None and Kind.NUMBER in layout.kinds
+    if layout is None or Kind.NUMBER not in layout.kinds:
+        return False
+    body = [line for number, line in rows if number > layout.skip and not is_comment(line)]
+    return len(layout.sample) > max(1, _TABLE_SHARE * len(body))
 
 
 def read(path: Path, options: ReadOptions) -> list[Recording]:
@@ -109,6 +115,8 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     body = read_body(path, layout, encoding, Plan(roles.numeric, roles.time, clock, roles.label))
     table = _Table(path, layout, roles, body, counters(layout, roles, body.values, str(path)))
     remarks = [*layout.remarks, *_ragged(table, options.strict)]
+    if layout.sections and any(lines(path, encoding, int(body.lines[-1]))):
+        remarks.append("More tables follow in the file; only the first one was read.")
     repaired = _times(table, clock, options)
     remarks += repaired.remarks
     label = label_column(layout, roles, body.words, str(path))
@@ -173,13 +181,17 @@ def _times(table: _Table, clock: ClockReader | None, options: ReadOptions) -> Re
     """The repaired stamps, or an even grid where there are none."""
     path, lines = table.path, table.body.lines
     if clock is None or table.roles.time is None or table.body.stamps is None:
-        if options.rate is None:
+        if options.rate is not None:
+            return _evenly(table, options.rate, options.strict)
+        if table.layout.rate is None:
             raise _no_times(table)
-        return _evenly(table, options.rate, options.strict)
+        placed = _evenly(table, table.layout.rate, options.strict)
+        remark = f"The file says that there are {table.layout.rate:g} samples a second."
+        return replace(placed, remarks=(remark, *placed.remarks))
     column = table.layout.columns[table.roles.time]
     whole = np.flatnonzero(~table.body.ragged)
     raw = clock.finish(table.body.stamps[whole], unit_of_time(column), path, column.name)
-    repaired = repair(raw, lines[whole], str(path), strict=options.strict)
+    repaired = repair(raw, lines[whole], str(path), strict=options.strict, jitter=options.jitter)
     return Repaired(
         repaired.times, whole[repaired.kept], repaired.start, (*raw.remarks, *repaired.remarks)
     )

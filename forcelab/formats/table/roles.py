@@ -22,7 +22,7 @@ from forcelab.formats.table.columns import (
     is_label_name,
     is_time_name,
 )
-from forcelab.formats.table.counters import is_counter_name, is_measured_name, ticks
+from forcelab.formats.table.counters import is_counter_name, is_measured_name, sub_ticks, ticks
 from forcelab.formats.table.layout import Layout
 from forcelab.labels import means_unlabelled
 
@@ -135,6 +135,7 @@ def counters(
         counted = ticks(values[index], named)
         if counted is not None:
             found[index] = counted
+    found |= _frames(layout, roles, values)
     if not set(values) - set(found) - {roles.label} - roles.left_out:
         # What else there is to see in the file is left a signal.
         found = {index: counts for index, counts in found.items() if index == roles.counter}
@@ -144,6 +145,20 @@ def counters(
             "from row to row, so that it counts no samples; name another one."
         )
     return found
+
+
+def _frames(
+    layout: Layout, roles: Roles, values: Mapping[int, NDArray[np.float64]]
+) -> dict[int, NDArray[np.float64]]:
+    """The columns "Frame" and "Sub Frame" of motion capture, where they count together."""
+    named = {column.name.lower(): index for index, column in enumerate(layout.columns)}
+    frame, sub = named.get("frame"), named.get("sub frame")
+    if frame is None or sub is None or frame not in values or sub not in values:
+        return {}
+    if {frame, sub} & (roles.signals | roles.left_out | {roles.counter}):
+        return {}
+    counts = sub_ticks(values[frame], values[sub])
+    return {} if counts is None else {frame: counts, sub: counts}
 
 
 def _is_no_counter(roles: Roles, index: int, column: Column) -> bool:

@@ -11,9 +11,13 @@ The rules, in this order. Each speaks one sentence, and refuses the file when as
    or one row), the logger stamped bursts: a burst's rows are spread evenly from its stamp to the
    next one. A shorter first burst ends where the second starts; other short bursts, and those
    before a gap, keep the usual step. Otherwise the first row of each run is kept.
-5. Where stamps still do not increase, the fewest rows are dropped that leave increasing stamps. If
+5. Where a jitter is allowed, rows keep their order: stamps that do not increase are replaced by the
+   nearest ones that do not fall (isotonic regression, least squares), and rows that share one then
+   are spread evenly halfway to the stamps before and after. If that moves one by more than the
+   jitter, the file is refused. No row is dropped, neither here nor by the second half of rule 4.
+6. Where stamps still do not increase, the fewest rows are dropped that leave increasing stamps. If
    that is more than a tenth, the file is refused.
-6. Gaps of more than five median periods are counted. They are never filled.
+7. Gaps of more than five median periods are counted. They are never filled.
 """
 
 from __future__ import annotations
@@ -101,6 +105,7 @@ def repair(
     where: str,
     *,
     strict: bool = False,
+    jitter: float = 0.0,
     row: str = "row",
     line: str = "line",
 ) -> Repaired:
@@ -116,6 +121,8 @@ def repair(
         The file, for errors.
     strict : bool
         Refuse what would be repaired or remarked on.
+    jitter : float
+        Seconds by which a stamp may be moved so that stamps increase; 0 for none.
     row, line : str
         What has a stamp, and what its number counts, in the words of the file.
 
@@ -131,7 +138,9 @@ def repair(
         late = raw.seconds(rows.values) > YEAR_2100
         rows.drop(late, "{rows} stamped after 2100 {were} dropped")
     _drop_far(rows)
-    _treat_repeats(rows)
+    _treat_repeats(rows, jitter)
+    if jitter > 0:
+        _straighten(rows, raw.per_second, jitter)
     _drop_backward(rows)
     if rows.values.size < 2:
         raise InputError(f"{where} has fewer than two stamped {row}s; a recording needs more.")
@@ -157,7 +166,7 @@ def _drop_far(rows: _Rows) -> None:
         )
 
 
-def _treat_repeats(rows: _Rows) -> None:
+def _treat_repeats(rows: _Rows, jitter: float) -> None:
     """Rule 4."""
     repeats = np.concatenate([[False], np.diff(rows.values) == 0])
     if not repeats.any():
@@ -170,6 +179,8 @@ def _treat_repeats(rows: _Rows) -> None:
     alike = (np.abs(inner - usual) <= slack) & (inner >= 2)
     steps = np.diff(rows.values[firsts])
     if usual < 2 or inner.size < 2 or alike.mean() < _BURST_SHARE or (steps <= 0).any():
+        if jitter > 0:
+            return
         verb = "repeats" if repeats.sum() == 1 else "repeat"
         rows.drop(
             repeats,
@@ -205,8 +216,59 @@ def _spread(
     return result
 
 
-def _drop_backward(rows: _Rows) -> None:
+def _straighten(rows: _Rows, per_second: float, jitter: float) -> None:
     """Rule 5."""
+    back = np.diff(rows.values) <= 0
+    if not back.any():
+        return
+    levels, lengths = _nondecreasing(rows.values)
+    between = (levels[:-1] + levels[1:]) / 2
+    outer = float(np.median(np.diff(levels))) / 2 if levels.size > 1 else 0.0
+    lows = np.concatenate([[levels[0] - outer], between])
+    highs = np.concatenate([between, [levels[-1] + outer]])
+    places = np.arange(rows.values.size) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    shares = (places + 0.5) / np.repeat(lengths, lengths)
+    spread = np.repeat(lows, lengths) + shares * np.repeat(highs - lows, lengths)
+    alone = np.repeat(lengths == 1, lengths)
+    values = np.where(alone, rows.values, spread)
+    moved = np.abs(values - rows.values) / per_second
+    worst = int(np.argmax(moved))
+    if moved[worst] > jitter:
+        raise InputError(
+            f"{rows.where}, {rows.line} {rows.lines[rows.kept[worst]]}: stamps run backwards so "
+            f"far that one has to be moved by {moved[worst]:.3g} s, more than the jitter of "
+            f"{jitter:g} s; allow more, or split the file where a new recording starts."
+        )
+    number = int((~alone).sum())
+    rows.report(
+        f"{counted(number, rows.row)} with stamps that repeat or run backwards, by up to "
+        f"{-float(np.diff(rows.values).min()) / per_second:.3g} s, were spread evenly between "
+        f"their neighbours, which moved none by more than {moved[worst]:.3g} s",
+        int(np.argmax(back)) + 1,
+    )
+    rows.values = values
+
+
+def _nondecreasing(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The increasing levels nearest to some values, and how many values share each.
+
+    Least squares, by pooling adjacent violators.
+    """
+    means: list[float] = []
+    counts: list[int] = []
+    for value in values.tolist():
+        mean, count = value, 1
+        while means and means[-1] >= mean:
+            total = count + counts[-1]
+            mean += (means.pop() - mean) * counts.pop() / total
+            count = total
+        means.append(mean)
+        counts.append(count)
+    return np.array(means), np.array(counts, np.int64)
+
+
+def _drop_backward(rows: _Rows) -> None:
+    """Rule 6."""
     back = np.flatnonzero(np.diff(rows.values) <= 0)
     if not back.size:
         return
@@ -217,7 +279,8 @@ def _drop_backward(rows: _Rows) -> None:
         where = f"{rows.where}, {rows.line} {rows.lines[rows.kept[back[0] + 1]]}"
         raise InputError(
             f"{where}: time runs backwards, and {number:,} of {bad.size:,} {rows.row}s would "
-            "have to be dropped to mend it; split the file where a new recording starts."
+            "have to be dropped to mend it; split the file where a new recording starts, or say "
+            "by how much stamps may jitter (--jitter)."
         )
     rows.drop(bad, "{rows} whose stamp is out of order {were} dropped")
 
@@ -245,7 +308,7 @@ def _longest_increasing(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 def _report_gaps(rows: _Rows, times: NDArray[np.float64]) -> None:
-    """Rule 6."""
+    """Rule 7."""
     steps = np.diff(times)
     period = float(np.median(steps))
     gaps = steps > GAP_PERIODS * period

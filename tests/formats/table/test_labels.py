@@ -216,3 +216,28 @@ def test_labels_of_another_recording_are_refused(write):
     write("r.labels.csv", "start,end,action\n50,60,grab\n")
     with pytest.raises(InputError, match=r"r\.labels\.csv.*do not fit"):
         read(path, ReadOptions())
+
+
+#: As BORIS 9.15 exports aggregated events; BORIS 8 has the same columns.
+BORIS = (
+    "Observation id,Observation date,Description,Observation type,Source,Time offset (s),"
+    "Coding duration,Media duration (s),FPS (frame/s),Subject,"
+    "Observation duration by subject by observation,Behavior,Behavioral category,Behavior type,"
+    "Start (s),Stop (s),Duration (s),Media file name,Image index start,Image index stop,"
+    "Image file path start,Image file path stop,Comment start,Comment stop\n"
+    "a - Ann,2026-11-23 21:38:49.052,foam,Media file,player #1:a.avi,-0.4,1.500,6.500,30.000,"
+    "No focal subject,1.5,grab,Not defined,STATE,0.500,1.250,0.750,a.avi,NA,NA,,,,\n"
+    "a - Ann,2026-11-23 21:38:49.052,foam,Media file,player #1:a.avi,-0.4,1.500,6.500,30.000,"
+    'No focal subject,1.5,"hold, firmly",Not defined,STATE,1.250,2.000,0.750,a.avi,NA,NA,,,,\n'
+)
+
+
+def test_the_aggregated_events_of_boris_are_labels(write):
+    path = write("a.labels.csv", BORIS)
+    assert sniff_labels(path.read_bytes())
+    assert read_labels(path, ReadOptions(author="Ann")) == (ANN,)
+
+
+def test_an_offset_is_an_end_where_nothing_else_is(write):
+    path = write("a.labels.csv", "onset,time offset,action\n0.75,1.5,grab\n")
+    assert read_labels(path, ReadOptions(author="Ben")) == (BEN,)

@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
+from forcelab.formats import identify
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.table import read, sniff
 
@@ -498,3 +499,57 @@ class TestRealRecordings:
         assert recording.demonstration.rate == pytest.approx(198.8, abs=0.1)
         assert recording.demonstration.times[-1] == 12.074214
         assert recording.remarks == ()
+
+
+def vicon(samples, after=""):
+    """Two forces at 1 kHz beside video at 100 Hz, as Vicon exports them."""
+    rows = [f"{i // 10 + 1},{i % 10},{i % 7 / 4},{i % 9 / 4}\n" for i in samples]
+    head = "Devices\n1000\n,,Plate - Force,\nFrame,Sub Frame,Fx,Fz\n,,N,N\n"
+    return head + "".join(rows) + after
+
+
+def test_a_vicon_export_has_its_rate_and_its_counters(table):
+    lost = [i for i in range(400) if not 150 <= i < 173]
+    after = "\nTrajectories\n100\n,,a:LFHD,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n"
+    after += "".join(f"{i},0,1.5,2.5,3.5\n" for i in range(1, 900))
+    (recording,) = read(table(vicon(lost, after)), ReadOptions())
+    demonstration = recording.demonstration
+    assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "N"), ("Fz", "N")]
+    np.testing.assert_allclose(demonstration.times, np.array(lost) / 1000)
+    assert demonstration.grid_rate is None
+    said = " ".join(recording.remarks)
+    assert "The file says that there are 1000 samples a second." in said
+    assert "'Frame' counts the samples and places the rows: 23 of 400 were lost." in said
+    assert "More tables follow in the file; only the first one was read." in said
+
+
+def test_frame_and_sub_frame_count_together_wherever_they_stand(table):
+    text = vicon(range(400)).split("\n", 3)[3]
+    assert "say how many samples" in refusal(table(text))
+    (recording,) = read(table(text), ReadOptions(rate=1000))
+    assert [c.name for c in recording.demonstration.channels] == ["Fx", "Fz"]
+
+
+LABVIEW = (
+    "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
+    "Decimal_Separator\t.\nMulti_Headings\tYes\nX_Columns\tOne\nTime_Pref\tRelative\n"
+    "Date\t2024/05/31\nTime\t12:00:00.123456\n***End_of_Header***\t\n\t\n"
+    "Channels\t2\t\t\t\nSamples\t200\t200\t\t\nDate\t2024/05/31\t2024/05/31\t\t\n"
+    "Y_Unit_Label\tNewton\tVolt\t\nX_Dimension\tTime\tTime\t\nX0\t0.0\t0.0\t\n"
+    "Delta_X\t0.002000\t0.002000\t\n***End_of_Header***\t\t\t\nX_Value\tFx\tFz\tComment\n"
+)
+
+
+@pytest.mark.parametrize("timed", [True, False])
+@pytest.mark.parametrize("comma", [True, False])
+def test_a_labview_measurement_has_two_headers(tmp_path, timed, comma):
+    rows = [f"{i / 500 if timed else ''}\t{i % 7 / 4}\t{i % 9 / 4:.3f}\n" for i in range(200)]
+    text = LABVIEW + "".join(rows)
+    path = tmp_path / "pull.lvm"
+    path.write_text(text.replace(".", ",") if comma else text)
+    assert identify(path).name == "table"
+    (recording,) = read(path, ReadOptions())
+    demonstration = recording.demonstration
+    assert [(c.name, c.unit) for c in demonstration.channels] == [("Fx", "Newton"), ("Fz", "Volt")]
+    np.testing.assert_allclose(demonstration.times, np.arange(200) / 500, atol=1e-12)
+    np.testing.assert_allclose(demonstration.signals[:, 0], np.arange(200) % 7 / 4)

@@ -14,10 +14,10 @@ from forcelab.formats.table.stamps import repair
 EPOCH = 1_657_539_356_236.0
 
 
-def repaired(values, *, per_second=1.0, absolute=False, strict=False):
+def repaired(values, *, per_second=1.0, absolute=False, strict=False, jitter=0.0):
     values = np.array(values, np.float64)
     raw = RawStamps(values, 0, per_second, absolute)
-    return repair(raw, np.arange(values.size) + 2, "reach.csv", strict=strict)
+    return repair(raw, np.arange(values.size) + 2, "reach.csv", strict=strict, jitter=jitter)
 
 
 def refusal(values, **options) -> str:
@@ -184,3 +184,43 @@ def test_what_comes_out_increases_and_stands_for_rows_that_were_there(ticks, dam
     # Nothing is done in silence.
     changed = result.times.tolist() != [value - values[0] for value in values]
     assert not changed or result.remarks
+
+
+def test_stamps_that_jitter_are_taken_where_that_is_allowed():
+    """A logger that stamps on arrival: a fifth of its stamps are before the last one."""
+    even = np.arange(1000) / 1000
+    values = even + np.random.default_rng(3).normal(0, 0.0007, even.size)
+    assert (np.diff(values) <= 0).mean() > 0.1
+    with pytest.raises(InputError, match=r"time runs backwards.*may jitter \(--jitter\)"):
+        repaired(values)
+    result = repaired(values, jitter=0.005)
+    assert result.kept.tolist() == list(range(1000))
+    assert (np.diff(result.times) > 0).all()
+    error = result.times + result.start - even
+    assert np.abs(error - np.median(error)).max() < 0.003
+    assert error.std() < np.std(values - even)  # no worse than before
+    (remark,) = result.remarks
+    assert "rows with stamps that repeat or run backwards, by up to 0.00" in remark
+    assert "were spread evenly between their neighbours" in remark
+    with pytest.raises(InputError, match=r"more than the jitter of 1e-05 s; allow more"):
+        repaired(values, jitter=1e-5)
+    assert "spread evenly" in refusal(values, jitter=0.005)
+
+
+def test_jitter_moves_nothing_that_increases_and_drops_no_repeat():
+    values = [0.0, 1.0, 2.0, 3.000002, 3.000001, 4.0, 5.0, 5.0, 6.0]
+    result = repaired(values, jitter=0.4)
+    assert result.kept.size == len(values)
+    moved = np.flatnonzero(result.times != np.array(values)).tolist()
+    assert moved == [3, 4, 6, 7]
+    assert (np.diff(result.times) > 0).all()
+    assert repaired([0.0, 1.0, 2.0], jitter=0.1).remarks == ()
+
+
+@given(st.lists(st.integers(-(10**6), 10**6), min_size=2, max_size=60))
+def test_whatever_jitters_increases_after_it_or_is_refused(microseconds):
+    try:
+        result = repaired(microseconds, per_second=1e6, jitter=1e6)
+    except InputError:
+        return
+    assert (np.diff(result.times) > 0).all()

@@ -1,0 +1,205 @@
+"""Tracks as a project of BORIS (``.boris``, project format 7.0, which BORIS 7 to 9 open)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from forcelab.clock import ClockMap
+from forcelab.errors import InputError
+from forcelab.formats.times import plain_times
+from forcelab.labels import Track
+from forcelab.vocabulary import Vocabulary
+
+__all__ = ["Film", "Observation", "to_boris"]
+
+#: The version of the format, which is not that of the program.
+FORMAT_VERSION = "7.0"
+#: BORIS plays up to so many files beside each other.
+PLAYERS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Film:
+    """The video of an observation.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    clock : ClockMap
+        Its clock on that of the forces.
+    fps, seconds : float
+        Frames a second and length, as it says itself; 0 where that is not known.
+    """
+
+    path: Path
+    clock: ClockMap
+    fps: float = 0.0
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What one coder labelled in one demonstration.
+
+    Parameters
+    ----------
+    name : str
+        Of the demonstration; with the author's it is what BORIS lists.
+    task : str
+        Its task, which becomes the description.
+    track : Track
+        What was labelled.
+    film : Film, optional
+        Its video. Without one it is a live observation for BORIS.
+    begun : datetime, optional
+        When the coder began.
+    """
+
+    name: str
+    task: str
+    track: Track
+    film: Film | None = None
+    begun: datetime | None = None
+
+
+def to_boris(name: str, observations: Sequence[Observation], vocabulary: Vocabulary) -> bytes:
+    """A BORIS project of some tracks.
+
+    Parameters
+    ----------
+    name : str
+        Of the project.
+    observations : sequence of Observation
+        Each becomes an observation, each segment a state event. Times are seconds of the force
+        clock; where there is a video whose clock runs at another rate they go on at that one, so
+        that BORIS shows the right frames.
+    vocabulary : Vocabulary
+        Colours and keys of the actions, which become the ethogram.
+
+    Returns
+    -------
+    bytes
+        The file.
+
+    Raises
+    ------
+    InputError
+        If an action's name holds a ``|``, which BORIS keeps for itself.
+    """
+    painted = dict.fromkeys(s.action for one in observations for s in one.track.segments)
+    for action in painted:
+        if "|" in action:
+            raise InputError(
+                f"The action {action!a} holds a '|', which BORIS cannot hold; rename it."
+            )
+    actions = [one for one in vocabulary.with_actions(*painted) if one.name in painted]
+    content = {
+        "time_format": "s",
+        "project_date": _date(datetime.now().astimezone()),
+        "project_name": name,
+        "project_description": "Labels of forcelab; times are seconds from the start of the forces",
+        "project_format_version": FORMAT_VERSION,
+        "subjects_conf": {},
+        "behaviors_conf": {
+            str(number): _behaviour(action.name, action.key, action.colour)
+            for number, action in enumerate(actions)
+        },
+        "behavioral_categories": [],
+        "behavioral_categories_config": {},
+        "independent_variables": {},
+        "coding_map": {},
+        "behaviors_coding_map": [],
+        "converters": {},
+        "observations": dict(zip(_ids(observations), map(_observation, observations), strict=True)),
+    }
+    return json.dumps(content, ensure_ascii=True, indent=1).encode()
+
+
+def _behaviour(code: str, key: str, colour: str) -> dict[str, Any]:
+    """An action as a line of the ethogram."""
+    return {
+        "type": "State event",
+        "key": key,
+        "code": code,
+        "description": "",
+        "color": colour,
+        "category": "",
+        "modifiers": {},
+        "excluded": "",
+        "coding map": "",
+    }
+
+
+def _ids(observations: Iterable[Observation]) -> list[str]:
+    """What BORIS calls the observations: each otherwise."""
+    ids: dict[str, None] = {}
+    for one in observations:
+        wanted = new = f"{one.name} - {one.track.author}".strip()
+        number = 2
+        while new in ids:
+            new, number = f"{wanted} ({number})", number + 1
+        ids[new] = None
+    return list(ids)
+
+
+def _observation(one: Observation) -> dict[str, Any]:
+    """A track as an observation."""
+    clock = ClockMap() if one.film is None else one.film.clock
+    # Neither subject nor modifier nor comment; where there is a film its frame, which may be open.
+    rest = ["", ""] if one.film is None else ["", "", "NA"]
+    events = [
+        [_on_film(time, clock), "", segment.action, *rest]
+        for segment, times in plain_times(one.track)
+        for time in times
+    ]
+    common = {
+        "date": _date(one.begun),
+        "description": one.task,
+        "time offset": float(clock.offset),
+        "events": events,
+        "observation time interval": [0, 0],
+        "independent_variables": {},
+        "visualize_spectrogram": False,
+        "visualize_waveform": False,
+        "media_creation_date_as_offset": False,
+        "media_scan_sampling_duration": 0,
+        "image_display_duration": 1,
+        "close_behaviors_between_videos": False,
+    }
+    if one.film is None:
+        live = {"scan_sampling_time": 0, "start_from_current_time": False}
+        live["start_from_current_epoch_time"] = False
+        return {"type": "LIVE", "file": {}, **common, **live}
+    file = str(one.film.path)
+    files: dict[str, list[str]] = {str(player): [] for player in range(1, PLAYERS + 1)}
+    files["1"] = [file]
+    info = {
+        "length": {file: one.film.seconds},
+        "fps": {file: one.film.fps},
+        "hasVideo": {file: True},
+        "hasAudio": {file: False},
+        "offset": {"1": 0.0},
+        "display": {file: "Nothing"},
+    }
+    return {"type": "MEDIA", "file": files, "media_info": info, **common}
+
+
+def _on_film(time: float, clock: ClockMap) -> float:
+    """A force time, counted at the video's rate from where that begins."""
+    return round(float(clock.to_device(time)) + float(clock.offset), 6)
+
+
+def _date(when: datetime | None) -> str:
+    """A date and time as BORIS keeps them, by the clock on the wall."""
+    if when is None:
+        return ""
+    with suppress(OverflowError, ValueError):  # a year that has no local time on this machine
+        when = when.astimezone()
+    return when.replace(tzinfo=None).isoformat(timespec="milliseconds")
