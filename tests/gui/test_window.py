@@ -202,7 +202,7 @@ def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
     assert (tmp_path / "file").read_text() == "in the way"
 
 
-def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
+def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):
     with Project.open(study) as project:
         project.assign(project.demonstrations()[0].id, "Ann")
     window = windows(Start(project=study))
@@ -211,6 +211,14 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
     row = model.index(0, 0, model.index(0, 0))
     roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
     assert not any("Ben" in str(row.data(role)) for role in roles)
+    asked = answers("Cancel")
+    window.commands["done"].trigger()
+    assert window.document.others == {}
+    assert window.document.coding_blind
+    assert len(asked) == 1
+    assert "end blind coding" in asked[0]
+    assert "labels and notes of others" in asked[0]
+    answers("Mark as done")
     window.commands["done"].trigger()
     assert window.document.others == {"Ben": HIS}
 
