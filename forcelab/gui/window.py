@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
-from forcelab.gui.choosing import local_paths
+from forcelab.gui.choosing import take_copies
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
@@ -213,12 +213,17 @@ class Window(QMainWindow):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take files, and folders of projects."""
-        if local_paths(event):
-            event.acceptProposedAction()
+        take_copies(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Go on taking them."""
+        take_copies(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = local_paths(event)
+        paths = take_copies(event)
+        if not paths:
+            return
         folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
         take: Callable[[], object] = partial(self.opening.ask_import, tuple(paths))
         if folders:

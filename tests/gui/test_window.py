@@ -2,13 +2,19 @@
 
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import painting_bench
 import pytest
 from painting_bench import demonstration
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QColor, QPalette, QStatusTipEvent
+from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import (
+    QColor,
+    QDragEnterEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QPalette,
+    QStatusTipEvent,
+)
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QComboBox,
@@ -21,6 +27,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings, theme
+from forcelab.gui.importing import ImportDialog
 from forcelab.gui.start import Start
 from forcelab.gui.theme import colours
 from forcelab.gui.window import Window
@@ -223,6 +230,40 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers
     assert window.document.others == {"Ben": HIS}
 
 
+def dropped(window, paths):
+    """Drop files as a file manager does that would rather move them; gives what it is answered."""
+    content = QMimeData()
+    content.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    possible = Qt.DropAction.CopyAction | Qt.DropAction.MoveAction
+    answers = []
+    for kind, handler in (
+        (QDragEnterEvent, window.dragEnterEvent),
+        (QDragMoveEvent, window.dragMoveEvent),
+        (QDropEvent, window.dropEvent),
+    ):
+        where = QPointF(9, 9) if kind is QDropEvent else QPoint(9, 9)
+        event = kind(where, possible, content, left, none)
+        event.setDropAction(Qt.DropAction.MoveAction)
+        event.ignore()
+        handler(event)
+        answers.append((event.isAccepted(), event.dropAction()))
+    assert len(set(answers)) == 1
+    return answers[0]
+
+
+def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
+    """Who is answered with "move" deletes the files."""
+    window = windows(Start(project=study))
+    monkeypatch.setattr(window.opening, "ask_import", lambda _: None)
+    dialog = ImportDialog(window.document, window.jobs, window)
+    for target in (window, dialog):
+        assert dropped(target, [tmp_path / "a.csv"]) == (True, Qt.DropAction.CopyAction)
+        accepted, _ = dropped(target, [])
+        assert not accepted
+    dialog.deleteLater()
+
+
 def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
     """After the drop: a dialog within it crashes the program when files are dropped there, too."""
     window = windows(Start(project=study))
@@ -231,12 +272,8 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
     monkeypatch.setattr(window.opening, "open", asked.append)
 
     def drop(*paths):
-        urls = [
-            SimpleNamespace(isLocalFile=lambda: True, toLocalFile=lambda path=path: str(path))
-            for path in paths
-        ]
         before = len(asked)
-        window.dropEvent(SimpleNamespace(mimeData=lambda: SimpleNamespace(urls=lambda: urls)))
+        dropped(window, paths)
         assert len(asked) == before
         until(lambda: len(asked) > before)
 
