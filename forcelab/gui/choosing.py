@@ -18,8 +18,8 @@ def last_folder(kind: str) -> Path:
     last = settings.text(f"{kind}/folder")
     if last and Path(last).is_dir():
         return Path(last)
-    recent = settings.recent_projects()
-    return recent[0].parent if recent else Path.home()
+    folders = (path.parent for path in settings.recent_projects() if settings.is_folder(path))
+    return next(folders, Path.home())
 
 
 def remember_folder(kind: str, folder: Path) -> None:

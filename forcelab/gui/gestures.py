@@ -31,7 +31,10 @@ MOUSE = _pairs(
     QT_TRANSLATE_NOOP("forcelab", "Drag on the track"),
     QT_TRANSLATE_NOOP("forcelab", "Paint with the chosen action"),
     QT_TRANSLATE_NOOP("forcelab", "Drag an edge"),
-    QT_TRANSLATE_NOOP("forcelab", "Move where a segment starts or ends; with an action chosen, from within the segment"),
+    QT_TRANSLATE_NOOP(
+        "forcelab",
+        "Move where a segment starts or ends; with an action chosen, from within the segment",
+    ),
     QT_TRANSLATE_NOOP("forcelab", "Shift + drag a segment, or Alt + drag"),
     QT_TRANSLATE_NOOP("forcelab", "Move the whole segment"),
     QT_TRANSLATE_NOOP("forcelab", "Ctrl while painting or dragging an edge, or Alt"),

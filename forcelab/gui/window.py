@@ -108,8 +108,8 @@ class Window(QMainWindow):
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
-        tracks, recent = ShownTracks(self.document, self), RecentProjects(self.opening.open, self)
-        fill_menus(self, self.commands, panels, tracks, recent)
+        recent = RecentProjects(self.opening.open_recent, self)
+        fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -133,6 +133,8 @@ class Window(QMainWindow):
         project = start.project
         if project is None and self._remembering:
             project = next(iter(settings.recent_projects()), None)
+            if project is not None and not self.opening.is_found(project):
+                return False
             if project is None and not settings.flag("window/begun"):
                 settings.put("window/begun", True)
                 self.opening.make_sample(sample_place(), asked=False)
@@ -254,7 +256,8 @@ class Window(QMainWindow):
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
         self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
-        self._welcome.chosen.connect(opening.open)
+        self._welcome.chosen.connect(opening.open_recent)
+        opening.recent_changed.connect(lambda: self._welcome.set_recent(settings.recent_projects()))
         opening.refused.connect(self._welcome.show_trouble)
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)

@@ -18,7 +18,9 @@ from PySide6.QtGui import (
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QComboBox,
+    QCommandLinkButton,
     QDialog,
+    QFileDialog,
     QLineEdit,
     QMenu,
     QStyle,
@@ -28,6 +30,7 @@ from PySide6.QtWidgets import (
 
 from forcelab.gui import settings, theme
 from forcelab.gui.importing import ImportDialog
+from forcelab.gui.recent import RecentProjects
 from forcelab.gui.start import Start
 from forcelab.gui.theme import colours
 from forcelab.gui.window import Window
@@ -118,6 +121,44 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
     assert window.at_rest(5.0)
     if step == "label.let_go":
         done()  # what could not be let go of is let go of now
+
+
+def test_a_last_project_that_was_moved_is_not_replaced_by_another(
+    windows, study, tmp_path, answers, monkeypatch
+):
+    """It is said, and it can be located from the page of ways to begin and from the menu."""
+    other, moved = tmp_path / "other.forcelab", tmp_path / "elsewhere" / "study.forcelab"
+    Project.create(other).close()
+    for path in (other, study):
+        settings.remember_project(path)
+    moved.parent.mkdir()
+    study.rename(moved)
+    window = windows(Start())
+    assert window.document.project is None
+    assert f"'{study.name}' is no longer in '{study.parent}'" in window._welcome._trouble.text()
+    assert window._welcome._trouble.isVisible()
+    assert study.name in str([b.text() for b in window._welcome.findChildren(QCommandLinkButton)])
+    menu = window.findChild(RecentProjects)
+    menu.aboutToShow.emit()
+    assert [action.text() for action in menu.actions()] == [
+        "study.forcelab (not found)",
+        "other.forcelab",
+    ]
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(moved))
+    asked = answers("Locate…")
+    menu.actions()[0].trigger()
+    assert len(asked) == 1
+    assert window.document.project.path == moved
+    assert settings.recent_projects() == (moved, other)
+
+
+def test_a_project_that_is_gone_can_be_left_out_of_the_list(windows, tmp_path, answers):
+    settings.remember_project(tmp_path / "gone.forcelab")
+    window = windows(Start())
+    answers("Remove from list")
+    window.opening.open_recent(tmp_path / "gone.forcelab")
+    assert settings.recent_projects() == ()
+    assert window.document.project is None
 
 
 def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
