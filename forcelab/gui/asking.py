@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QMessageBox, QWidget
 
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 
-__all__ = ["handlers", "show_manual"]
+__all__ = ["handlers", "show_manual", "unveiling_agreed"]
 
 translate = QCoreApplication.translate
 
@@ -42,12 +42,62 @@ def handlers(
     """
     return {
         "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
+        "done": partial(_mark_done, document, window),
         "synchronise": partial(_synchronise, document, jobs, window),
         "change_keys": lambda: _change_keys(document, window, commands()),
         "help": lambda: _help(document, window, commands()),
         "manual": lambda: show_manual(document, window),
         "about": lambda: _about(window),
     }
+
+
+def unveiling_agreed(document: Document, ids: Collection[str], window: QWidget) -> bool:
+    """Whether the coder agrees to see what others labelled, where it is hidden in blind coding.
+
+    Parameters
+    ----------
+    document : Document
+    ids : collection of str
+        The demonstrations that are to be marked as done.
+    window : QWidget
+        Over which the question appears, if there is anything to ask.
+    """
+    project = document.project
+    hidden = set() if project is None else project.blind_to(document.author) & set(ids)
+    if not hidden:
+        return True
+    names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
+    text = translate("forcelab", "Mark {0} as done and end blind coding?").format(names[0])
+    if len(names) > 1:
+        text = translate(
+            "forcelab", "Mark {0} demonstrations as done and end blind coding of them?"
+        ).format(len(names))
+    box = QMessageBox(window)
+    box.setIcon(QMessageBox.Icon.Question)
+    box.setWindowTitle(translate("forcelab", "End blind coding"))
+    box.setTextFormat(Qt.TextFormat.PlainText)
+    box.setText(text)
+    box.setInformativeText(
+        translate(
+            "forcelab",
+            "You will see the labels and notes of others and the predictions. What has been seen "
+            "cannot be hidden again.",
+        )
+    )
+    mark = box.addButton(translate("forcelab", "Mark as done"), QMessageBox.ButtonRole.AcceptRole)
+    cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+    box.setDefaultButton(cancel)
+    box.setEscapeButton(cancel)
+    box.exec()
+    agreed = box.clickedButton() is mark
+    box.deleteLater()
+    return agreed
+
+
+def _mark_done(document: Document, window: QWidget) -> None:
+    """Mark the open demonstration as done, once the coder agrees to what that shows."""
+    if unveiling_agreed(document, {document.id}, window):
+        document.set_done()
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QDropEvent
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.gui import settings
 
-__all__ = ["ask_file", "ask_files", "ask_folder", "last_folder", "local_paths", "remember_folder"]
+__all__ = ["ask_file", "ask_files", "ask_folder", "last_folder", "remember_folder", "take_copies"]
 
 
 def last_folder(kind: str) -> Path:
@@ -17,8 +18,8 @@ def last_folder(kind: str) -> Path:
     last = settings.text(f"{kind}/folder")
     if last and Path(last).is_dir():
         return Path(last)
-    recent = settings.recent_projects()
-    return recent[0].parent if recent else Path.home()
+    folders = (path.parent for path in settings.recent_projects() if settings.is_folder(path))
+    return next(folders, Path.home())
 
 
 def remember_folder(kind: str, folder: Path) -> None:
@@ -58,6 +59,15 @@ def ask_folder(parent: QWidget, title: str, kind: str) -> Path | None:
     return Path(name) if name else None
 
 
-def local_paths(event: QDropEvent) -> list[Path]:
-    """The files and folders that are dragged or dropped."""
-    return [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+def take_copies(event: QDropEvent) -> list[Path]:
+    """The files and folders that are dragged or dropped, if any; they are answered with "copy".
+
+    Whoever drags deletes what was answered with "move", which many file managers propose.
+    """
+    paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+    if paths:
+        event.setDropAction(Qt.DropAction.CopyAction)
+        event.accept()
+    else:
+        event.ignore()
+    return paths

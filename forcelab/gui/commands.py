@@ -143,7 +143,7 @@ _LABELLING = _group(
     ("synchronise", QT_TRANSLATE_NOOP("forcelab", "Synchronise the video…"), "Ctrl+Shift+V"),
     ("note", QT_TRANSLATE_NOOP("forcelab", "Note on the demonstration…"), "Ctrl+Shift+N"),
     ("coder", QT_TRANSLATE_NOOP("forcelab", "Label as another coder…"), "Ctrl+L"),
-    ("done", QT_TRANSLATE_NOOP("forcelab", "Blind coding is done"), "Ctrl+Return"),
+    ("done", QT_TRANSLATE_NOOP("forcelab", "Mark as done"), "Ctrl+Return"),
 )
 _SEGMENTS = _group(
     QT_TRANSLATE_NOOP("forcelab", "Segments"),

@@ -260,14 +260,16 @@ class Document(Reviewing):
         return not told
 
     def set_done(self) -> bool:
-        """Say that the coder's assigned demonstration is done; blind coding ends then."""
+        """Mark the open demonstration as done by the coder; blind coding ends then."""
         if self.project is None or not self.id:
             return False
+        blind = self.coding_blind
         with self._telling() as told:
             self.project.set_done(self.id, self.author)
         self.reread()
         if not told:
-            self.say(self.tr("Marked as done; the labels of others are shown."))
+            shown = self.tr("Marked as done; the labels of others are shown.")
+            self.say(shown if blind else self.tr("Marked as done."))
         return not told
 
     def other_authors(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction, QDragEnterEvent, QDropEvent, QKeySequence
+from PySide6.QtGui import QAction, QDragEnterEvent, QDragMoveEvent, QDropEvent, QKeySequence
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -29,7 +29,7 @@ from forcelab.errors import InputError
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.gui.arranging import ProgressBar, copyable, resize_on_screen, toned
-from forcelab.gui.choosing import ask_file, ask_files, local_paths
+from forcelab.gui.choosing import ask_file, ask_files, take_copies
 from forcelab.gui.document import Document
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.import_columns import ImportColumns
@@ -336,9 +336,12 @@ class ImportDialog(QDialog):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Files may be dropped here."""
-        if local_paths(event):
-            event.acceptProposedAction()
+        take_copies(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Go on taking them."""
+        take_copies(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Add files that are dropped."""
-        self.add_files(local_paths(event))
+        self.add_files(take_copies(event))

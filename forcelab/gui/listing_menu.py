@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QInputDialog, QLineEdit, QMenu, QWidget
 
 from forcelab.errors import ForcelabError
+from forcelab.gui.asking import unveiling_agreed
 from forcelab.gui.choosing import ask_file
 from forcelab.gui.document import Document
 from forcelab.gui.listing_rows import Group, Row
@@ -54,17 +55,10 @@ class ListingMenu(QObject):
         return self._each(ids, lambda project, id_: project.unassign(id_, author))
 
     def set_done(self, ids: list[str], done: bool) -> bool:
-        """Mark demonstrations as done by the coder, or as not done after all."""
+        """Mark demonstrations as done by the coder, or as not done."""
         author = self._document.author
 
-        def carry_out(project: Project) -> None:
-            assigned = {one.demonstration for one in project.assignments(author)}
-            for id_ in ids:
-                if id_ not in assigned:
-                    project.assign(id_, author, blind=False)
-                project.set_done(id_, author, done)
-
-        return self._do(ids, carry_out)
+        return self._each(ids, lambda project, id_: project.set_done(id_, author, done))
 
     def rename(self, id_: str, name: str) -> bool:
         """Give a demonstration another name."""
@@ -116,12 +110,12 @@ class ListingMenu(QObject):
         first.setEnabled(info.id != document.id)
         menu.addSeparator()
         if row.done:
-            menu.addAction(self.tr("Not done after all"), lambda: self.set_done([info.id], False))
+            menu.addAction(self.tr("Mark as not done"), lambda: self.set_done([info.id], False))
         else:
-            menu.addAction(self.tr("Mark as done"), lambda: self.set_done([info.id], True))
+            menu.addAction(self.tr("Mark as done"), lambda: self._ask_done([info.id]))
         menu.addAction(self.tr("Assign blind…"), lambda: self._ask_assign([info.id]))
         for one in row.assignments:
-            taking = self.tr("Take the assignment of {0} back").format(verbatim(one.author))
+            taking = self.tr("Withdraw the assignment ({0})").format(verbatim(one.author))
             menu.addAction(taking, self._taking([info.id], one.author))
         menu.addSeparator()
         menu.addAction(self.tr("Note…"), lambda: self.ask_note(row))
@@ -142,25 +136,27 @@ class ListingMenu(QObject):
         done = [row.info.id for row in rows if row.done]
         undone = [row.info.id for row in rows if not row.done]
         if undone:
-            text = self.tr("Mark these {0} as done").format(len(undone))
-            menu.addAction(text, lambda: self.set_done(undone, True))
+            text = self.tr("Mark {0} as done").format(len(undone))
+            menu.addAction(text, lambda: self._ask_done(undone))
         if done:
-            text = self.tr("These {0} are not done after all").format(len(done))
+            text = self.tr("Mark {0} as not done").format(len(done))
             menu.addAction(text, lambda: self.set_done(done, False))
-        text = self.tr("Assign these {0} blind…").format(len(ids))
+        text = self.tr("Assign {0} blind…").format(len(ids))
         menu.addAction(text, lambda: self._ask_assign(ids))
         held: dict[str, list[str]] = {}
         for row in rows:
             for one in row.assignments:
                 held.setdefault(one.author, []).append(row.info.id)
         for author, of in held.items():
-            text = self.tr("Take {0} assignments of {1} back").format(len(of), verbatim(author))
+            text = self.tr("Withdraw {0} assignments ({1})").format(len(of), verbatim(author))
+            if len(of) == 1:
+                text = self.tr("Withdraw the assignment ({0})").format(verbatim(author))
             menu.addAction(text, self._taking(of, author))
         menu.addSeparator()
-        text = self.tr("Task of these {0}…").format(len(ids))
+        text = self.tr("Move {0} to another task…").format(len(ids))
         menu.addAction(text, lambda: self._ask_task(rows))
         menu.addSeparator()
-        text = self.tr("Remove these {0} from the project…").format(len(ids))
+        text = self.tr("Remove {0} from the project…").format(len(ids))
         menu.addAction(text, lambda: self._ask_remove(rows))
 
     def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
@@ -185,6 +181,11 @@ class ListingMenu(QObject):
             here = self._document.id in ids
             self._document.reread() if here else self._document.refresh_listing()
         return True
+
+    def _ask_done(self, ids: list[str]) -> None:
+        """Mark demonstrations as done, once the coder agrees to what that shows of others."""
+        if unveiling_agreed(self._document, ids, self._window):
+            self.set_done(ids, True)
 
     def _ask_assign(self, ids: list[str]) -> None:
         """Ask to whom demonstrations are assigned."""

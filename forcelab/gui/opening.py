@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QStandardPaths, Signal
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtCore import QCoreApplication, QObject, QStandardPaths, Qt, Signal
+from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
 from forcelab.gui import settings
@@ -18,6 +18,8 @@ from forcelab.names import name_alike, tidy_name
 from forcelab.project import Project
 
 __all__ = ["Opening", "sample_place"]
+
+translate = QCoreApplication.translate
 
 
 class Opening(QObject):
@@ -40,6 +42,7 @@ class Opening(QObject):
 
     sampling = Signal(object)
     refused = Signal(str)
+    recent_changed = Signal()
 
     def __init__(
         self,
@@ -80,6 +83,47 @@ class Opening(QObject):
         last = settings.text(_last_key(path)) if self._remembering else ""
         wanted = demonstration or (last if last in ids else next(iter(ids), ""))
         return self._document.open_demonstration(wanted) if wanted else True
+
+    def open_recent(self, path: Path) -> bool:
+        """Open a project that was open before; one that was moved is asked for."""
+        if self.is_found(path):
+            return self.open(path)
+        box = QMessageBox(self._window)
+        box.setIcon(QMessageBox.Icon.Question)
+        box.setWindowTitle(self.tr("Project not found"))
+        box.setTextFormat(Qt.TextFormat.PlainText)
+        box.setText(_not_found(path))
+        locate = box.addButton(self.tr("Locate…"), QMessageBox.ButtonRole.AcceptRole)
+        forget = box.addButton(self.tr("Remove from list"), QMessageBox.ButtonRole.ActionRole)
+        box.setEscapeButton(box.addButton(QMessageBox.StandardButton.Cancel))
+        box.setDefaultButton(locate)
+        box.exec()
+        pressed = box.clickedButton()
+        box.deleteLater()
+        if pressed is forget:
+            settings.forget_project(path)
+            self.recent_changed.emit()
+        return pressed is locate and self._locate(path)
+
+    def is_found(self, path: Path) -> bool:
+        """Whether a project that was open before is still there; says so where it is not."""
+        if settings.is_folder(path):
+            return True
+        self.refused.emit(_not_found(path))
+        self._document.say(_not_found(path), True)
+        return False
+
+    def _locate(self, path: Path) -> bool:
+        """Let the user choose where a project was moved to, and open it."""
+        nearest = next(
+            (folder for folder in path.parents if settings.is_folder(folder)), Path.home()
+        )
+        title = self.tr("Where is '{0}' now?").format(path.name)
+        chosen = QFileDialog.getExistingDirectory(self._window, title, str(nearest))
+        if not chosen or not self.open(Path(chosen)):
+            return False
+        settings.forget_project(path)
+        return True
 
     def _take_coder(self, path: Path) -> None:
         """Label as who was asked for, or as who labels in this project."""
@@ -183,6 +227,15 @@ class Opening(QObject):
         dialog = ImportDialog(self._document, self._jobs, self._window, files)
         dialog.exec()
         dialog.deleteLater()
+
+
+def _not_found(path: Path) -> str:
+    """Say that a project is not where it was."""
+    return translate(
+        "forcelab",
+        "The project '{0}' is no longer in '{1}': it was moved, renamed or deleted, or its disk "
+        "is not connected.",
+    ).format(path.name, path.parent)
 
 
 def sample_place() -> Path:

@@ -15,7 +15,7 @@ __all__ = ["RecentProjects"]
 
 
 class RecentProjects(QMenu):
-    """Projects opened last that are still there, the latest first.
+    """Projects opened last, the latest first; what is no longer where it was can be located.
 
     Parameters
     ----------
@@ -31,10 +31,15 @@ class RecentProjects(QMenu):
         self.aboutToShow.connect(self._list)
 
     def _list(self) -> None:
-        """Offer the projects that there are now."""
+        """Offer the projects, and say which are not found."""
         self.clear()
         for path in settings.recent_projects():
-            action = self.addAction(verbatim(path.name), partial(self._opening, path))
+            text = (
+                path.name
+                if settings.is_folder(path)
+                else self.tr("{0} (not found)").format(path.name)
+            )
+            action = self.addAction(verbatim(text), partial(self._opening, path))
             action.setToolTip(str(path))
         if self.isEmpty():
             self.addAction(self.tr("No project was open before")).setEnabled(False)

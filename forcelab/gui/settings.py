@@ -29,7 +29,9 @@ __all__ = [
     "data",
     "flag",
     "forget",
+    "forget_project",
     "hold_ms",
+    "is_folder",
     "key_of",
     "number",
     "put",
@@ -132,8 +134,8 @@ def forget(key: str) -> None:
 
 
 def recent_projects() -> tuple[Path, ...]:
-    """The projects opened last that are still there, the latest first."""
-    return tuple(path for path in map(Path, strings("projects/recent")) if path.is_dir())
+    """The projects opened last, the latest first; some may have been moved or deleted since."""
+    return tuple(map(Path, strings("projects/recent")))
 
 
 def remember_project(path: Path) -> None:
@@ -141,6 +143,19 @@ def remember_project(path: Path) -> None:
     here = str(Path(path).resolve())
     others = [known for known in strings("projects/recent") if known != here]
     put("projects/recent", [here, *others][:RECENT])
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a folder that was remembered can still be found."""
+    try:
+        return path.is_dir()
+    except OSError:  # it lies where this user may not look any more
+        return False
+
+
+def forget_project(path: Path) -> None:
+    """Leave a project out of the recent ones."""
+    put("projects/recent", [known for known in strings("projects/recent") if known != str(path)])
 
 
 def coder(project: Path | None = None, known: Collection[str] = ()) -> str:

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui import settings
 from forcelab.gui.arranging import copyable
 from forcelab.gui.icons import icon
 from forcelab.gui.sampling import SampleProgress
@@ -92,8 +93,10 @@ class Welcome(QWidget):
             if (old := item.widget()) is not None:
                 old.deleteLater()
         for path in projects[:SHOWN]:
-            here = partial(self.chosen.emit, path)
-            self._recent.addWidget(self._button(path.name, str(path.parent), here, "folder"))
+            here, more = partial(self.chosen.emit, path), str(path.parent)
+            if not settings.is_folder(path):
+                more = self.tr("Not found in {0}; click to locate it.").format(more)
+            self._recent.addWidget(self._button(path.name, more, here, "folder"))
 
     def show_trouble(self, sentence: str) -> None:
         """Say why a project could not be opened, for as long as none is; ``""`` for nothing."""

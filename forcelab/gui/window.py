@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QShowEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
-from forcelab.gui.choosing import local_paths
+from forcelab.gui.choosing import take_copies
 from forcelab.gui.coders import CoderChoice
 from forcelab.gui.demonstrations import DemonstrationList
 from forcelab.gui.document import Document
@@ -108,8 +108,8 @@ class Window(QMainWindow):
         self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self._dock)
         self._shared_out = False
         panels = [self._dock.toggleViewAction(), *self.label.toggles.values()]
-        tracks, recent = ShownTracks(self.document, self), RecentProjects(self.opening.open, self)
-        fill_menus(self, self.commands, panels, tracks, recent)
+        recent = RecentProjects(self.opening.open_recent, self)
+        fill_menus(self, self.commands, panels, ShownTracks(self.document, self), recent)
         self.setAcceptDrops(True)
         # There from the start: nothing moves when it first says something.
         self.setStatusBar(self._line)
@@ -133,6 +133,8 @@ class Window(QMainWindow):
         project = start.project
         if project is None and self._remembering:
             project = next(iter(settings.recent_projects()), None)
+            if project is not None and not self.opening.is_found(project):
+                return False
             if project is None and not settings.flag("window/begun"):
                 settings.put("window/begun", True)
                 self.opening.make_sample(sample_place(), asked=False)
@@ -213,12 +215,17 @@ class Window(QMainWindow):
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Take files, and folders of projects."""
-        if local_paths(event):
-            event.acceptProposedAction()
+        take_copies(event)
+
+    def dragMoveEvent(self, event: QDragMoveEvent) -> None:
+        """Go on taking them."""
+        take_copies(event)
 
     def dropEvent(self, event: QDropEvent) -> None:
         """Open a project that was dropped, or import recordings."""
-        paths = local_paths(event)
+        paths = take_copies(event)
+        if not paths:
+            return
         folders = [path for path in paths if path.is_dir() and not is_bag_folder(path)]
         take: Callable[[], object] = partial(self.opening.ask_import, tuple(paths))
         if folders:
@@ -249,7 +256,8 @@ class Window(QMainWindow):
         self._welcome.opening.connect(opening.ask_open)
         self._welcome.creating.connect(opening.ask_new)
         self._welcome.sampling.connect(lambda: opening.make_sample(sample_place()))
-        self._welcome.chosen.connect(opening.open)
+        self._welcome.chosen.connect(opening.open_recent)
+        opening.recent_changed.connect(lambda: self._welcome.set_recent(settings.recent_projects()))
         opening.refused.connect(self._welcome.show_trouble)
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)

@@ -68,14 +68,21 @@ class ProjectCoding(ProjectFolder):
             self._note_assignment(demonstration, author, "removed")
 
     def set_done(self, demonstration: str, author: str, done: bool = True) -> Assignment:
-        """Mark an assignment as done, or open it again; both are kept for ever.
+        """Mark a demonstration as done by a coder, or open it again; both are kept for ever.
+
+        What is not assigned to the coder is assigned openly when it is marked as done.
 
         Raises
         ------
         InputError
-            If the demonstration is not assigned to the author.
+            If there is no such demonstration, the author has no name or is a model, or what is
+            to be opened again is not assigned to the author.
         """
         with self._db.writing():
+            if done and self._assignment(demonstration, author) is None:
+                row_of(self._db, demonstration)
+                self._check_coder(author, "mark as done")
+                self._note_assignment(demonstration, author, "open")
             one = self._standing_assignment(demonstration, author)
             if (one.done is not None) != done:
                 self._note_assignment(demonstration, author, "done" if done else "reopened")

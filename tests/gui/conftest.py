@@ -32,6 +32,26 @@ def keys(app):
 
 
 @pytest.fixture
+def answers(app, monkeypatch):
+    """Press the button with a given text in every question; gives what was asked."""
+    from PySide6.QtWidgets import QMessageBox
+
+    def press(text):
+        asked = []
+
+        def exec_(box):
+            asked.append(f"{box.text()} {box.informativeText()}".strip())
+            [button] = [one for one in box.buttons() if one.text().replace("&", "") == text]
+            button.click()
+            return 0
+
+        monkeypatch.setattr(QMessageBox, "exec", exec_)
+        return asked
+
+    return press
+
+
+@pytest.fixture
 def until(app):
     """Run the event loop until something holds."""
 

@@ -338,15 +338,15 @@ def test_several_are_chosen_and_put_right_at_once(listing, document, until):
     assert listing._count.text() == "3 chosen"
     reads = []
     document.listing_changed.connect(lambda: reads.append(None))
-    entries(listing, rows)["Mark these 3 as done"].trigger()
+    entries(listing, rows)["Mark 3 as done"].trigger()
     assert len(reads) == 1  # read once for all of them
     assert {one.demonstration for one in document.project.assignments("anna") if one.done} == {
         row.info.id for row in rows
     }
     assert chosen(listing) == ["sponge", "pen-2", "pen-10"]
     again = entries(listing, listing._chosen())
-    assert "Mark these 3 as done" not in again
-    again["Take 3 assignments of anna back"].trigger()
+    assert "Mark 3 as done" not in again
+    again["Withdraw 3 assignments (anna)"].trigger()
     assert not document.project.assignments("anna")
     assert listing.menu.set_task([row.info.id for row in rows], "marker")
     assert [info.task for info in document.infos if info.name.startswith("pen")] == ["marker"] * 2
@@ -424,7 +424,7 @@ def test_a_filtered_list_highlights_only_what_is_open(listing, document):
         assert chosen.data() == "pen-2"
 
 
-def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
+def test_a_blind_coder_learns_nothing_of_the_others(listing, document, answers):
     id_ = id_of(document, "pen-2")
     document.open_demonstration(id_)
     assert "bert" in document.others
@@ -439,7 +439,12 @@ def test_a_blind_coder_learns_nothing_of_the_others(listing, document):
         assert "bert" not in index.data(role)
         assert "blind" in index.data(role)
     assert not any("bert" in title for title in entries(listing, [row(listing, "pen-2")]))
-    assert listing.menu.set_done([id_], True)
+    asked = answers("Cancel")
+    entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
+    assert "Mark 'pen-2' as done and end blind coding?" in asked[0]
+    assert document.coding_blind
+    answers("Mark as done")
+    entries(listing, [row(listing, "pen-2")])["Mark as done"].trigger()
     assert "bert" in document.others
     assert row(listing, "pen-2").done
     assert row(listing, "pen-2").others == (("bert", 0.25),)
@@ -514,7 +519,7 @@ def test_several_are_removed_at_once_or_none_of_them(listing, document, said, mo
     rows = [row(listing, name) for name in names]
     ids = [one.info.id for one in rows]
     document.open_demonstration(ids[1])
-    action = entries(listing, rows)["Remove these 3 from the project…"]
+    action = entries(listing, rows)["Remove 3 from the project…"]
     asked = []
 
     def exec_(dialog):
@@ -585,11 +590,25 @@ def test_every_row_has_a_menu(listing, document):
     ]
     assert not entries(listing, [row(listing, "pen-2")])["Open"].isEnabled()
     assert list(entries(listing, listing.model.groups[1:2])) == [
-        "Mark these 2 as done",
-        "Assign these 2 blind…",
-        "Task of these 2…",
-        "Remove these 2 from the project…",
+        "Mark 2 as done",
+        "Assign 2 blind…",
+        "Move 2 to another task…",
+        "Remove 2 from the project…",
     ]
+
+
+def test_one_demonstration_is_not_spoken_of_as_several(listing, document):
+    project = document.project
+    project.assign(id_of(document, "block"), "Nora")
+    document.refresh_listing()
+    [alone] = [group for group in listing.model.groups if len(group.rows) == 1]
+    listing.menu.set_done([alone.rows[0].info.id], True)
+    [alone] = [group for group in listing.model.groups if len(group.rows) == 1]
+    texts = list(entries(listing, [alone]))
+    assert "Mark 1 as not done" in texts
+    assert not any("these 1" in text.lower() or "1 assignments" in text for text in texts)
+    texts = list(entries(listing, [row(listing, "block"), row(listing, "pen-2")]))
+    assert "Withdraw the assignment (Nora)" in texts
 
 
 def test_a_project_that_may_only_be_read_offers_only_to_open(app, path, monkeypatch):

@@ -180,7 +180,7 @@ def test_the_search_finds_a_note_of_anybody(window, path):
     assert found(window) == ["01", "02"]
 
 
-def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, until):
+def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, until, answers):
     note(window, until, "mine")
     with Project.open(path) as other:
         id_ = other.id_of("01")
@@ -194,6 +194,7 @@ def test_who_codes_blind_learns_nothing_of_the_notes_of_others(window, path, unt
     QTest.keyClicks(window.demonstrations.search, "slipped")
     assert found(window) == []
     window.demonstrations.search.clear()
+    answers("Mark as done")
     window.commands["done"].trigger()
     assert "Note by Bert: slipped where I say" in index_of(window, "01").data(TIP)
     window.document.set_author("Cleo")  # another coder at the same desk, who is not blind

@@ -105,7 +105,7 @@ def test_without_the_variable_they_lie_in_the_platforms_folder(monkeypatch, tmp_
     assert settings._path().parts[-2:] == ("forcelab", "settings.ini")
 
 
-def test_recent_projects_are_those_opened_last_that_are_still_there(tmp_path, reopened):
+def test_recent_projects_are_those_opened_last_and_stay_when_one_is_moved(tmp_path, reopened):
     folders = [tmp_path / f"p{i}" for i in range(12)]
     for folder in folders:
         folder.mkdir()
@@ -114,7 +114,7 @@ def test_recent_projects_are_those_opened_last_that_are_still_there(tmp_path, re
     folders[11].rmdir()
     reopened()
     names = [path.name for path in settings.recent_projects()]
-    assert names == ["p5", "p10", "p9", "p8", "p7", "p6", "p4", "p3", "p2"]
+    assert names == ["p5", "p11", "p10", "p9", "p8", "p7", "p6", "p4", "p3", "p2"]
 
 
 def test_a_relative_project_is_remembered_as_what_it_was(tmp_path, monkeypatch):

@@ -2,17 +2,25 @@
 
 import time
 from dataclasses import replace
-from types import SimpleNamespace
 
 import painting_bench
 import pytest
 from painting_bench import demonstration
-from PySide6.QtCore import QEvent, QObject, Qt
-from PySide6.QtGui import QColor, QPalette, QStatusTipEvent
+from PySide6.QtCore import QEvent, QMimeData, QObject, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import (
+    QColor,
+    QDragEnterEvent,
+    QDragMoveEvent,
+    QDropEvent,
+    QPalette,
+    QStatusTipEvent,
+)
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QComboBox,
+    QCommandLinkButton,
     QDialog,
+    QFileDialog,
     QLineEdit,
     QMenu,
     QStyle,
@@ -21,6 +29,8 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings, theme
+from forcelab.gui.importing import ImportDialog
+from forcelab.gui.recent import RecentProjects
 from forcelab.gui.start import Start
 from forcelab.gui.theme import colours
 from forcelab.gui.window import Window
@@ -113,6 +123,44 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
         done()  # what could not be let go of is let go of now
 
 
+def test_a_last_project_that_was_moved_is_not_replaced_by_another(
+    windows, study, tmp_path, answers, monkeypatch
+):
+    """It is said, and it can be located from the page of ways to begin and from the menu."""
+    other, moved = tmp_path / "other.forcelab", tmp_path / "elsewhere" / "study.forcelab"
+    Project.create(other).close()
+    for path in (other, study):
+        settings.remember_project(path)
+    moved.parent.mkdir()
+    study.rename(moved)
+    window = windows(Start())
+    assert window.document.project is None
+    assert f"'{study.name}' is no longer in '{study.parent}'" in window._welcome._trouble.text()
+    assert window._welcome._trouble.isVisible()
+    assert study.name in str([b.text() for b in window._welcome.findChildren(QCommandLinkButton)])
+    menu = window.findChild(RecentProjects)
+    menu.aboutToShow.emit()
+    assert [action.text() for action in menu.actions()] == [
+        "study.forcelab (not found)",
+        "other.forcelab",
+    ]
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(moved))
+    asked = answers("Locate…")
+    menu.actions()[0].trigger()
+    assert len(asked) == 1
+    assert window.document.project.path == moved
+    assert settings.recent_projects() == (moved, other)
+
+
+def test_a_project_that_is_gone_can_be_left_out_of_the_list(windows, tmp_path, answers):
+    settings.remember_project(tmp_path / "gone.forcelab")
+    window = windows(Start())
+    answers("Remove from list")
+    window.opening.open_recent(tmp_path / "gone.forcelab")
+    assert settings.recent_projects() == ()
+    assert window.document.project is None
+
+
 def test_a_hidden_scalogram_is_not_computed(windows, study, monkeypatch):
     first = windows(Start(project=study))
     first.label.toggles["scalogram"].setChecked(False)
@@ -202,7 +250,7 @@ def test_a_sample_that_cannot_be_made_is_said_and_one_can_go_on(
     assert (tmp_path / "file").read_text() == "in the way"
 
 
-def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
+def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study, answers):
     with Project.open(study) as project:
         project.assign(project.demonstrations()[0].id, "Ann")
     window = windows(Start(project=study))
@@ -211,8 +259,50 @@ def test_a_blind_coder_sees_nobody_elses_labels_anywhere(windows, study):
     row = model.index(0, 0, model.index(0, 0))
     roles = (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole)
     assert not any("Ben" in str(row.data(role)) for role in roles)
+    asked = answers("Cancel")
+    window.commands["done"].trigger()
+    assert window.document.others == {}
+    assert window.document.coding_blind
+    assert len(asked) == 1
+    assert "end blind coding" in asked[0]
+    assert "labels and notes of others" in asked[0]
+    answers("Mark as done")
     window.commands["done"].trigger()
     assert window.document.others == {"Ben": HIS}
+
+
+def dropped(window, paths):
+    """Drop files as a file manager does that would rather move them; gives what it is answered."""
+    content = QMimeData()
+    content.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    possible = Qt.DropAction.CopyAction | Qt.DropAction.MoveAction
+    answers = []
+    for kind, handler in (
+        (QDragEnterEvent, window.dragEnterEvent),
+        (QDragMoveEvent, window.dragMoveEvent),
+        (QDropEvent, window.dropEvent),
+    ):
+        where = QPointF(9, 9) if kind is QDropEvent else QPoint(9, 9)
+        event = kind(where, possible, content, left, none)
+        event.setDropAction(Qt.DropAction.MoveAction)
+        event.ignore()
+        handler(event)
+        answers.append((event.isAccepted(), event.dropAction()))
+    assert len(set(answers)) == 1
+    return answers[0]
+
+
+def test_a_drop_is_answered_with_copy(windows, study, monkeypatch, tmp_path):
+    """Who is answered with "move" deletes the files."""
+    window = windows(Start(project=study))
+    monkeypatch.setattr(window.opening, "ask_import", lambda _: None)
+    dialog = ImportDialog(window.document, window.jobs, window)
+    for target in (window, dialog):
+        assert dropped(target, [tmp_path / "a.csv"]) == (True, Qt.DropAction.CopyAction)
+        accepted, _ = dropped(target, [])
+        assert not accepted
+    dialog.deleteLater()
 
 
 def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, until, monkeypatch):
@@ -223,12 +313,8 @@ def test_files_that_are_dropped_are_imported_and_folders_opened(windows, study, 
     monkeypatch.setattr(window.opening, "open", asked.append)
 
     def drop(*paths):
-        urls = [
-            SimpleNamespace(isLocalFile=lambda: True, toLocalFile=lambda path=path: str(path))
-            for path in paths
-        ]
         before = len(asked)
-        window.dropEvent(SimpleNamespace(mimeData=lambda: SimpleNamespace(urls=lambda: urls)))
+        dropped(window, paths)
         assert len(asked) == before
         until(lambda: len(asked) > before)
 

@@ -129,16 +129,29 @@ def test_the_lists_stay_as_wide_when_there_is_no_video(window, until):
         assert lists["actions"].width() == wide
 
 
-def test_what_is_not_done_yet_is_said_in_blind_coding(window):
+def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
     document, said = window.document, []
     document.said.connect(lambda sentence, _: said.append(sentence))
     document.project.assign(document.id, "Ann")
     document.reread()
     window.commands["copy_from"].trigger()
     assert "hidden until you are done" in said[-1]
+    answers("Mark as done")
     window.commands["done"].trigger()
     assert "others are shown" in said[-1]
     assert not document.coding_blind
+
+
+def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answers):
+    document, said = window.document, []
+    document.said.connect(lambda sentence, _: said.append(sentence))
+    document.set_author("Nora")
+    asked = answers("Mark as done")
+    window.commands["done"].trigger()
+    assert asked == []
+    assert said[-1] == "Marked as done."
+    assert [one.done is not None for one in document.project.assignments("Nora")] == [True]
+    document.set_author("Ann")
 
 
 def test_keys_paint_again_after_a_field_was_left_by_enter_or_escape(window):

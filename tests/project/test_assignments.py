@@ -85,10 +85,20 @@ def test_only_what_is_there_is_assigned_and_only_to_coders(project, make):
         project.assign(id_, " ")
     with pytest.raises(InputError, match="no demonstration 'f00'"):
         project.assign("f00", "anna")
-    for verb in (project.set_done, project.unassign):
+    for verb in (project.unassign, lambda *what: project.set_done(*what, done=False)):
         with pytest.raises(InputError, match="'01' is not assigned to 'anna'; assign it first"):
             verb(id_, "anna")
+    with pytest.raises(InputError, match="'mlp' is a model; only coders"):
+        project.set_done(id_, "mlp")
+    with pytest.raises(InputError, match="no demonstration 'f00'"):
+        project.set_done("f00", "anna")
     assert project.assignment_events() == ()
+
+
+def test_what_is_not_assigned_can_be_marked_as_done(project, make):
+    id_ = project.add(make(1)).id
+    assert project.set_done(id_, "anna").done is not None
+    assert kinds(project) == ["open", "done"]
 
 
 def test_events_happen_again_with_their_times_or_not_at_all(project, make):

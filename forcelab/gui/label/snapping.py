@@ -21,7 +21,7 @@ from forcelab.labels import Segments
 if TYPE_CHECKING:
     from forcelab.gui.document import Document
 
-__all__ = ["SAME", "Targets", "on_target", "rounded", "snap", "snapped", "targets_of"]
+__all__ = ["REACH", "SAME", "Targets", "on_target", "rounded", "snap", "snapped", "targets_of"]
 
 #: Times closer than this are the same, in seconds.
 SAME = 1e-9

@@ -231,6 +231,9 @@ class Drag:
 def begun(document: Document, time: float, there: Hit, meant: float, *, moving: bool) -> Gesture:
     """The drag that a press on the coder's track begins, should the pointer move.
 
+    With a brush, unlabelled time is painted right up to the segment beside it, whose edge is taken
+    hold of from within the segment.
+
     Parameters
     ----------
     document : Document
@@ -245,6 +248,8 @@ def begun(document: Document, time: float, there: Hit, meant: float, *, moving: 
         Whether a segment is taken hold of, and not painted over.
     """
     segments, bounds = document.segments, document.bounds
+    if document.action is not None and not there.inside:
+        return Brushing(time, meant, document.action, bounds)
     if there.index is not None and there.edge is not None:
         demonstration = document.demonstration
         shortest = 0.0 if demonstration is None else demonstration.period

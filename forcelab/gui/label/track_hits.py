@@ -9,7 +9,7 @@ from typing import Literal
 
 from forcelab.labels import Segments
 
-__all__ = ["EDGE_REACH", "Hit", "gap_at", "hit", "index_at"]
+__all__ = ["EDGE_REACH", "Hit", "edge_beside", "gap_at", "hit", "index_at"]
 
 #: How near to an edge it is grabbed, in pixels.
 EDGE_REACH = 5.0
@@ -53,6 +53,17 @@ def gap_at(segments: Segments, time: float) -> tuple[float, float] | None:
     if 0 < index < len(segments) and time < segments[index].start:
         return segments[index - 1].end, segments[index].start
     return None
+
+
+def edge_beside(segments: Segments, time: float, reach: float) -> float | None:
+    """The nearest edge of the unlabelled stretch around a time; None beyond `reach` seconds."""
+    index = bisect_right(segments, time, key=_end)
+    if index < len(segments) and segments[index].start <= time:
+        return None
+    edges = [segment.end for segment in segments[max(index - 1, 0) : index]]
+    edges += [segment.start for segment in segments[index : index + 1]]
+    nearest = min(edges, key=lambda edge: abs(edge - time), default=None)
+    return nearest if nearest is not None and abs(nearest - time) <= reach else None
 
 
 def hit(segments: Segments, time: float, pixel: float) -> Hit:

@@ -8,12 +8,12 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QKeyEvent, QMouseEvent, QPainter
 from PySide6.QtWidgets import QMenu
 
-from forcelab.gui.document import Document
+from forcelab.gui.document import Document, Snap
 from forcelab.gui.label import track_menu
 from forcelab.gui.label.segment_verbs import zoom_to
-from forcelab.gui.label.snapping import snap, snapped, targets_of
+from forcelab.gui.label.snapping import REACH, snap, snapped, targets_of
 from forcelab.gui.label.track_gestures import Drag, Marking, MovingEdge, MovingSegment, begun
-from forcelab.gui.label.track_hits import Hit, hit, index_at
+from forcelab.gui.label.track_hits import Hit, edge_beside, hit, index_at
 from forcelab.gui.label.track_painting import beside, outline, put_plate
 from forcelab.gui.label.track_rows import Row, TrackRows
 from forcelab.gui.theme import colours
@@ -24,8 +24,15 @@ __all__ = ["TrackPanel"]
 #: A press that moves less than this many pixels is a click.
 CLICK = 5.0
 
+#: A brush that is put down on unlabelled time this near to a segment, in pixels, paints up to it.
+JOIN = 16.0
+
 _ALT = Qt.KeyboardModifier.AltModifier
 _CTRL = Qt.KeyboardModifier.ControlModifier
+#: What moves a whole segment, and what lets nothing attract. Alt is kept for both, though many
+#: desktops take it to move windows.
+_MOVING = Qt.KeyboardModifier.ShiftModifier | _ALT
+_FREE = _CTRL | _ALT
 
 
 class TrackPanel(TrackRows):
@@ -33,9 +40,10 @@ class TrackPanel(TrackRows):
 
     =========================  ====================================================================
     drag                       paints with the brush; without one marks a range and asks with what
-    drag an edge               moves it, and that of a neighbour that touches it
-    Alt and drag a segment     moves it
-    Alt while dragging         nothing attracts (while moving a segment: Ctrl)
+    drag an edge               moves it, and that of a neighbour that touches it; with a brush,
+                               from within the segment
+    Shift and drag a segment   moves it; so does Alt, which many desktops take for their windows
+    Ctrl while dragging        nothing attracts; so does Alt, unless it moves a segment
     Esc while dragging         as if nothing had happened
     click, double click        selects the segment and seeks; zooms to it
     right click                everything else
@@ -66,9 +74,12 @@ class TrackPanel(TrackRows):
             super().mousePressEvent(event)
             return
         document, time = self.document, self.time_at(event.position().x())
-        alt = bool(event.modifiers() & _ALT)
-        meant = self._meant(time, snapping=not alt)
-        gesture = begun(document, time, self._hit(row, time), meant, moving=alt)
+        free = bool(event.modifiers() & _FREE)
+        meant = self._meant(time, snapping=not free)
+        if not free and (joined := self._joined(time)) is not None:
+            meant = joined.time
+        moving = bool(event.modifiers() & _MOVING)
+        gesture = begun(document, time, self._hit(row, time), meant, moving=moving)
         targets = targets_of(document)
         self._drag = Drag(gesture, event.position(), targets, self._track, document.range)
 
@@ -211,7 +222,7 @@ class TrackPanel(TrackRows):
     def _follow(self, drag: Drag, event: QMouseEvent) -> None:
         """Follow the pointer."""
         gesture = drag.gesture
-        free = _CTRL if isinstance(gesture, MovingSegment) else _ALT
+        free = _CTRL if isinstance(gesture, MovingSegment) else _FREE
         snapping = self.document.snapping and not event.modifiers() & free
         drag.pointer = event.position().x()
         time, scale = self.time_at(drag.pointer), 1 / self.seconds_per_pixel
@@ -227,7 +238,7 @@ class TrackPanel(TrackRows):
         time = self.time_at(event.position().x())
         there = self._hit(self.rows()[0], time)
         self.document.clear_range()
-        meant = self._meant(time, snapping=not event.modifiers() & _ALT)
+        meant = self._meant(time, snapping=not event.modifiers() & _FREE)
         index = there.index if there.inside else None
         if index is not None:
             # A key relabels the segment that the cursor is in, however short that is.
@@ -244,6 +255,19 @@ class TrackPanel(TrackRows):
             return time
         return snapped(time, 1 / self.seconds_per_pixel, targets_of(self.document))
 
+    def _joined(self, time: float) -> Snap | None:
+        """The edge up to which a brush paints from where it is put down beside a segment."""
+        document, pixel = self.document, self.seconds_per_pixel
+        if document.action is None or not document.snapping:
+            return None
+        edge = edge_beside(document.segments, time, JOIN * pixel)
+        if edge is None:
+            return None
+        other = snap(time, 1 / pixel, targets_of(document))
+        # Farther away than anything jumps, what is pointed at counts for more.
+        pointed = other is not None and other.kind in ("contact", "edge")
+        return None if pointed and abs(edge - time) > REACH * pixel else Snap(edge, "edge")
+
     def _hover(self, position: QPointF, modifiers: Qt.KeyboardModifier) -> None:
         """Show by pointer and hint what a press would do."""
         row = self.row_at(position)
@@ -253,17 +277,21 @@ class TrackPanel(TrackRows):
             return
         time = self.time_at(position.x())
         there = self._hit(row, time)
+        if self.document.action is not None and not there.inside:
+            there = Hit()  # a brush paints beside an edge
         if there.edge is not None:
             self.setCursor(Qt.CursorShape.SplitHCursor)
-        elif there.index is not None and modifiers & _ALT:
+        elif there.index is not None and modifiers & _MOVING:
             self.setCursor(Qt.CursorShape.SizeAllCursor)
         elif self.document.action is not None:
             self.setCursor(Qt.CursorShape.CrossCursor)
         else:
             self.unsetCursor()
         offered = None
-        if self.document.snapping and not modifiers & _ALT and there.edge is None:
-            offered = snap(time, 1 / self.seconds_per_pixel, targets_of(self.document))
+        if self.document.snapping and not modifiers & _FREE and there.edge is None:
+            offered = self._joined(time)
+            if offered is None:
+                offered = snap(time, 1 / self.seconds_per_pixel, targets_of(self.document))
         self.document.set_hint(offered)
 
     def _forget_drag(self) -> None:

@@ -76,7 +76,6 @@ def handlers(
         "undo": document.undo,
         "redo": document.redo,
         "snapping": lambda: document.set_snapping(not document.snapping),
-        "done": document.set_done,
         "split": lambda: document.split(document.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),
         "copy_from": partial(_copy, document, tracks),

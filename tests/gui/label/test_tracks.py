@@ -62,6 +62,33 @@ def test_a_drag_backwards_paints_the_same(document, hand):
     assert (3.5, 4.25, "hold") in shown(document)
 
 
+@pytest.mark.parametrize("pixels", [1, 3, 8, 12, 15])
+def test_a_brush_put_down_beside_a_segment_paints_right_up_to_it(document, hand, panel, pixels):
+    document.set_action("grab")
+    beside = pixels * panel.seconds_per_pixel
+    hand.drag(3.0 + beside, 4.0)
+    hand.drag(5.0 - beside, 4.5)
+    assert shown(document) == [*TIMES[:2], (3.0, 4.0, "grab"), (4.5, 5.0, "grab"), TIMES[2]]
+    hand.move(6.0 + beside, pressed=False)
+    assert document.hint == Snap(6.0, "edge")
+    assert panel.cursor().shape() == Qt.CursorShape.CrossCursor
+
+
+def test_an_edge_is_dragged_with_a_brush_from_within_its_segment(document, hand, panel):
+    document.set_action("grab")
+    hand.drag(6.0 - 2 * panel.seconds_per_pixel, 6.5)
+    assert (5.0, pytest.approx(6.52), "release") in shown(document)
+
+
+def test_a_gap_beside_a_segment_can_still_be_left(document, hand, panel):
+    document.set_action("grab")
+    hand.drag(3.2, 4.0)
+    document.set_snapping(False)
+    hand.drag(6.0 + 4 * panel.seconds_per_pixel, 7.0)
+    assert (3.2, 4.0, "grab") in shown(document)
+    assert shown(document)[-1][0] > 6.0 + 2 * panel.seconds_per_pixel
+
+
 def test_a_drag_over_a_segment_paints_over_it(document, hand):
     document.set_action("grab")
     hand.drag(2.5, 5.5)
@@ -87,7 +114,7 @@ def test_while_an_edge_is_dragged_that_time_is_looked_at_and_the_cursor_stays(do
     hand.release(6.8)
 
 
-@pytest.mark.parametrize(("start", "end"), [(3.5, 4.9), (4.9, 3.5), (0.2, 0.9), (9.8, 9.2)])
+@pytest.mark.parametrize(("start", "end"), [(3.5, 4.9), (4.8, 3.5), (0.2, 0.9), (9.8, 9.2)])
 def test_the_words_of_a_drag_cover_neither_pointer_nor_segment(
     document, hand, panel, monkeypatch, start, end
 ):
@@ -280,6 +307,17 @@ def test_alt_moves_a_segment_and_its_end_snaps_too(document, hand):
     hand.drag(3.5, 6.55, ALT)
     # Its end would come to lie at 7.05 s, near Ines' edge at 7.03 s.
     assert shown(document)[2] == (6.03, 7.03, "release")
+
+
+def test_shift_moves_a_segment_and_ctrl_paints_freely(document, hand):
+    shift = Qt.KeyboardModifier.ShiftModifier
+    hand.drag(5.5, 3.52, shift)
+    assert shown(document)[2] == (3.0, 4.0, "release")
+    hand.drag(3.5, 5.52, shift | CTRL)
+    assert shown(document)[2] == (5.02, 6.02, "release")
+    document.set_action("hold")
+    hand.drag(4.0, 4.96, CTRL)
+    assert (4.0, 4.96, "hold") in shown(document)
 
 
 def test_ctrl_lets_nothing_attract_while_a_segment_is_moved(document, hand):
