@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     try:
-        status = _carried_out(_for_the_window(sys.argv[1:] if argv is None else argv))
+        status = _carried_out(_spelt_out(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
@@ -72,11 +72,13 @@ def _carried_out(argv: Sequence[str]) -> int:
         return int(command.run(arguments) or 0)
 
 
-def _for_the_window(argv: Sequence[str]) -> list[str]:
-    """The arguments, with the command left out where somebody names a project or nothing."""
+def _spelt_out(argv: Sequence[str]) -> list[str]:
+    """The arguments, where somebody names a project, nothing, or asks for help in another way."""
     if not argv:
         return ["gui"]
     first = argv[0]
+    if first == "help":
+        return [*argv[1:2], "--help"]
     names_a_folder = first.endswith(".forcelab") or "/" in first or os.sep in first
     return ["gui", *argv] if names_a_folder and not first.startswith("-") else list(argv)
 
