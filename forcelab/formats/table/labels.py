@@ -46,7 +46,7 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     found: dict[str, int] = {}
-    ends: dict[str, int] = {}
+    last: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
@@ -54,11 +54,11 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
             if first and first[0] in names:
                 found.setdefault(role, index)
         if first and first[0] in _ENDS:
-            ends.setdefault(first[0], index)
+            last.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
             found.setdefault("action", index)
-    if ends and {"start", "action"} <= found.keys():
-        end = next(ends[word] for word in _ENDS if word in ends)
+    if last and {"start", "action"} <= found.keys():
+        end = next(last[word] for word in _ENDS if word in last)
         return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
