@@ -179,6 +179,13 @@ def column_options(parser: argparse.ArgumentParser) -> None:
     """Add what says which columns of a table hold times and counts, and which are signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
     parser.add_argument(
+        "--jitter",
+        metavar="SECONDS",
+        type=float,
+        default=0.0,
+        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
+    )
+    parser.add_argument(
         "--counter",
         metavar="COL",
         help="name or number of the column that counts the samples, --rate of them a second, "

@@ -138,13 +138,6 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
     )
     parser.add_argument(
-        "--jitter",
-        metavar="SECONDS",
-        type=float,
-        default=0.0,
-        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
-    )
-    parser.add_argument(
         "--strict",
         action="store_true",
         help="refuse gaps and what would be repaired, and take all files or none",

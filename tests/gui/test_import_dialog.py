@@ -394,3 +394,32 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
+
+
+def test_a_file_that_tells_its_rate_is_asked_for_none(document, open_on, tmp_path, until):
+    file = tmp_path / "walk.csv"
+    rows = "".join(f"{i // 10 + 1},{i % 10},{i % 7 / 4}\n" for i in range(200))
+    file.write_text("Devices\n1000\n,,Plate\nFrame,Sub Frame,Fz\n,,N\n" + rows)
+    dialog = open_on(file)
+    assert [one.use for one in dialog.columns.uses] == ["counter", "counter", "signal"]
+    assert "give" not in dialog.columns.heading.text()
+    dialog._go.click()
+    until(lambda: document.id)
+    assert document.demonstration.duration == pytest.approx(0.2, abs=0.002)
+
+
+def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
+    document, open_on, tmp_path, until
+):
+    file = tmp_path / "log.csv"
+    rows = "".join(f"{i / 100 - (0.012 if i % 4 == 3 else 0):.6f},{i % 7}\n" for i in range(200))
+    file.write_text("time [s],fz [N]\n" + rows)
+    dialog = open_on(file)
+    dialog._go.click()
+    until(lambda: "time runs backwards" in dialog._told.text())
+    assert "(Stamps may jitter by)" in dialog._told.text()
+    dialog.jitter.setValue(20)
+    dialog._go.click()
+    until(lambda: document.id)
+    assert len(document.demonstration.times) == 200
+    assert "spread evenly between their neighbours" in dialog._told.text()
