@@ -423,3 +423,28 @@ def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
     until(lambda: document.id)
     assert len(document.demonstration.times) == 200
     assert "spread evenly between their neighbours" in dialog._told.text()
+
+
+def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
+    document, open_on, tmp_path, until
+):
+    def labelled(name, action, phase):
+        rows = "".join(f"{row / 50},{(row + phase) % 9}\n" for row in range(99))
+        (tmp_path / f"{name}.csv").write_text("t,fx\n" + rows)
+        (tmp_path / f"{name}.labels.csv").write_text(f"start,end,action\n0.1,0.5,{action}\n")
+        return tmp_path / f"{name}.csv"
+
+    def import_into(task, file):
+        dialog = open_on(file)
+        dialog._task.setCurrentText(task)
+        dialog._go.click()
+        until(dialog._told.text)
+
+    import_into("foam", labelled("block", "squeeze", 0))
+    assert document.vocabulary.names == ("squeeze",)
+    pull = labelled("pull", "slip", 1)
+    import_into("foam", pull)
+    assert document.vocabulary.names == ("squeeze", "slip")
+    import_into("stylus", pull)
+    assert document.demonstration.name == "block"
+    assert document.vocabulary.names == ("squeeze",)
