@@ -41,7 +41,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     _open_streams()
     try:
-        status = _carried_out(_spelt_out(sys.argv[1:] if argv is None else argv))
+        status = _carried_out(_for_the_window(sys.argv[1:] if argv is None else argv))
         sys.stdout.flush()
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
@@ -72,7 +72,7 @@ def _carried_out(argv: Sequence[str]) -> int:
         return int(command.run(arguments) or 0)
 
 
-def _spelt_out(argv: Sequence[str]) -> list[str]:
+def _for_the_window(argv: Sequence[str]) -> list[str]:
     """The arguments, where somebody names a project, nothing, or asks for help in another way."""
     if not argv:
         return ["gui"]
