@@ -73,10 +73,12 @@ def _carried_out(argv: Sequence[str]) -> int:
 
 
 def _for_the_window(argv: Sequence[str]) -> list[str]:
-    """The arguments, with the command left out where somebody names a project or nothing."""
+    """The arguments, where somebody names a project, nothing, or asks for help in another way."""
     if not argv:
         return ["gui"]
     first = argv[0]
+    if first == "help":
+        return [*argv[1:2], "--help"]
     names_a_folder = first.endswith(".forcelab") or "/" in first or os.sep in first
     return ["gui", *argv] if names_a_folder and not first.startswith("-") else list(argv)
 

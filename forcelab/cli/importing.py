@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from forcelab.cli.newcomers import telling_newcomers
+from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
@@ -15,6 +17,11 @@ from forcelab.wording import counted
 
 def run(arguments: argparse.Namespace) -> int:
     """Import the files and tell what became of them; gives 1 where a file was left out."""
+    if Path("-") in arguments.files and not Path("-").exists():
+        raise WrongWordError(
+            "Recordings are read from files, not from standard input ('-'); save it as a file and "
+            "name that, such as recordings/*.csv."
+        )
     options = ReadOptions(
         task=arguments.task,
         author=arguments.author,

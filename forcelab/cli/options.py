@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, NoReturn
@@ -25,6 +26,7 @@ __all__ = [
     "command",
     "json_flag",
     "name_of",
+    "path_of",
     "project_command",
 ]
 
@@ -69,7 +71,10 @@ class Parser(argparse.ArgumentParser):
         Where there may be none of the last words, those behind an option are taken too, which
         argparse does not do: ``remove lab.forcelab --yes pull-03``.
         """
+        self._given = list(sys.argv[1:] if args is None else args)
         said, words = super().parse_known_args(args, namespace)
+        if (unknown := self._unknown(words)) is not None:
+            self.error(unknown)
         last = next((one for one in reversed(self._actions) if not one.option_strings), None)
         if last is None or any(word.startswith("-") for word in words):
             return said, words
@@ -91,6 +96,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with status 2."""
+        if message.startswith("the following arguments are required"):
+            message = self._unknown(self._given) or message  # it was perhaps given, but mistyped
         wrong = _NO_CHOICE.search(message)
         if wrong is not None:
             message = message.replace(wrong[0], _no_choice(wrong[1], wrong[2]))
@@ -98,6 +105,17 @@ class Parser(argparse.ArgumentParser):
         for theirs, ours in _PLAINER:
             message = theirs.sub(ours, message)
         self.exit(2, f"{self.prog}: {message}; see '{self.prog} --help'.\n")
+
+    def _unknown(self, words: Sequence[str]) -> str | None:
+        """What is wrong with the first word that looks like an option and is none, if there is."""
+        known = list(self._option_string_actions)
+        for word in words:
+            name = word.partition("=")[0]
+            if re.match(r"--?[^\W\d]", name) and not any(one.startswith(name) for one in known):
+                near = get_close_matches(name, known, n=1)
+                cure = f"; did you mean '{near[0]}'" if near else ""
+                return f"'{word}' means nothing here{cure}"
+        return None
 
 
 def _no_choice(given: str, choices: str) -> str:
@@ -134,8 +152,15 @@ def project_command(
 ) -> argparse.ArgumentParser:
     """A command whose first word is the project it works on."""
     parser = command(commands, name, module, summary, details)
-    parser.add_argument("project", metavar="PROJECT", type=Path, help=PROJECT)
+    parser.add_argument("project", metavar="PROJECT", type=path_of, help=PROJECT)
     return parser
+
+
+def path_of(text: str) -> Path:
+    """A file or folder from the command line; ``-`` means standard input or output, and is none."""
+    if text == "-":
+        raise argparse.ArgumentTypeError("'-' names no file or folder; give it a name")
+    return Path(text)
 
 
 def name_of(text: str) -> str:
@@ -153,6 +178,13 @@ def json_flag(parser: argparse.ArgumentParser) -> None:
 def column_options(parser: argparse.ArgumentParser) -> None:
     """Add what says which columns of a table hold times and counts, and which are signals."""
     parser.add_argument("--time", metavar="COL", help="name or number of the column of times")
+    parser.add_argument(
+        "--jitter",
+        metavar="SECONDS",
+        type=float,
+        default=0.0,
+        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
+    )
     parser.add_argument(
         "--counter",
         metavar="COL",

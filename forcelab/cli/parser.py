@@ -17,6 +17,7 @@ from forcelab.cli.options import (
     command,
     json_flag,
     name_of,
+    path_of,
 )
 
 __all__ = ["build_parser"]
@@ -55,8 +56,9 @@ MEASURED = (
 )
 
 CLOSING = """\
-Every command but gui has --json; each has --help. Exit status: 0 done; 1 a file or project stands
-in the way (one sentence says what, where and the cure); 2 the command line is wrong.
+Every command but gui has --json; 'forcelab help COMMAND', or --help behind it, explains it. Exit
+status: 0 done; 1 a file or project stands in the way (one sentence says what, where and the cure);
+2 the command line is wrong.
 """
 
 
@@ -65,7 +67,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = Parser(
         prog="forcelab", description=MANUAL, epilog=CLOSING, formatter_class=Formatter
     )
-    parser.add_argument("--version", action="version", version=f"forcelab {__version__}")
+    parser.add_argument("-V", "--version", action="version", version=f"forcelab {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     _add_gui(commands)
     parser_projects.add_demo(commands)
@@ -182,7 +184,7 @@ def _add_figures(commands: Commands[argparse.ArgumentParser]) -> None:
         "wavelets: Morlets of several p and what they make of two tones. clusters: four k-means\n"
         "clusters of a trapezoidal force; only magnitude and phase tell rising from falling.",
     )
-    parser.add_argument("folder", metavar="DIR", type=Path, help="folder to write into")
+    parser.add_argument("folder", metavar="DIR", type=path_of, help="folder to write into")
     parser.add_argument(
         "--format", choices=("svg", "pdf", "png"), default="svg", help="of both figures (svg)"
     )

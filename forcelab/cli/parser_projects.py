@@ -12,6 +12,7 @@ from forcelab.cli.options import (
     command,
     json_flag,
     name_of,
+    path_of,
     project_command,
 )
 
@@ -41,7 +42,7 @@ def add_demo(commands: Commands[argparse.ArgumentParser]) -> None:
     parser.add_argument(
         "folder",
         metavar="DIR",
-        type=Path,
+        type=path_of,
         nargs="?",
         default=Path("sample.forcelab"),
         help="project folder to make (default: sample.forcelab)",
@@ -70,7 +71,7 @@ def add_simulate(commands: Commands[argparse.ArgumentParser]) -> None:
         "--count", metavar="N", type=int, required=True, help="number of demonstrations"
     )
     parser.add_argument("--seed", metavar="S", type=int, required=True, help="of everything random")
-    parser.add_argument("--out", metavar="PROJECT", type=Path, required=True, help=PROJECT)
+    parser.add_argument("--out", metavar="PROJECT", type=path_of, required=True, help=PROJECT)
     parser.add_argument(
         "--rate",
         metavar="HZ",
@@ -135,13 +136,6 @@ def add_import(commands: Commands[argparse.ArgumentParser]) -> None:
         "--videos",
         action="store_true",
         help="attach the video beside a recording that is called as it is: pull.mp4 to pull.csv",
-    )
-    parser.add_argument(
-        "--jitter",
-        metavar="SECONDS",
-        type=float,
-        default=0.0,
-        help="move stamps that run backwards, by so much at most (such as 0.001), and say so",
     )
     parser.add_argument(
         "--strict",
@@ -271,7 +265,11 @@ def add_export(commands: Commands[argparse.ArgumentParser]) -> None:
         "Times are seconds from the start of the forces (elan: milliseconds).",
     )
     parser.add_argument(
-        "--out", metavar="DIR", type=Path, required=True, help="folder to write into"
+        "--out",
+        metavar="DIR",
+        type=Path,
+        required=True,
+        help="folder to write into; - prints the text of a single file",
     )
     parser.add_argument(
         "--format",

@@ -13,6 +13,7 @@ from forcelab.cli.options import (
     command,
     json_flag,
     name_of,
+    path_of,
     project_command,
 )
 
@@ -131,7 +132,7 @@ def add_train(commands: Commands[argparse.ArgumentParser]) -> None:
         "The file holds no pickle and can be passed on. The project keeps a copy.",
     )
     parser.add_argument(
-        "--out", metavar="RECOGNISER", type=Path, required=True, help="file to write (.skops)"
+        "--out", metavar="RECOGNISER", type=path_of, required=True, help="file to write (.skops)"
     )
     add_settings(parser)
     json_flag(parser)
@@ -147,12 +148,14 @@ def add_predict(commands: Commands[argparse.ArgumentParser]) -> None:
         "Prints the segments, or writes them: one file for one demonstration, a folder of files\n"
         "for several. No track of a project is changed.",
     )
-    parser.add_argument("recogniser", metavar="RECOGNISER", type=Path, help="file that train wrote")
+    parser.add_argument(
+        "recogniser", metavar="RECOGNISER", type=path_of, help="file that train wrote"
+    )
     parser.add_argument(
         "sources", metavar="FILE|PROJECT", type=Path, nargs="+", help="recordings or projects"
     )
     parser.add_argument(
-        "--out", metavar="FILE", type=Path, help="file (printed), or folder for several"
+        "--out", metavar="FILE", type=path_of, help="file (printed), or folder for several"
     )
     parser.add_argument(
         "--rate", metavar="HZ", type=float, help="of recordings without a column of times"

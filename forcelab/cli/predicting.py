@@ -36,6 +36,7 @@ def run(arguments: argparse.Namespace) -> None:
         counter=arguments.counter,
         leave_out=tuple(arguments.leave_out),
         signals=tuple(arguments.signal),
+        jitter=arguments.jitter,
     )
     found: list[tuple[str, Track]] = []
     for demonstration, remarks in demonstrations_in(arguments.sources, options):

@@ -74,12 +74,15 @@ def _print_cell(outcome: Outcome, human: str, model: str, limit: int | None, as_
     column = len(outcome.actions) if predicted is None else outcome.actions.index(predicted)
     number, seconds = int(cells.numbers()[row, column]), float(cells.matrix()[row, column])
     places = cells.places(human, predicted, most=number if limit is None else limit)
+    names = {one.id: one.name for one in outcome.tested}
     if as_json:
-        listed = [asdict(place) for place in places]
+        listed = [
+            asdict(place) | {"demonstration": names[place.demonstration], "id": place.demonstration}
+            for place in places
+        ]
         plain = {"run": outcome.number, "title": outcome.title, "author": outcome.author}
         print(json_text({**plain, "number": number, "seconds": seconds, "places": listed}))
         return
-    names = {one.id: one.name for one in outcome.tested}
     rows = [["demonstration", "s", "", "human", "model", "confidence"]]
     rows += [
         [
@@ -151,6 +154,7 @@ def _plain(
     outcome: Outcome, found: Queue, sections: dict[str, Sequence[Difference]]
 ) -> dict[str, object]:
     """The same as plain values."""
+    names = {one.id: one.name for one in outcome.tested}
     return {
         "run": outcome.number,
         "title": outcome.title,
@@ -158,7 +162,8 @@ def _plain(
         "queue": {
             kind: [
                 {
-                    "demonstration": d.demonstration,
+                    "demonstration": names[d.demonstration],
+                    "id": d.demonstration,
                     "start": d.start,
                     "end": d.end,
                     "human": d.human,

@@ -203,9 +203,12 @@ def _refusal(failures: Mapping[Path, InputError], total: int) -> InputError:
 
 
 def _checked(path: Path, recordings: list[Recording]) -> list[Recording]:
-    """The recordings, once every name in them can be stored."""
+    """The recordings, once their tracks, and every name in them, can be stored."""
     for recording in recordings:
         demonstration = recording.demonstration
+        authors = [track.author for track in recording.tracks]
+        if len(set(authors)) < len(authors):
+            raise InputError(f"'{path}' has two tracks of one author; rename one.")
         texts = [demonstration.name, demonstration.task]
         texts += [
             text for channel in demonstration.channels for text in (channel.name, channel.unit)

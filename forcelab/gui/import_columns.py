@@ -23,7 +23,7 @@ from forcelab.errors import InputError
 from forcelab.formats import identify
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.table.columns import is_time_name
-from forcelab.formats.table.preview import ColumnUse, Use, preview
+from forcelab.formats.table.preview import ColumnUse, Use, preview, rate_in
 from forcelab.gui.theme import colours
 from forcelab.gui.wheel_guard import guard_from_wheel
 
@@ -50,6 +50,7 @@ class ImportColumns(QWidget):
         self._wishes: dict[str, Use] = {}
         self._untouched: tuple[ColumnUse, ...] = ()
         self._rate, self._trouble = 0.0, ""
+        self._rate_in_file: float | None = None
         self.uses: tuple[ColumnUse, ...] = ()
         self.heading = QLabel()
         self.heading.setWordWrap(True)
@@ -153,10 +154,12 @@ class ImportColumns(QWidget):
     @property
     def _timed(self) -> bool:
         """Whether the times of the samples are known."""
-        return self._rate > 0 or any(one.use == "times" for one in self.uses)
+        rate = self._rate or self._rate_in_file
+        return bool(rate) or any(one.use == "times" for one in self.uses)
 
     def _previewed(self, options: ReadOptions) -> tuple[tuple[ColumnUse, ...], str]:
         """The columns as the importer reads them, or none and why."""
+        self._rate_in_file = None
         if self._path is None:
             return (), ""
         try:
@@ -164,6 +167,7 @@ class ImportColumns(QWidget):
                 from forcelab.formats.rosbag.preview import preview as of_bag
 
                 return of_bag(self._path, options), ""
+            self._rate_in_file = rate_in(self._path)
             return preview(self._path, options), ""
         except (InputError, OSError) as error:
             return (), str(error)

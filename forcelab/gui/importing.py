@@ -297,7 +297,7 @@ class ImportDialog(QDialog):
             lines += report.unread.values()
             lines.append(self.tr("Press Delete to remove the selected files from the list."))
         self._tell("\n".join((*lines, *report.told())), trouble=bool(unread))
-        self._document.refresh_listing()
+        self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
             self._document.open_demonstration(self._document.infos[0].id)
         if unread:

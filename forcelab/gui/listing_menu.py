@@ -77,7 +77,10 @@ class ListingMenu(QObject):
             project.set_task(id_, task)
             self._left[id_] = old.get(id_, "")
 
-        return self._each(ids, carry_out)
+        done = self._each(ids, carry_out)
+        if done and self._document.id not in ids:
+            self._document.reread()  # both tasks may list other actions now
+        return done
 
     def remove(self, heads: Mapping[str, Mapping[str, int]]) -> bool:
         """Remove demonstrations for good, by their ids, with the labels that have these heads."""

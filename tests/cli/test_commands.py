@@ -18,6 +18,7 @@ from unicodedata import normalize
 import pytest
 from quick import FAST
 
+from forcelab import __version__
 from forcelab.cli import main
 from forcelab.cli.examples import EXAMPLES
 from forcelab.cli.files import file_names
@@ -80,7 +81,16 @@ def test_every_example_of_a_manual_can_be_said(capsys):
         (["why", "p", "d", "--at", "noon"], "--at: 'noon' is no number"),
         (["gui", "p", "--theme", "pink"], "there is no 'pink'; choose from light, dark, system"),
         (["train", "p"], "--out must be given"),
-        (["list", "p", "--tusk"], "'--tusk' means nothing here"),
+        (["list", "p", "--tusk"], "'--tusk' means nothing here; did you mean '--task'"),
+        (
+            ["evaluate", "p", "--strode=5"],
+            "'--strode=5' means nothing here; did you mean '--stride'",
+        ),
+        (["export", "p", "--uot", "labels"], "'--uot' means nothing here; did you mean '--out'"),
+        (["list", "p", "--zzzzz"], "forcelab list: '--zzzzz' means nothing here; see 'forcelab l"),
+        (["simulate", "--task", "foam", "--out", "-"], "--out: '-' names no file or folder"),
+        (["import", "-", "a.csv"], "'-' names no file or folder"),
+        (["help", "evalate"], "there is no 'evalate'; did you mean 'evaluate'"),
         (["train", "p", "--out"], "--out: expected one argument"),
     ],
 )
@@ -88,6 +98,19 @@ def test_a_wrong_command_line_is_told_in_one_sentence(forcelab, words, said):
     told = forcelab(*words).wrong_word
     assert said in told
     assert told.endswith("--help'.\n")
+
+
+def test_help_and_version_are_asked_for_as_in_other_programs(forcelab):
+    assert forcelab("help").out == forcelab("--help").out != ""
+    assert forcelab("help", "evaluate").out == forcelab("evaluate", "--help").out != ""
+    assert forcelab("-V").out == forcelab("--version").out == f"forcelab {__version__}\n"
+
+
+def test_recordings_do_not_come_from_standard_input(forcelab, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused = forcelab("import", "p.forcelab", "-").wrong_word
+    assert "from files, not from standard input ('-')" in refused
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(

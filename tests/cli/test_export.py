@@ -51,3 +51,18 @@ def test_what_there_is_not_is_refused_and_nothing_is_written(
 def test_an_archive_is_always_whole(forcelab, project, tmp_path):
     words = ("export", project, "--out", tmp_path / "out", "--format", "archive")
     assert "whole project" in forcelab(*words, "--task", "foam").wrong_word
+
+
+def test_a_single_file_is_printed(forcelab, project, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    forcelab("export", project, "--out", tmp_path / "labels", "--format", "table")
+    (written,) = (tmp_path / "labels").iterdir()
+    printed = forcelab("export", project, "--out", "-", "--format", "table")
+    assert printed.out.encode() == written.read_bytes()
+    one = forcelab("export", project, "--out", "-", "--demo", "foam-01").out
+    assert one.startswith("start,end,action,author")
+    several = forcelab("export", project, "--out", "-").wrong_word
+    assert "files cannot be printed as one; name a folder" in several
+    for words in (["--format", "archive"], ["--format", "elan"], ["--json"]):
+        assert "name a folder" in forcelab("export", project, "--out", "-", *words).wrong_word
+    assert [path.name for path in tmp_path.iterdir() if path.name in ("-", "labels")] == ["labels"]

@@ -24,9 +24,12 @@ def path(tmp_path_factory):
 def test_the_queue_is_printed_and_says_the_same_as_json(path, forcelab):
     with Project.open(path) as project:
         found = queue(project, load(project, 1), invented=True)
+        infos = project.demonstrations()
     plain = forcelab("review", path, "--kind", "boundaries", "--kind", "missed", "--json").json
     listed = [(d["start"], d["end"]) for d in plain["queue"]["boundaries"]]
     assert listed == [(d.start, d.end) for d in found.boundaries]
+    names = {one.id: one.name for one in infos}
+    assert all(d["demonstration"] == names[d["id"]] for d in plain["queue"]["boundaries"])
     assert set(plain["queue"]) == {"boundaries", "missed"}
     assert plain["counts"]["boundaries"] == len(found.boundaries) > 0
     told = forcelab("review", path, "--kind", "boundaries", "--limit", 1).out
@@ -44,6 +47,8 @@ def test_the_places_of_a_cell_of_the_confusion_matrix_are_listed(path, forcelab)
     plain = forcelab("review", path, "--actions", human, model, "--json").json
     places = cells.places(human, None if model == "unlabelled" else model)
     assert [(p["start"], p["end"]) for p in plain["places"]] == [(p.start, p.end) for p in places]
+    names = {one.id: one.name for one in outcome.tested}
+    assert all(p["demonstration"] == names[p["id"]] != p["id"] for p in plain["places"])
     assert plain["number"] == len(places) == numbers[row, column] > 1
     assert plain["seconds"] == pytest.approx(sum(place.duration for place in places))
     told = forcelab("review", path, "--actions", human, model, "--limit", 1).out

@@ -394,3 +394,57 @@ def test_a_field_of_a_bag_that_is_no_force_can_be_made_a_signal(
     until(lambda: document.id)
     names = [channel.name for channel in document.demonstration.channels]
     assert names == ["fx", "fy", "fz", "tx", "ty", "tz", "point.x", "point.y", "point.z"]
+
+
+def test_a_file_that_tells_its_rate_is_asked_for_none(document, open_on, tmp_path, until):
+    file = tmp_path / "walk.csv"
+    rows = "".join(f"{i // 10 + 1},{i % 10},{i % 7 / 4}\n" for i in range(200))
+    file.write_text("Devices\n1000\n,,Plate\nFrame,Sub Frame,Fz\n,,N\n" + rows)
+    dialog = open_on(file)
+    assert [one.use for one in dialog.columns.uses] == ["counter", "counter", "signal"]
+    assert "give" not in dialog.columns.heading.text()
+    dialog._go.click()
+    until(lambda: document.id)
+    assert document.demonstration.duration == pytest.approx(0.2, abs=0.002)
+
+
+def test_stamps_that_run_backwards_are_taken_where_they_may_jitter(
+    document, open_on, tmp_path, until
+):
+    file = tmp_path / "log.csv"
+    rows = "".join(f"{i / 100 - (0.012 if i % 4 == 3 else 0):.6f},{i % 7}\n" for i in range(200))
+    file.write_text("time [s],fz [N]\n" + rows)
+    dialog = open_on(file)
+    dialog._go.click()
+    until(lambda: "time runs backwards" in dialog._told.text())
+    assert "(Stamps may jitter by)" in dialog._told.text()
+    dialog.jitter.setValue(20)
+    dialog._go.click()
+    until(lambda: document.id)
+    assert len(document.demonstration.times) == 200
+    assert "spread evenly between their neighbours" in dialog._told.text()
+
+
+def test_a_repaired_import_takes_its_actions_out_of_the_open_task(
+    document, open_on, tmp_path, until
+):
+    def labelled(name, action, phase):
+        rows = "".join(f"{row / 50},{(row + phase) % 9}\n" for row in range(99))
+        (tmp_path / f"{name}.csv").write_text("t,fx\n" + rows)
+        (tmp_path / f"{name}.labels.csv").write_text(f"start,end,action\n0.1,0.5,{action}\n")
+        return tmp_path / f"{name}.csv"
+
+    def import_into(task, file):
+        dialog = open_on(file)
+        dialog._task.setCurrentText(task)
+        dialog._go.click()
+        until(dialog._told.text)
+
+    import_into("foam", labelled("block", "squeeze", 0))
+    assert document.vocabulary.names == ("squeeze",)
+    pull = labelled("pull", "slip", 1)
+    import_into("foam", pull)
+    assert document.vocabulary.names == ("squeeze", "slip")
+    import_into("stylus", pull)
+    assert document.demonstration.name == "block"
+    assert document.vocabulary.names == ("squeeze",)

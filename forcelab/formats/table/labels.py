@@ -46,7 +46,7 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
     Without a header it has to look like one, unless it was asked to be read as one.
     """
     found: dict[str, int] = {}
-    ends: dict[str, int] = {}
+    last: dict[str, int] = {}
     for index, column in enumerate(layout.columns):
         words = re.split(r"[\W_]+", column.name.lower()) if column.named else []
         first = [word for word in words if word not in {"t", "time"}][:1]
@@ -54,11 +54,11 @@ def _columns(layout: Layout, *, asked: bool = False) -> tuple[int, int, int, int
             if first and first[0] in names:
                 found.setdefault(role, index)
         if first and first[0] in _ENDS:
-            ends.setdefault(first[0], index)
+            last.setdefault(first[0], index)
         if is_label_name(column.name) or (first and first[0] in _ACTIONS):
             found.setdefault("action", index)
-    if ends and {"start", "action"} <= found.keys():
-        end = next(ends[word] for word in _ENDS if word in ends)
+    if last and {"start", "action"} <= found.keys():
+        end = next(last[word] for word in _ENDS if word in last)
         return found["start"], end, found["action"], found.get("author")
     kinds = layout.kinds
     headless = not any(column.named for column in layout.columns)
@@ -115,7 +115,8 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
     ----------
     path : Path
         A table with the columns start, end, action and perhaps author, with a header or in this
-        order; or an Audacity label track. A row whose action is empty or ``unlabelled`` is none.
+        order; an Audacity label track; or aggregated events of BORIS. A row whose action is empty
+        or ``unlabelled`` is none.
     options : ReadOptions
         `author` is taken where the file names none.
 
@@ -153,10 +154,12 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
             at.append(number)
             table.append(_cells(path, number, text, layout))
     starts, ends = _seconds(path, layout, at, table, (start_at, end_at))
+    observers = _observers(path, layout, at, table) if author_at is None else {}
     found: dict[str, list[tuple[Segment, int]]] = defaultdict(list)
     for number, row, start, end in zip(at, table, starts, ends, strict=True):
         action = plain_text(row[action_at].strip())
         author = plain_text(row[author_at].strip()) if author_at is not None else ""
+        author = author or observers.get(number, "")
         if not action or means_unlabelled(action):
             continue
         try:
@@ -175,6 +178,35 @@ def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
         Track(author, tuple(segment for segment, _ in segments))
         for author, segments in found.items()
     )
+
+
+def _observers(
+    path: Path, layout: Layout, at: Sequence[int], table: Sequence[Sequence[str]]
+) -> dict[int, str]:
+    """Who labelled each line, as far as BORIS's observations tell: they are called NAME - CODER.
+
+    A single observation may be called anything.
+    """
+    names = [column.name.lower() for column in layout.columns]
+    if "observation id" not in names:
+        return {}
+    index = names.index("observation id")
+    ending = next((one for one in _PLACES if path.name.endswith(one)), path.suffix)
+    prefix = f"{path.name.removesuffix(ending)} - "
+    observations = {number: row[index].strip() for number, row in zip(at, table, strict=True)}
+    several = len(set(observations.values())) > 1
+    for number, observation in observations.items():
+        if several and not observation.startswith(prefix):
+            raise InputError(
+                f"{path}, line {number}: the observation '{observation}' is not called "
+                f"'{prefix}CODER', as those of this recording are; export each recording's "
+                f"observations by themselves."
+            )
+    return {
+        number: observation.removeprefix(prefix)
+        for number, observation in observations.items()
+        if observation.startswith(prefix)
+    }
 
 
 def _is_header_alone(rows: Sequence[Line]) -> bool:

@@ -17,7 +17,7 @@ from forcelab.formats.table.columns import is_index
 from forcelab.formats.table.layout import Layout, survey
 from forcelab.formats.table.roles import Roles, choose_roles, counters, label_column
 
-__all__ = ["ColumnUse", "Use", "preview"]
+__all__ = ["ColumnUse", "Use", "preview", "rate_in"]
 
 Use = Literal["signal", "times", "counter", "labels", "left out"]
 #: What any column of a table can be made, besides what it is taken for.
@@ -83,6 +83,17 @@ def preview(path: Path, options: ReadOptions) -> tuple[ColumnUse, ...]:
         )
         for index, column in enumerate(layout.columns)
     )
+
+
+def rate_in(path: Path) -> float | None:
+    """The samples a second that lines before a table tell, such as in a Vicon export.
+
+    Raises
+    ------
+    InputError
+        If its first lines hold no table.
+    """
+    return survey(path)[0].rate
 
 
 def _values(cells: Sequence[str], decimal: str) -> NDArray[np.float64]:

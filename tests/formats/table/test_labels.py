@@ -235,7 +235,19 @@ BORIS = (
 def test_the_aggregated_events_of_boris_are_labels(write):
     path = write("a.labels.csv", BORIS)
     assert sniff_labels(path.read_bytes())
-    assert read_labels(path, ReadOptions(author="Ann")) == (ANN,)
+    assert read_labels(path, ReadOptions()) == (ANN,)
+    other = write("b.labels.csv", BORIS)  # whose observations are called otherwise
+    assert [track.author for track in read_labels(other, ReadOptions(author="Zoe"))] == ["Zoe"]
+
+
+def test_the_observations_of_several_coders_in_boris_are_their_tracks(write):
+    header, grab, _ = BORIS.splitlines()
+    ben = grab.replace("a - Ann", "a - Ben").replace("0.500,1.250", "0.750,1.500")
+    path = write("a.labels.csv", BORIS + ben + "\n")
+    assert read_labels(path, ReadOptions()) == (ANN, BEN)
+    path = write("a.labels.csv", "\n".join([header, grab, ben.replace("a - Ben", "c - Ben"), ""]))
+    with pytest.raises(InputError, match=r"line 3: the observation 'c - Ben' is not called 'a - C"):
+        read_labels(path, ReadOptions())
 
 
 def test_an_offset_is_an_end_where_nothing_else_is(write):
