@@ -152,12 +152,38 @@ _SEGMENTS = _group(
     ("next_segment", QT_TRANSLATE_NOOP("forcelab", "Next segment"), "L", "repeats"),
     ("start_earlier", QT_TRANSLATE_NOOP("forcelab", "Start earlier"), "Alt+Left", "repeats"),
     ("start_later", QT_TRANSLATE_NOOP("forcelab", "Start later"), "Alt+Right", "repeats"),
-    ("end_earlier", QT_TRANSLATE_NOOP("forcelab", "End earlier"), "Alt+Shift+Left", "repeats"),
-    ("end_later", QT_TRANSLATE_NOOP("forcelab", "End later"), "Alt+Shift+Right", "repeats"),
-    ("move_earlier", QT_TRANSLATE_NOOP("forcelab", "Move earlier"), "Ctrl+Alt+Left", "repeats"),
-    ("move_later", QT_TRANSLATE_NOOP("forcelab", "Move later"), "Ctrl+Alt+Right", "repeats"),
+    (
+        "end_earlier",
+        QT_TRANSLATE_NOOP("forcelab", "End earlier"),
+        "Ctrl+Shift+Left Alt+Shift+Left",
+        "repeats",
+    ),
+    (
+        "end_later",
+        QT_TRANSLATE_NOOP("forcelab", "End later"),
+        "Ctrl+Shift+Right Alt+Shift+Right",
+        "repeats",
+    ),
+    (
+        "move_earlier",
+        QT_TRANSLATE_NOOP("forcelab", "Move earlier"),
+        "Ctrl+Shift+Down Ctrl+Alt+Left",
+        "repeats",
+    ),
+    (
+        "move_later",
+        QT_TRANSLATE_NOOP("forcelab", "Move later"),
+        "Ctrl+Shift+Up Ctrl+Alt+Right",
+        "repeats",
+    ),
     ("start_to_cursor", QT_TRANSLATE_NOOP("forcelab", "Start to the cursor"), ","),
     ("end_to_cursor", QT_TRANSLATE_NOOP("forcelab", "End to the cursor"), "."),
+    (
+        "fine_nudges",
+        QT_TRANSLATE_NOOP("forcelab", "Move by 1 ms instead of 10 ms"),
+        "Ctrl+T",
+        "switch",
+    ),
 )
 _REVIEW = _group(
     QT_TRANSLATE_NOOP("forcelab", "Review"),

@@ -58,6 +58,8 @@ class Looking(QObject):
         Seconds of the demonstration that pass in one second.
     snapping : bool
         Whether painted times jump to what is near.
+    fine_nudges : bool
+        Whether keys move edges and segments by finer steps.
     """
 
     cursor_moved = Signal(float)
@@ -73,6 +75,7 @@ class Looking(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.snapping = True
+        self.fine_nudges = False
         self.playing = False
         self.speed = 1.0
         self._look_anew(None)
