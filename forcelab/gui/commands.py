@@ -79,6 +79,7 @@ _FILE = _group(
     ("import", QT_TRANSLATE_NOOP("forcelab", "Import demonstrations…"), "Ctrl+I"),
     ("attach_video", QT_TRANSLATE_NOOP("forcelab", "Attach video…"), ""),
     ("export_labels", QT_TRANSLATE_NOOP("forcelab", "Export labels…"), ""),
+    ("save", QT_TRANSLATE_NOOP("forcelab", "Save (automatic)"), "Ctrl+S"),
     ("next_demonstration", QT_TRANSLATE_NOOP("forcelab", "Next demonstration"), "PgDown"),
     ("previous_demonstration", QT_TRANSLATE_NOOP("forcelab", "Previous demonstration"), "PgUp"),
     ("next_to_label", QT_TRANSLATE_NOOP("forcelab", "Next demonstration to label"), "Ctrl+PgDown"),

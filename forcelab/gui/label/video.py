@@ -207,6 +207,15 @@ class VideoPanel(PictureView):
         if self._times is not None and self._reference is not None:
             self.document.set_frame_times(self._reference.clock.to_force(self._times))
 
+    def _to_first_frame(self) -> None:
+        """Look at the first frame where a video begins a little late, and nobody has gone on."""
+        document, frames = self.document, self.document.frame_times
+        if frames is None or not len(frames) or document.playing:
+            return
+        first = float(frames[0])
+        if document.cursor == document.bounds[0] and 0 < first - document.cursor <= LATE:
+            document.seek(first)
+
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
         """Ask for the frame at the cursor."""
         if self._times is None:
