@@ -182,7 +182,7 @@ class Editing(TaskActions):
         low, high = self.bounds
         high -= run.old.duration if what == "both" else 0
         time = min(max(round(run.time + step, DIGITS), low), high)
-        self._made, number, replacing = None, run.index, run.edit
+        number, replacing = run.index, run.edit
 
         def move(track: Labelling) -> Edit | None:
             if what == "both":

@@ -23,6 +23,8 @@ __all__ = ["VideoPanel"]
 STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
 OVER = 1.5
+#: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
+LATE = 0.5
 #: Space around the choice of a camera, in pixels.
 CHOICE = 3
 
@@ -210,10 +212,11 @@ class VideoPanel(PictureView):
     def _to_first_frame(self) -> None:
         """Look at the first frame where a video begins a little late, and nobody has gone on."""
         document, frames = self.document, self.document.frame_times
-        if frames is None or not len(frames) or document.playing:
+        demonstration = document.demonstration
+        if demonstration is None or frames is None or not len(frames):
             return
-        first = float(frames[0])
-        if document.cursor == document.bounds[0] and 0 < first - document.cursor <= LATE:
+        first, start = float(frames[0]), demonstration.start
+        if document.cursor == start and not document.playing and 0 < first - start <= LATE:
             document.seek(first)
 
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
@@ -240,6 +243,7 @@ class VideoPanel(PictureView):
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._wanted = -1
         self._tell_times()
+        self._to_first_frame()
         self._follow(again=True)
         self.update()
 
