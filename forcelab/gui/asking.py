@@ -42,6 +42,7 @@ def handlers(
     """
     return {
         "export_labels": lambda: _export(document, jobs, window, tuple(shown())),
+        "save": partial(_say_stored, document),
         "done": partial(_mark_done, document, window),
         "synchronise": partial(_synchronise, document, jobs, window),
         "change_keys": lambda: _change_keys(document, window, commands()),
@@ -98,6 +99,15 @@ def _mark_done(document: Document, window: QWidget) -> None:
     """Mark the open demonstration as done, once the coder agrees to what that shows."""
     if unveiling_agreed(document, {document.id}, window):
         document.set_done()
+
+
+def _say_stored(document: Document) -> None:
+    """Say that there is nothing to save."""
+    if document.project is None:
+        document.say(translate("forcelab", "No project is open."))
+        return
+    stored = translate("forcelab", "Everything is saved already: each change is, as it is made.")
+    document.say(stored)
 
 
 def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str]) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
+from time import monotonic
 from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
@@ -19,7 +20,13 @@ from forcelab.project.labelling import Labelling
 
 __all__ = ["Editing", "Stroke"]
 
+#: Steps that follow each other within so many seconds are one edit.
+PAUSE = 1.0
+#: Float dust in sums of steps, in seconds, and the digits that are free of it.
+DUST, DIGITS = 1e-9, 9
+
 _start = attrgetter("start")
+_end = attrgetter("end")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +35,36 @@ class Stroke:
 
     action: str
     start: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    """Steps of a segment that are one edit.
+
+    Parameters
+    ----------
+    index : int
+        Of the segment, before the first step.
+    what : "start", "end" or "both"
+    old : Segment
+        As it was before the first step.
+    time : float
+        Where the latest step has brought it, in seconds.
+    edit : Edit or None
+        What has been stored of the run.
+    moved : Segment or None
+        What the segment is by now.
+    until : float
+        When the run is over, by the clock that never jumps.
+    """
+
+    index: int
+    what: Literal["start", "end", "both"]
+    old: Segment
+    time: float
+    edit: Edit | None = None
+    moved: Segment | None = None
+    until: float = 0.0
 
 
 class Editing(TaskActions):
@@ -70,6 +107,8 @@ class Editing(TaskActions):
         self._labelling: Labelling | None = labelling
         self.selected: int | None = None
         self.stroke: Stroke | None = None
+        self._run: _Run | None = None
+        self._made: Edit | None = None
 
     @property
     def coding_blind(self) -> bool:
@@ -130,6 +169,53 @@ class Editing(TaskActions):
     def move_segment(self, index: int, start: float) -> bool:
         """Move a whole segment."""
         return self._edit(lambda track: track.move_segment(index, start))
+
+    def nudge(self, index: int, what: Literal["start", "end", "both"], step: float) -> bool:
+        """Move an edge of a segment, or all of it, by a step in seconds; the cursor goes with it.
+
+        Steps that follow each other are one edit: one undo takes all of them back.
+        """
+        run = self._run
+        if run is None or not self._goes_on(run, index, what):
+            old = self.segments[index]
+            run = _Run(index, what, old, old.end if what == "end" else old.start)
+        low, high = self.bounds
+        high -= run.old.duration if what == "both" else 0
+        time = min(max(round(run.time + step, DIGITS), low), high)
+        number, replacing = run.index, run.edit
+
+        def move(track: Labelling) -> Edit | None:
+            if what == "both":
+                return track.move_segment(number, time, replacing)
+            return track.move_edge(number, what, time, replacing)
+
+        if not self._edit(move):
+            return False
+        self.seek(time)
+        # What it grew over may have gone, so that it has another number now.
+        edge = _end if what == "end" else _start
+        self.select(bisect_left(self.segments, time - DUST, key=edge))
+        self._run = None
+        if self._made is not None and self._made.kind == "paint" and self.selected is not None:
+            moved, until = self.segments[self.selected], monotonic() + PAUSE
+            self._run = replace(run, time=time, edit=self._made, moved=moved, until=until)
+        return True
+
+    def _goes_on(self, run: _Run, index: int, what: str) -> bool:
+        """Whether a step is one more of a run: of the same kind, at once, and nothing between."""
+        if self.project is None or run.edit is None:
+            return False
+        if (run.what, run.moved) != (what, self.segments[index]) or monotonic() > run.until:
+            return False
+        try:
+            head = self.project.head(self.id, self.author)
+        except ForcelabError:  # what keeps the store busy is told where labels are written
+            return False
+        return (run.edit.demonstration, run.edit.author, run.edit.id) == (
+            self.id,
+            self.author,
+            head,
+        )
 
     def split(self, time: float) -> bool:
         """Cut the segment at `time` in two."""
@@ -236,7 +322,7 @@ class Editing(TaskActions):
             if nothing and not told:
                 self.say_here(nothing)
             return False
-        edit = done.edits[0] if isinstance(done, Reverted) else done
+        edit = self._made = done.edits[0] if isinstance(done, Reverted) else done
         if chosen is not None:
             self.select(self._followed(chosen, edit))
         if isinstance(done, Reverted):

@@ -161,11 +161,10 @@ def _facts(item: Row | Group, open_: bool) -> list[str]:
     if isinstance(item, Group):
         facts = [
             item.task or translate("forcelab", "No task"),
-            translate("forcelab", "{0} of {1} begun by you").format(item.labelled, len(item.rows)),
+            translate("forcelab", "{0} of {1} done by you").format(item.finished, len(item.rows)),
         ]
-        if item.half_done:
-            unfinished = translate("forcelab", "{0} of those not done")
-            facts.append(unfinished.format(item.half_done))
+        if item.labelled:
+            facts.append(translate("forcelab", "{0} started").format(item.labelled))
         return facts
     facts = [item.info.name]
     if open_:

@@ -78,7 +78,7 @@ def _paint_ground(painter: QPainter, option: QStyleOptionViewItem, is_open: bool
 
 
 def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) -> None:
-    """A task: whether it is folded, its name, and how many of it are begun."""
+    """A task: whether it is folded, its name, and how many of it are done."""
     theme, box = colours(), QRectF(option.rect)
     face = QFont(option.font)
     face.setBold(True)
@@ -87,7 +87,7 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) 
     left, right = box.left() + SIDE * height, box.right() - SIDE * height
     paint_chevron(painter, QPointF(left + 0.25 * height, box.center().y()), height, expanded)
     left += height * 0.9
-    count = f"{group.labelled}/{len(group.rows)}"
+    count = f"{group.finished}/{len(group.rows)}"
     small = smaller(option.font)
     room = QFontMetricsF(small).horizontalAdvance(count)
     put_line(

@@ -77,6 +77,11 @@ class Row:
         return self.assignment is not None and self.assignment.blind and not self.done
 
     @property
+    def finished(self) -> bool:
+        """Whether the coder has labelled all of it, or marked it as done."""
+        return self.done or percent(self.share) == 100
+
+    @property
     def half_done(self) -> bool:
         """Whether the coder has begun it, left time unlabelled and not marked it as done."""
         return 0 < percent(self.share) < 100 and not self.done
@@ -110,9 +115,9 @@ class Group:
         return sum(row.share > 0 for row in self.rows)
 
     @property
-    def half_done(self) -> int:
-        """How many of those are neither labelled to the end nor marked as done."""
-        return sum(row.half_done for row in self.rows)
+    def finished(self) -> int:
+        """How many of them the coder has labelled to the end, or marked as done."""
+        return sum(row.finished for row in self.rows)
 
 
 def rows_of(

@@ -17,6 +17,8 @@ __all__ = ["SHORTEST_SPAN", "Looking", "Snap"]
 SHORTEST_SPAN = 1e-4
 #: Times closer than this are the same, in seconds.
 DUST = 1e-9
+#: How many samples a span holds at least.
+FEWEST = 5
 #: Where in the span the cursor comes to lie when it left it: near the start while playing, so that
 #: the span turns like a page; otherwise in the middle.
 PAGE, MIDDLE = 0.05, 0.5
@@ -58,6 +60,8 @@ class Looking(QObject):
         Seconds of the demonstration that pass in one second.
     snapping : bool
         Whether painted times jump to what is near.
+    fine_nudges : bool
+        Whether keys move edges and segments by finer steps.
     """
 
     cursor_moved = Signal(float)
@@ -73,6 +77,7 @@ class Looking(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.snapping = True
+        self.fine_nudges = False
         self.playing = False
         self.speed = 1.0
         self._look_anew(None)
@@ -105,10 +110,17 @@ class Looking(QObject):
             self._reveal(time)
             self.cursor_moved.emit(time)
 
+    @property
+    def shortest_span(self) -> float:
+        """The shortest span that is shown, in seconds: a few samples."""
+        if self.demonstration is None:
+            return SHORTEST_SPAN
+        return max(SHORTEST_SPAN, FEWEST * self.demonstration.period)
+
     def set_span(self, start: float, end: float) -> None:
         """Show ``[start, end]`` in seconds, kept within the demonstration."""
         low, high = self.bounds
-        length = min(max(end - start, SHORTEST_SPAN), high - low)
+        length = min(max(end - start, self.shortest_span), high - low)
         start = min(max((start + end - length) / 2, low), high - length)
         if (start, start + length) != (self.start, self.end):
             self.start, self.end = start, start + length
@@ -117,7 +129,7 @@ class Looking(QObject):
     def zoom(self, factor: float, about: float) -> None:
         """Show `factor` times as long a span, with the time `about` where it is on screen."""
         low, high = self.bounds
-        length = min(max((self.end - self.start) * factor, SHORTEST_SPAN), high - low)
+        length = min(max((self.end - self.start) * factor, self.shortest_span), high - low)
         share = (about - self.start) / (self.end - self.start)
         start = about - share * length
         self.set_span(start, start + length)

@@ -73,21 +73,32 @@ class Tracks:
         *,
         kind: EditKind,
         proposed_by: str | None = None,
+        replacing: int | None = None,
         time: datetime | None = None,
     ) -> Edit:
-        """Turn `before`, which the track must be, into `after`; at a `time`, by default now."""
+        """Turn `before`, which the track must be, into `after`; at a `time`, by default now.
+
+        Where the latest edit is replaced it is undone at the same time, by which it can be told
+        from one that was undone by hand; an `after` as before it gives that undo.
+        """
         before, after = tuple(before), tuple(after)
+        time = utc_now() if time is None else time
         if kind == "paint" and is_model(author):
             raise InputError(f"'{author}' is a model's name; paint under a coder's.")
         if proposed_by is not None:
             self._check_proposer(proposed_by, kind)
         track = track_for(self._db, demonstration, author, _made_by(kind, author))
         line = line_of(self._db, track)
-        if self._segments(track, line.head) != before:
+        if self._segments(track, line.head) != before or replacing not in (None, line.head):
             raise StaleTrackError(
                 f"The labels of '{author}' were changed elsewhere since they were read, so the "
                 f"edit was left out; look at them as they are now and repeat it."
             )
+        if replacing is not None and (latest := self._reverting("undo", line)) is not None:
+            undone = self._carry_out(track, line, replace(latest[0], time=time), latest[1])
+            line, before = line_of(self._db, track), self._segments(track, undone.id)
+            if after == before:
+                return undone
         position, removed, inserted = splice(before, after)
         if kind == "paint":
             for action in {s.action for s in inserted} - {s.action for s in removed}:
@@ -100,7 +111,7 @@ class Tracks:
             demonstration=demonstration,
             author=author,
             kind=kind,
-            time=utc_now() if time is None else time,
+            time=time,
             what=what,
             position=position,
             removed=removed,

@@ -25,7 +25,7 @@ from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.records import Edit
 from forcelab.project.reverting import Reverted
 from forcelab.project.store import Project
-from forcelab.splicing import splice
+from forcelab.splicing import splice, spliced
 
 __all__ = ["Labelling", "said"]
 
@@ -95,15 +95,31 @@ class Labelling:
         after = erase(self.segments, start, end)
         return self._store(after, f"{_stretch(start, end)} made unlabelled")
 
-    def move_edge(self, index: int, edge: Literal["start", "end"], time: float) -> Edit | None:
-        """Move the start or the end of a segment, and of a neighbour that shares it."""
-        after = move_edge(self.segments, index, edge, time)
-        return self._store(after, f"{edge} of {said(self.segments[index])} moved to {time:.3f}")
+    def move_edge(
+        self,
+        index: int,
+        edge: Literal["start", "end"],
+        time: float,
+        replacing: Edit | None = None,
+    ) -> Edit | None:
+        """Move the start or the end of a segment, and of a neighbour that shares it.
 
-    def move_segment(self, index: int, start: float) -> Edit | None:
-        """Move a segment to another start; what lies there is painted over."""
-        after = move_segment(self.segments, index, start)
-        return self._store(after, f"{said(self.segments[index])} moved to {start:.3f}")
+        In place of the track's latest edit, if that is given: `index` is then as before it.
+        """
+        before = self._before(replacing)
+        after = move_edge(before, index, edge, time)
+        what = f"{edge} of {said(before[index])} moved to {time:.3f}"
+        return self._store(after, what, replacing=replacing)
+
+    def move_segment(self, index: int, start: float, replacing: Edit | None = None) -> Edit | None:
+        """Move a segment to another start; what lies there is painted over.
+
+        In place of the track's latest edit, if that is given: `index` is then as before it.
+        """
+        before = self._before(replacing)
+        after = move_segment(before, index, start)
+        what = f"{said(before[index])} moved to {start:.3f}"
+        return self._store(after, what, replacing=replacing)
 
     def split(self, time: float) -> Edit | None:
         """Cut the segment at `time` into two."""
@@ -205,12 +221,30 @@ class Labelling:
         """Take back the latest undo, and that of a renaming in all of the coder's tracks."""
         return self._reverted(self.project.redo_everywhere(self.demonstration, self.author))
 
-    def _store(self, after: Segments, what: str, proposer: str | None = None) -> Edit | None:
+    def _before(self, edit: Edit | None) -> Segments:
+        """The track as it was before its latest edit; as it is without one."""
+        if edit is None:
+            return self.segments
+        return spliced(self.segments, edit.position, edit.inserted, edit.removed)
+
+    def _store(
+        self,
+        after: Segments,
+        what: str,
+        proposer: str | None = None,
+        replacing: Edit | None = None,
+    ) -> Edit | None:
         """Write the edit; only then is the track here the new one."""
         if after == self.segments:
             return None
         edit = self.project.edit(
-            self.demonstration, self.author, self.segments, after, what, proposed_by=proposer
+            self.demonstration,
+            self.author,
+            self.segments,
+            after,
+            what,
+            proposed_by=proposer,
+            replacing=None if replacing is None else replacing.id,
         )
         self.segments = after
         return edit

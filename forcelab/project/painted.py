@@ -73,6 +73,7 @@ class ProjectPainted(ProjectFolder):
         *,
         kind: Literal["paint", "predict"] = "paint",
         proposed_by: str | None = None,
+        replacing: int | None = None,
     ) -> Edit:
         """Change a track, as one transaction that is in the store when this returns.
 
@@ -91,11 +92,15 @@ class ProjectPainted(ProjectFolder):
             Whether a person labelled or a model predicted.
         proposed_by : str, optional
             The model whose prediction a person accepts with this edit.
+        replacing : int, optional
+            The number of the track's latest edit, in whose place this one is: one undo then takes
+            back both, and the history has one line.
 
         Raises
         ------
         StaleTrackError
-            If the track is not `before`, as another window or process changed it.
+            If the track is not `before`, or `replacing` not its latest edit, as another window or
+            process changed it.
         InputError
             If there is no such demonstration, segments overlap or are out of order, or the author
             is of the other kind, or what proposed is no model. Nothing was written then.
@@ -103,7 +108,14 @@ class ProjectPainted(ProjectFolder):
         id_ = self._id(demonstration)
         with self._db.writing():
             return self._tracks.edit(
-                id_, author, before, after, what, kind=kind, proposed_by=proposed_by
+                id_,
+                author,
+                before,
+                after,
+                what,
+                kind=kind,
+                proposed_by=proposed_by,
+                replacing=replacing,
             )
 
     def undo(self, demonstration: str, author: str) -> Edit | None:

@@ -410,7 +410,7 @@ def test_what_is_half_labelled_is_never_lost(listing, document, until):
     assert shown(listing)["stylus"] == ["pen-2"]
     show(listing, "all")
     told = listing.model.index(2, 0).data(Qt.ItemDataRole.AccessibleTextRole)
-    assert told == "stylus; 2 of 2 begun by you; 1 of those not done"
+    assert told == "stylus; 1 of 2 done by you; 2 started"
 
 
 def test_a_filtered_list_highlights_only_what_is_open(listing, document):

@@ -176,3 +176,11 @@ def test_it_follows_the_theme(page, app):
 def test_everything_has_a_name_for_screen_readers(unchanged):
     for widget in (unchanged.findChild(QLineEdit), unchanged.findChild(QScrollArea)):
         assert widget.accessibleName()
+
+
+def test_keys_that_desktops_take_stand_after_others():
+    taken = {"Alt+Shift", "Ctrl+Alt"}
+    commands = [one for one in COMMANDS if any(key.rsplit("+", 1)[0] in taken for key in one.keys)]
+    assert len(commands) == 4
+    for command in commands:
+        assert command.keys[0].rsplit("+", 1)[0] == "Ctrl+Shift"

@@ -142,6 +142,13 @@ def test_what_is_not_done_yet_is_said_in_blind_coding(window, answers):
     assert not document.coding_blind
 
 
+def test_saving_says_that_everything_is_saved(window):
+    said = []
+    window.document.said.connect(lambda sentence, _: said.append(sentence))
+    QTest.keyClick(window.label.tracks, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+    assert said == ["Everything is saved already: each change is, as it is made."]
+
+
 def test_what_is_not_assigned_is_marked_as_done_without_a_question(window, answers):
     document, said = window.document, []
     document.said.connect(lambda sentence, _: said.append(sentence))

@@ -48,6 +48,25 @@ def test_a_track_changed_elsewhere_is_not_overwritten(project, id_, path):
         project.edit(id_, "anna", GRAB, HOLD, "the same segments are not stale")
 
 
+def test_an_edit_in_place_of_the_latest_is_one_undo_and_nothing_is_lost(project, id_, path):
+    project.edit(id_, "anna", (), GRAB, "first")
+    moved = project.edit(id_, "anna", GRAB, HOLD, "moved")
+    after = (Segment(0.0, 0.2, "grab"),)
+    again = project.edit(id_, "anna", HOLD, after, "moved farther", replacing=moved.id)
+    assert (again.removed, again.inserted) == (GRAB, after)
+    assert [one.kind for one in project.history(id_, "anna")] == ["paint", "paint", "undo", "paint"]
+    with pytest.raises(StaleTrackError):
+        project.edit(id_, "anna", after, HOLD, "not the latest", replacing=moved.id)
+    back = project.edit(id_, "anna", after, GRAB, "moved back", replacing=again.id)
+    assert back.kind == "undo"
+    project.redo(id_, "anna")
+    assert project.track(id_, "anna").segments == after
+    project.undo(id_, "anna")
+    assert project.track(id_, "anna").segments == GRAB
+    with Project.open(path) as other:
+        assert other.track(id_, "anna").segments == GRAB
+
+
 @pytest.mark.parametrize(
     "after",
     [

@@ -46,8 +46,11 @@ def standings(newest_first: Sequence[Edit]) -> dict[int, Standing]:
     """
     found: dict[int, Standing] = {}
     redone: set[int] = set()  # undos that were taken back
+    replaced: set[int] = set()  # edits in whose place another one is: a run of them is one row
     fresh = False  # whether an edit came later that left the undos before it behind
-    for edit in newest_first:
+    for newer, edit in zip((None, *newest_first), newest_first, strict=False):
+        if edit.kind == "undo" and newer and newer.kind == "paint" and newer.time == edit.time:
+            replaced.add(edit.reverts or 0)
         if edit.kind == "redo":
             redone.add(edit.reverts or 0)
         elif edit.kind == "undo":
@@ -58,7 +61,7 @@ def standings(newest_first: Sequence[Edit]) -> dict[int, Standing]:
         else:
             found.setdefault(edit.id, Standing.DONE)
             fresh = True
-    return {edit.id: found[edit.id] for edit in newest_first if edit.id in found}
+    return {edit.id: found[edit.id] for edit in newest_first if edit.id in found.keys() - replaced}
 
 
 class HistoryModel(QAbstractListModel):
@@ -133,7 +136,7 @@ class HistoryModel(QAbstractListModel):
             return
         page = self._page(self._edits[-1].id)
         before = len(self.rows)
-        more = sum(edit.kind not in ("undo", "redo") for edit in page)
+        more = len(standings([*self._edits, *page])) - before
         if more:
             self.beginInsertRows(NOWHERE, before, before + more - 1)
         self._keep_older(page)

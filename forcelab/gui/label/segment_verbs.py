@@ -33,6 +33,7 @@ __all__ = [
     "on_segment",
     "previous_segment",
     "say_no",
+    "set_fine_nudges",
     "start_to_cursor",
     "the_segment",
     "to_copy",
@@ -40,6 +41,8 @@ __all__ = [
     "zoom_to",
 ]
 
+#: How far a key moves an edge or a segment, in seconds, and how far where that is to be finer.
+NUDGE, FINE_NUDGE = 0.010, 0.001
 #: What is left free on either side of a segment that is zoomed to, as a share of it.
 MARGIN = 0.25
 
@@ -206,29 +209,22 @@ def end_to_cursor(document: Document) -> bool:
 
 
 def nudge(document: Document, what: Literal["start", "end", "both"], count: int) -> bool:
-    """Move an edge of the segment, or all of it, by a step; the cursor goes with the edge."""
+    """Move an edge of the segment, or all of it, by a step."""
     index = the_segment(document)
     if index is None:
         return say_no(
             document,
             translate("forcelab", "Select the segment to change: click it, or use K and L."),
         )
-    old = document.segments[index]
-    at = old.end if what == "end" else old.start
-    low, high = document.bounds
-    time = min(
-        max(document.stepped(at, count), low), high - (old.duration if what == "both" else 0)
-    )
-    if what == "both":
-        done = document.move_segment(index, time)
-    else:
-        done = document.move_edge(index, what, time)
-    if done:
-        document.seek(time)
-        # What it grew over may have gone, so that it has another number now.
-        edge = _end if what == "end" else _start
-        document.select(bisect_left(document.segments, time - SAME, key=edge))
-    return done
+    return document.nudge(index, what, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
+
+
+def set_fine_nudges(document: Document, fine: bool) -> bool:
+    """Move edges and segments by finer steps from now on, or by the usual ones."""
+    document.fine_nudges = fine
+    step = 1000 * (FINE_NUDGE if fine else NUDGE)
+    document.say_here(translate("forcelab", "Edges move by {0:g} ms.").format(step))
+    return True
 
 
 def zoom_selection(document: Document) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QDockWidget, QMenuBar, QWidget
+from PySide6.QtWidgets import QAbstractItemView, QApplication, QDockWidget, QMenuBar, QWidget
 
 from forcelab.gui import settings
 from forcelab.gui.document import Document
@@ -80,7 +80,7 @@ class KeyStrokes(QObject):
         document.demonstration_changed.connect(self.let_go)
 
     def press(self, key: str) -> bool:
-        """An action's key went down; gives whether it is one."""
+        """An action's key went down; gives whether it is one, or could be and is none."""
         document = self.document
         action = self._action(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
@@ -88,7 +88,7 @@ class KeyStrokes(QObject):
                 self.tr("There is no action for a key to paint: add one under Actions first."), True
             )
         if action is None or document.demonstration is None:
-            return False
+            return self._say_unknown(key)
         self._held = None
         if document.range is not None:
             fill_range(document, action)
@@ -170,6 +170,21 @@ class KeyStrokes(QObject):
         return widget is not None
 
     # Strokes
+
+    def _say_unknown(self, key: str) -> bool:
+        """Say that no action has a key that could paint one; gives whether that was to be said."""
+        document = self.document
+        could_paint = document.demonstration is not None and document.vocabulary and key
+        # Letters typed into a list look for its rows.
+        if (
+            not could_paint
+            or key not in KEYS
+            or isinstance(QApplication.focusWidget(), QAbstractItemView)
+        ):
+            return False
+        told = self.tr("No action has the key {0}; the list of actions shows their keys.")
+        document.say_here(told.format(key), True)
+        return True
 
     def _action(self, key: str) -> str | None:
         """The action that a key paints."""

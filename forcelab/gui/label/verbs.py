@@ -75,6 +75,7 @@ def handlers(
         "range_out": document.mark_out,
         "undo": document.undo,
         "redo": document.redo,
+        "fine_nudges": lambda: segment_verbs.set_fine_nudges(document, not document.fine_nudges),
         "snapping": lambda: document.set_snapping(not document.snapping),
         "split": lambda: document.split(document.cursor),
         "fill_gaps": partial(_fill_gaps, document, window),

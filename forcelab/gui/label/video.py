@@ -23,6 +23,8 @@ __all__ = ["VideoPanel"]
 STEP = 8
 #: Periods after the last frame's time at which the video counts as over.
 OVER = 1.5
+#: How late a video may begin, in seconds, for the cursor to be sent to its first frame at once.
+LATE = 0.5
 #: Space around the choice of a camera, in pixels.
 CHOICE = 3
 
@@ -207,6 +209,16 @@ class VideoPanel(PictureView):
         if self._times is not None and self._reference is not None:
             self.document.set_frame_times(self._reference.clock.to_force(self._times))
 
+    def _to_first_frame(self) -> None:
+        """Look at the first frame where a video begins a little late, and nobody has gone on."""
+        document, frames = self.document, self.document.frame_times
+        demonstration = document.demonstration
+        if demonstration is None or frames is None or not len(frames):
+            return
+        first, start = float(frames[0]), demonstration.start
+        if document.cursor == start and not document.playing and 0 < first - start <= LATE:
+            document.seek(first)
+
     def _follow(self, _: float = 0.0, *, again: bool = False) -> None:
         """Ask for the frame at the cursor."""
         if self._times is None:
@@ -231,6 +243,7 @@ class VideoPanel(PictureView):
         self._period = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
         self._shown = self._wanted = -1
         self._tell_times()
+        self._to_first_frame()
         self._follow(again=True)
         self.update()
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from PySide6.QtCore import QModelIndex, Qt, QTimer
-from PySide6.QtGui import QShowEvent
-from PySide6.QtWidgets import QApplication, QCompleter, QHBoxLayout, QMenu, QToolButton
+from PySide6.QtGui import QKeyEvent, QShowEvent
+from PySide6.QtWidgets import QApplication, QCompleter, QHBoxLayout, QLineEdit, QMenu, QToolButton
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.gui.arranging import placeholder, search_field
+from forcelab.gui.arranging import placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.renaming import rename
@@ -28,6 +28,22 @@ __all__ = ["VocabularyView"]
 PAUSE = 80
 
 
+class _Entry(QLineEdit):
+    """The name of an action to add; Escape empties it and leaves it."""
+
+    def keeps(self, event: QKeyEvent) -> bool:
+        """Escape is for the line; in the window it means something else."""
+        return event.key() == Qt.Key.Key_Escape
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Escape; everything else edits."""
+        if self.keeps(event):
+            self.clear()
+            self.clearFocus()  # where keys are text, the next one would not paint
+        else:
+            super().keyPressEvent(event)
+
+
 class VocabularyView(SideList):
     """The actions of the open demonstration's task.
 
@@ -42,7 +58,8 @@ class VocabularyView(SideList):
         self.list = ActionRows(self.model, self.menu)
         self.list.clicked.connect(self._clicked)
         self.list.opened.connect(self._clicked)
-        self.entry = search_field(self.tr("Add an action"), self.tr("Name of an action to add"))
+        self.entry = _Entry(placeholderText=self.tr("Add an action"), clearButtonEnabled=True)
+        self.entry.setAccessibleName(self.tr("Name of an action to add"))
         self.entry.returnPressed.connect(self._add_typed)
         completer = QCompleter(list(entries()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
@@ -68,6 +85,7 @@ class VocabularyView(SideList):
         self._striking = -1
         self._counting = QTimer(self, singleShot=True, interval=PAUSE)
         self._counting.timeout.connect(self._count)
+        document.project_changed.connect(self.entry.clear)
         document.vocabulary_changed.connect(self._refresh)
         document.demonstration_changed.connect(self._refresh)
         document.tracks_changed.connect(self._count_soon)

@@ -405,8 +405,10 @@ def test_a_key_says_what_to_do_where_there_is_no_action(document, desk):
     said = []
     document.said.connect(lambda sentence, trouble: said.append((sentence, trouble)))
     desk.press(Qt.Key.Key_Space)
-    desk.press(Qt.Key.Key_9)
     assert said == []
+    desk.press(Qt.Key.Key_9)
+    told = "No action has the key 9; the list of actions shows their keys."
+    assert said == [(told, True)]
     for segment in reversed(document.segments):
         document.delete(document.index_of(segment))
     document.set_vocabulary(Vocabulary())

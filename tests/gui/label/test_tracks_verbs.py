@@ -6,8 +6,10 @@ from painting_bench import opened, shown
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
+from forcelab.gui import editing
 from forcelab.gui.commands import COMMANDS
 from forcelab.gui.label import segment_verbs, verbs
+from forcelab.gui.label.history_model import HistoryModel
 from forcelab.gui.label.track_menu import copy_menu
 from forcelab.gui.label.tracks import TrackPanel
 from forcelab.gui.player import Player
@@ -132,7 +134,7 @@ def test_gaps_are_filled_in_the_range_or_everywhere(document, said):
         ("move_later", 2, (5.01, 6.01), 5.01),
     ],
 )
-def test_nudges_by_a_sample(document, do, command, index, after, cursor):
+def test_nudges_by_ten_milliseconds(document, do, command, index, after, cursor):
     document.select(index)
     do(command)
     assert shown(document)[index][:2] == pytest.approx(after)
@@ -140,13 +142,86 @@ def test_nudges_by_a_sample(document, do, command, index, after, cursor):
     assert document.selected == index
 
 
-def test_nudges_by_a_video_frame_where_there_is_one(document, do):
-    frames = np.arange(0, 10, 0.04) + 0.001
-    document.set_frame_times(frames)
+def test_nudges_are_of_ten_milliseconds_or_one_whatever_the_video(document, do, said):
+    document.set_frame_times(np.arange(0, 10, 0.04) + 0.001)
     document.select(2)
     do("start_later")
+    assert shown(document)[2][0] == 5.01
+    do("fine_nudges")
+    assert said[-1] == ("Edges move by 1 ms.", False)
     do("start_later")
-    assert shown(document)[2][0] == pytest.approx(5.041)
+    do("start_later")
+    assert shown(document)[2][0] == 5.012
+    do("fine_nudges")
+    do("start_earlier")
+    assert shown(document)[2][0] == 5.002
+
+
+@pytest.mark.parametrize("name", ["start", "end", "move"])
+def test_a_run_of_nudges_is_one_undo_and_one_line_of_history(document, do, monkeypatch, name):
+    now = [100.0]
+    monkeypatch.setattr(editing, "monotonic", lambda: now[0])
+    model = HistoryModel(document)
+    document.select(1)
+    for _ in range(30):
+        do(f"{name}_later")
+        now[0] += 0.9
+    for _ in range(10):
+        do(f"{name}_earlier")
+    model.refresh()
+    assert len(model.rows) == 2  # what was there, and the run
+    assert document.segments[document.selected].action == "hold"
+    after = shown(document)
+    if name == "start":
+        assert after[:2] == [(1.0, 2.2, "grab"), (2.2, 3.0, "hold")]
+    document.undo()
+    assert shown(document) == TIMES
+    document.redo()
+    assert shown(document) == after
+    model.refresh()
+    assert len(model.rows) == 2
+
+
+def test_a_run_of_nudges_ends_with_a_pause_another_kind_or_another_edit(document, do, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(editing, "monotonic", lambda: now[0])
+    model = HistoryModel(document)
+
+    def rows():
+        model.refresh()
+        return len(model.rows) - 1
+
+    document.select(2)
+    do("end_later")
+    do("end_later")
+    assert rows() == 1
+    do("start_earlier")
+    assert rows() == 2
+    now[0] += 1.5
+    do("start_earlier")
+    assert rows() == 3
+    document.project.edit(document.id, document.author, document.segments, TRACK, "elsewhere")
+    document.reread()
+    document.select(2)
+    do("start_earlier")
+    assert rows() == 5
+    document.undo()
+    assert shown(document) == TIMES
+    do("start_earlier")
+    do("start_later")  # back where the run began
+    assert shown(document) == TIMES
+    document.undo()
+    assert document.segments != TRACK
+
+
+def test_a_run_of_nudges_gives_back_what_it_passed_over(document, do):
+    document.select(2)
+    for _ in range(250):
+        do("move_earlier")
+    assert shown(document)[-1] == (2.5, 3.5, "release")
+    for _ in range(250):
+        do("move_later")
+    assert shown(document) == TIMES
 
 
 def test_a_nudge_over_a_neighbour_keeps_the_segment(document, do):

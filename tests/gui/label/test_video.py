@@ -182,6 +182,13 @@ def test_while_playing_no_frame_is_later_than_the_cursor_and_none_goes_back(pane
     assert panel.shown_index == expected(ODD, document.cursor)
 
 
+def test_a_video_that_begins_a_little_late_is_opened_at_its_first_frame(panel, document, video):
+    document.show(video, ClockMap(offset=0.3, rate=1.0), id_="late")
+    wait(lambda: document.frame_times is not None and panel.settled)
+    assert document.cursor == document.frame_times[0] > 0
+    assert panel.message == ""
+
+
 def test_before_the_first_frame_is_said_when_the_video_begins(panel, document, video):
     document.show(video)
     wait(lambda: document.frame_times is not None)

@@ -48,6 +48,17 @@ def test_a_click_takes_up_the_brush_and_another_puts_it_down(view, document):
     assert document.action is None
 
 
+def test_escape_and_another_project_empty_the_line_of_a_new_action(view, document):
+    view.entry.setFocus()
+    QTest.keyClicks(view.entry, "pres")
+    QTest.keyClick(view.entry, Qt.Key.Key_Escape)
+    assert view.entry.text() == ""
+    assert not view.entry.hasFocus()
+    QTest.keyClicks(view.entry, "pres")
+    document.project_changed.emit()
+    assert view.entry.text() == ""
+
+
 def test_a_click_fills_the_marked_range(view, document):
     document.set_range(8.5, 9.0)
     click(view, 1)
