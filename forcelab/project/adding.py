@@ -29,7 +29,7 @@ from forcelab.project.loading import (
 )
 from forcelab.project.notes import add_notes
 from forcelab.project.ownership import kind_of
-from forcelab.project.records import Added, Incoming
+from forcelab.project.records import Added, Incoming, check_length
 from forcelab.project.vocabularies import extend_vocabulary
 
 __all__ = ["add_all"]
@@ -257,6 +257,8 @@ class _Adding:
 def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tuple[Added, ...]:
     """Add demonstrations and the tracks that came with them, all or nothing."""
     for incoming in given:
+        check_length(incoming.demonstration.name, "name")
+        check_length(incoming.demonstration.task, "task")
         authors = [track.author for track in incoming.tracks]
         if len(set(authors)) < len(authors):
             name = incoming.demonstration.name

@@ -10,6 +10,7 @@ from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.loading import DEMONSTRATIONS, home_of, row_of
+from forcelab.project.records import check_length
 from forcelab.project.vocabularies import extend_vocabulary, vocabularies
 from forcelab.vocabulary import Vocabulary
 
@@ -21,6 +22,7 @@ def rename(database: Database, id_: str, name: str) -> None:
     name = name.strip()
     if not name:
         raise InputError("A demonstration needs a name.")
+    check_length(name, "name")
     with database.writing():
         row = row_of(database, id_)
         if database.one(
@@ -39,6 +41,7 @@ def rename(database: Database, id_: str, name: str) -> None:
 def set_task(database: Database, id_: str, task: str) -> None:
     """Put a demonstration into another task, whose vocabulary gets the actions it lacks."""
     task = " ".join(task.split())
+    check_length(task, "task")
     with database.writing():
         row = row_of(database, id_)
         if row["task"] == task:
