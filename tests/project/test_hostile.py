@@ -76,9 +76,9 @@ def refused(path: Path, match: str, capsys) -> None:
 def test_a_video_outside_its_folder_is_refused(path, stored, canaries, video, film, capsys):
     change(path, f"UPDATE demonstration SET video = '{video.format(canaries)}'")
     refused(path, "damaged", capsys)
-    assert main(["attach", str(path), "01", "--video", str(film)]) != 0
+    assert main(["attach", str(path), "01", str(film)]) == 1
     out = canaries.parent / "out.zip"
-    assert main(["export", str(path), "--format", "archive", "--out", str(out)]) != 0
+    assert main(["export", str(path), "--format", "archive", "--out", str(out)]) == 1
     assert not out.exists()
 
 
@@ -263,3 +263,18 @@ def test_names_and_tasks_have_a_bound(path, stored, make, text):
                 change_it()
             assert len(str(refusal.value)) < 400
         assert project.demonstrations() == (before,)
+
+
+def test_a_file_name_of_250_bytes_is_imported(tmp_path, path):
+    file = tmp_path / ("a" * 246 + ".csv")
+    file.write_text("time,fx\n0,1\n0.001,2\n0.002,3\n0.003,4\n", "utf-8")
+    assert main(["import", str(path), str(file)]) == 0
+    with Project.open(path) as project:
+        assert [info.name for info in project.demonstrations()] == ["a" * 246]
+
+
+def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "fuzz")
+    from stores import findings_of_stores
+
+    assert list(findings_of_stores(30, 0, tmp_path / "stores")) == []
