@@ -24,11 +24,12 @@ from forcelab.project.loading import (
     DEMONSTRATIONS,
     TRUTH,
     channels_of,
+    home_of,
     read_signals,
 )
 from forcelab.project.notes import add_notes
 from forcelab.project.ownership import kind_of
-from forcelab.project.records import Added, Incoming
+from forcelab.project.records import Added, Incoming, check_length
 from forcelab.project.vocabularies import drop_imported_actions, extend_vocabulary
 
 __all__ = ["add_all"]
@@ -57,7 +58,7 @@ class _Adding:
     @property
     def home(self) -> Path:
         """The demonstration's folder in the project."""
-        return self.database.folder / DEMONSTRATIONS / self.id
+        return home_of(self.database, self.id)
 
     @property
     def failed(self) -> str:
@@ -89,7 +90,7 @@ class _Adding:
         if self.old is None and not self.home.exists():
             # In one step: a folder without its mark would never be known for a leftover.
             with files.staging(self.home.parent) as marked:
-                (marked / files.UNCOMMITTED).touch()
+                files.mark_uncommitted(marked / files.UNCOMMITTED)
                 marked.rename(self.home)
             self.made_home = True
         self.home.mkdir(exist_ok=True)
@@ -121,7 +122,7 @@ class _Adding:
         with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
             (self.home / files.UNCOMMITTED).unlink(missing_ok=True)
             if self.old and row and self.old["video"] not in (None, row["video"]):
-                (self.home / self.old["video"]).unlink(missing_ok=True)
+                files.remove_video(self.home, self.old["video"])
 
     def added(self) -> Added:
         """What became of it."""
@@ -245,7 +246,7 @@ class _Adding:
         """Whether a channel of the same name has the same values in a stored demonstration."""
         given = self.given.demonstration
         try:
-            _, signals = read_signals(self.database.folder / DEMONSTRATIONS / row["id"], row)
+            _, signals = read_signals(home_of(self.database, row["id"]), row)
         except InputError:
             return False
         there = [channel.name for channel in channels_of(row)]
@@ -263,6 +264,8 @@ class _Adding:
 def add_all(database: Database, tracks: Tracks, given: Sequence[Incoming]) -> tuple[Added, ...]:
     """Add demonstrations and the tracks that came with them, all or nothing."""
     for incoming in given:
+        check_length(incoming.demonstration.name, "name")
+        check_length(incoming.demonstration.task, "task")
         authors = [track.author for track in incoming.tracks]
         if len(set(authors)) < len(authors):
             name = incoming.demonstration.name

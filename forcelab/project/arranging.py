@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import sqlite3
 from pathlib import Path
 
@@ -10,7 +9,8 @@ from forcelab.clock import ClockMap
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
-from forcelab.project.loading import DEMONSTRATIONS, row_of
+from forcelab.project.loading import DEMONSTRATIONS, home_of, row_of
+from forcelab.project.records import check_length
 from forcelab.project.vocabularies import drop_imported_actions, extend_vocabulary, vocabularies
 from forcelab.vocabulary import Vocabulary
 
@@ -22,6 +22,7 @@ def rename(database: Database, id_: str, name: str) -> None:
     name = name.strip()
     if not name:
         raise InputError("A demonstration needs a name.")
+    check_length(name, "name")
     with database.writing():
         row = row_of(database, id_)
         if database.one(
@@ -43,6 +44,7 @@ def set_task(database: Database, id_: str, task: str) -> None:
     The task that it leaves gives up the actions that only this demonstration's import brought.
     """
     task = " ".join(task.split())
+    check_length(task, "task")
     with database.writing():
         row = row_of(database, id_)
         if row["task"] == task:
@@ -84,7 +86,7 @@ def attach_video(database: Database, id_: str, path: Path, clock: ClockMap) -> N
     """Copy a video into the project, in place of the one that the demonstration has."""
     row = row_of(database, id_)
     root = database.folder / DEMONSTRATIONS
-    home = root / id_
+    home = home_of(database, id_)
     database.refuse_read_only()
     with (
         files.told(f"The video was not attached to '{row['name']}'"),
@@ -97,8 +99,7 @@ def attach_video(database: Database, id_: str, path: Path, clock: ClockMap) -> N
             files.move_into(home, staged)  # under the name of its content: over nothing else
             _write(database, id_, video, clock)
     if old["video"] not in (None, video):
-        with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
-            (home / old["video"]).unlink(missing_ok=True)
+        files.remove_video(home, old["video"])
 
 
 def _write(database: Database, id_: str, video: str, clock: ClockMap) -> None:

@@ -14,7 +14,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import VideoReference
 from forcelab.errors import InputError
 from forcelab.project.database import Database
-from forcelab.project.loading import DEMONSTRATIONS, known_id
+from forcelab.project.loading import home_of, known_id
 from forcelab.project.stamps import files_beside, stamps
 
 __all__ = ["Camera", "camera_stamps", "cameras"]
@@ -63,7 +63,7 @@ def cameras(database: Database, id_: str, first: VideoReference | None) -> tuple
     found = stamps(database, id_, (_NAMES, _FILES, _CLOCKS)) or {}
     if _NAMES not in found:
         return _told_by_frames(database, id_, first, beside)
-    home = database.folder / DEMONSTRATIONS / known_id(database, id_)
+    home = home_of(database, known_id(database, id_))
     try:
         made = [
             Camera(
@@ -78,7 +78,7 @@ def cameras(database: Database, id_: str, first: VideoReference | None) -> tuple
         raise InputError(
             f"The stamps of '{id_}' do not say what its cameras filmed ({error})."
         ) from error
-    there = [camera for camera in made[1:] if camera.video.path.is_file()]
+    there = [camera for camera in made[1:] if camera.video.path in beside]
     return (Camera(made[0].name, first), *there) if there else ()
 
 

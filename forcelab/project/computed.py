@@ -94,6 +94,7 @@ class ProjectComputed(ProjectCoding):
                 f"There is no recogniser '{id_}' in '{self.path}' any more; train it again."
             )
         path = self.path / RECOGNISERS / f"{id_}.skops"
+        files.check_file(path)
         if not path.is_file():
             raise InputError(f"The file '{path}' is missing; train the recogniser again.")
         return path

@@ -16,7 +16,7 @@ from forcelab.project import files
 from forcelab.project.clearing import give_back, lifted
 from forcelab.project.database import Database
 from forcelab.project.history import line_of
-from forcelab.project.loading import DEMONSTRATIONS, row_of
+from forcelab.project.loading import home_of, row_of
 
 __all__ = ["discard", "remove"]
 
@@ -42,7 +42,7 @@ def _take_out(
     database: Database, ids: Collection[str], reason: Callable[[str], str], since: str
 ) -> None:
     """Remove demonstrations with their files, unless there is a reason to keep one of them."""
-    homes = [database.folder / DEMONSTRATIONS / id_ for id_ in ids]
+    homes = [home_of(database, id_) for id_ in ids]
     try:
         with database.writing():
             for id_, home in zip(ids, homes, strict=True):
@@ -52,7 +52,7 @@ def _take_out(
                 if home.is_dir():
                     # A folder with this mark and without a row is what the next start clears away.
                     with files.told(f"'{name}' cannot be discarded"):
-                        (home / files.UNCOMMITTED).touch()
+                        files.mark_uncommitted(home / files.UNCOMMITTED)
                         sync_folder(home)
                 _forget(database, id_)
     except BaseException:

@@ -10,12 +10,14 @@ import contextlib
 import errno
 import hashlib
 import json
+import math
 import os
 import re
 import secrets
 import shutil
+import stat
 import time
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,13 +30,19 @@ from forcelab.errors import InputError
 __all__ = [
     "UNCOMMITTED",
     "appearing",
+    "check_file",
+    "check_folder",
     "copy_named",
     "leftovers",
+    "mark_uncommitted",
     "move_into",
     "read_array",
     "read_json",
     "remove",
+    "remove_video",
     "same",
+    "STORED_ID",
+    "STORED_VIDEO",
     "staging",
     "told",
     "vacant",
@@ -52,7 +60,12 @@ _CURES = (
     ((errno.EIO,), "look whether the disk is connected, and check it"),
     ((errno.ENAMETOOLONG,), "choose a shorter name"),
 )
+#: What the store may call a demonstration or a recogniser, and a video: no separators, no dots first.
+STORED_ID = re.compile(r"[0-9a-f]{32}")
+STORED_VIDEO = re.compile(r"video-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
+
 _STAGING = ".incoming-"
+_STAGED = re.compile(r"\.incoming-[0-9a-z]{1,32}")
 _PART = re.compile(r"\.forcelab-[0-9a-f]{16}\.part")
 _ABANDONED = 3600.0  # seconds without a byte written, after which nobody is at work any more
 
@@ -66,6 +79,43 @@ def told(what: str) -> Iterator[None]:
         file = f" ('{error.filename}')" if error.filename else ""
         cure = next((f"; {cure}" for numbers, cure in _CURES if error.errno in numbers), "")
         raise InputError(f"{what}: {error.strerror or error}{file}{cure}.") from error
+
+
+def check_folder(path: Path) -> None:
+    """Refuse a folder of a project that is a link or no folder; a missing one may be made.
+
+    Raises
+    ------
+    InputError
+        If something else has its name: what is done in it would happen outside the project.
+    """
+    _check_kind(path, stat.S_ISDIR, "a folder")
+
+
+def check_file(path: Path) -> None:
+    """Refuse a file of a project that is a link, a pipe or a folder; a missing one is no fault.
+
+    Raises
+    ------
+    InputError
+        If something else has its name.
+    """
+    _check_kind(path, stat.S_ISREG, "a file")
+
+
+def _check_kind(path: Path, is_kind: Callable[[int], bool], kind: str) -> None:
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from error
+    if stat.S_ISLNK(mode):
+        raise InputError(
+            f"'{path}' is a link, and a project holds its own files; put {kind} in its place."
+        )
+    if not is_kind(mode):
+        raise InputError(f"'{path}' is not {kind}; restore it from a copy of the project.")
 
 
 @contextlib.contextmanager
@@ -100,15 +150,30 @@ def read_array(path: Path, shape: tuple[int, ...]) -> NDArray[np.float64]:
         If the file is missing, truncated or another array.
     """
     cure = "import the recording again to put it back"
+    check_file(path)
     try:
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
+        with path.open("rb") as stream:
+            start = stream.read(10)
+            length = int.from_bytes(start[8:], "little")
+            header = stream.read(length).decode("latin-1").rstrip()
+            size = os.fstat(stream.fileno()).st_size
     except FileNotFoundError as error:
         raise InputError(f"The file '{path}' is missing; {cure}.") from error
-    except (OSError, ValueError, EOFError) as error:
+    except OSError as error:
         raise InputError(f"The file '{path}' is damaged; {cure}.") from error
-    if not isinstance(array, np.ndarray) or array.shape != shape or array.dtype != np.float64:
+    # Compared and not parsed: NumPy's parser fails in many ways on a header that is none.
+    if start[:8] != b"\x93NUMPY\x01\x00" or not header.startswith("{'descr': "):
+        raise InputError(f"The file '{path}' is damaged; {cure}.")
+    if header != f"{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}":
         raise InputError(f"The file '{path}' does not hold {shape} numbers; {cure}.")
-    return array
+    if size != 10 + length + 8 * math.prod(shape):
+        raise InputError(f"The file '{path}' is damaged; {cure}.")
+    if not math.prod(shape):
+        return np.empty(shape)
+    try:
+        return np.memmap(path, "<f8", "r", 10 + length, shape)
+    except (OSError, ValueError) as error:
+        raise InputError(f"The file '{path}' is damaged; {cure}.") from error
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> None:
@@ -137,6 +202,7 @@ def read_json(path: Path) -> dict[str, Any] | None:
     InputError
         If the file is damaged.
     """
+    check_file(path)
     try:
         value = json.loads(path.read_bytes())
     except FileNotFoundError:
@@ -150,6 +216,7 @@ def read_json(path: Path) -> dict[str, Any] | None:
 
 def same(one: Path, other: Path) -> bool:
     """Whether two small files have the same content; a missing one has none."""
+    check_file(other)
     return other.exists() and one.read_bytes() == other.read_bytes()
 
 
@@ -176,11 +243,36 @@ def move_into(home: Path, staged: Path) -> None:
     sync_folder(home)
 
 
+def mark_uncommitted(mark: Path) -> None:
+    """Put an empty file there, in place of what has its name: through a link it would be outside.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    mark.unlink(missing_ok=True)
+    mark.touch(exist_ok=False)
+
+
+def remove_video(home: Path, name: str) -> None:
+    """Delete a video of a demonstration that its row does not name any more."""
+    check_folder(home)
+    if STORED_VIDEO.fullmatch(name):
+        with contextlib.suppress(OSError):  # it only takes up room, and is perhaps in use
+            (home / name).unlink(missing_ok=True)
+
+
 def remove(folder: Path) -> None:
     """Delete a folder of a demonstration that the store does not know any more.
 
     A process that is killed meanwhile leaves what is known for a leftover, however far it got.
     """
+    if not (STORED_ID.fullmatch(folder.name) or _STAGED.fullmatch(folder.name)):
+        raise InputError(f"'{folder}' is no folder of a demonstration, so it was not deleted.")
+    check_folder(folder.parent)
+    if folder.is_symlink():
+        return
     gone = folder.with_name(f"{_STAGING}{secrets.token_hex(8)}")
     with contextlib.suppress(OSError):  # in use, or away: the next start tries again
         folder.rename(gone)
@@ -196,10 +288,10 @@ def leftovers(parent: Path, known: Collection[str]) -> list[Path]:
     """
     found = []
     for entry in parent.iterdir():
-        if entry.name in known:
+        if entry.name in known or entry.is_symlink() or not entry.is_dir():
             continue
-        if not entry.name.startswith(_STAGING):
-            if (entry / UNCOMMITTED).exists():
+        if not _STAGED.fullmatch(entry.name):
+            if STORED_ID.fullmatch(entry.name) and os.path.lexists(entry / UNCOMMITTED):
                 found.append(entry)
             continue
         with contextlib.suppress(FileNotFoundError):  # its process is alive and has just ended it
@@ -248,5 +340,5 @@ def _clear(path: Path) -> None:
 
 def _abandoned(folder: Path) -> bool:
     """Whether nobody has written into a half-filled folder for an hour."""
-    latest = max(path.stat().st_mtime for path in (folder, *folder.rglob("*")))
+    latest = max(path.lstat().st_mtime for path in (folder, *folder.rglob("*")))
     return time.time() - latest > _ABANDONED

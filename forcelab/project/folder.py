@@ -119,6 +119,8 @@ class ProjectFolder:
         project = cls(folder, Database(folder, timeout))
         try:
             with files.told(f"'{folder}' cannot be opened"):
+                for name in (DEMONSTRATIONS, RECOGNISERS):
+                    files.check_folder(folder / name)
                 if not project.read_only:
                     _clear_away(project._db)
         except BaseException:

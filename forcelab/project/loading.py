@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
+from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.files import read_array, read_json
 from forcelab.project.records import DemonstrationInfo
@@ -26,6 +27,7 @@ __all__ = [
     "DEMONSTRATIONS",
     "TRUTH",
     "channels_of",
+    "home_of",
     "id_of",
     "info",
     "infos",
@@ -76,7 +78,9 @@ def info(database: Database, id_: str) -> DemonstrationInfo:
 def natural_order(name: str) -> tuple[tuple[bool, int, str], ...]:
     """What names sort by, so that ``pen-2`` comes before ``pen-10``, and ``2`` before ``pen``."""
     parts = re.findall(r"(\d+)|(\D+)", name)
-    return tuple((bool(word), int(digits or 0), word.casefold()) for digits, word in parts)
+    # A number sorts by its length before its digits: as many as one likes are no number of Python.
+    numbers = ((digits.lstrip("0"), word.casefold()) for digits, word in parts)
+    return tuple((bool(word), len(digits), digits or word) for digits, word in numbers)
 
 
 def known_ids(database: Database) -> set[str]:
@@ -111,10 +115,15 @@ def id_of(database: Database, key: str) -> str:
 def load(database: Database, key: str) -> Demonstration:
     """A demonstration with its arrays mapped into memory."""
     row = _find(database, key)
-    home = database.folder / DEMONSTRATIONS / row["id"]
-    times, signals = read_signals(home, row)
+    home = home_of(database, row["id"])
+    try:
+        times, signals = read_signals(home, row)
+    except InputError as error:
+        why = str(error)
+        raise InputError(f"'{row['name']}' cannot be read: {why[0].lower()}{why[1:]}") from error
     video = None
     if row["video"] is not None:
+        files.check_file(home / row["video"])
         clock = ClockMap(row["video_offset"], row["video_rate"])
         video = VideoReference(home / row["video"], clock)
     demonstration = Demonstration(
@@ -131,6 +140,22 @@ def load(database: Database, key: str) -> Demonstration:
     return demonstration
 
 
+def home_of(database: Database, id_: str) -> Path:
+    """The folder of a demonstration, which need not be there.
+
+    Raises
+    ------
+    InputError
+        If that would be outside the project, or is a link.
+    """
+    if not files.STORED_ID.fullmatch(id_):
+        raise InputError(f"There is no demonstration '{id_}' in '{database.folder}'.")
+    home = database.folder / DEMONSTRATIONS / id_
+    files.check_folder(home.parent)
+    files.check_folder(home)
+    return home
+
+
 def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Times (n,) and signals (n, c) of a demonstration, mapped read-only."""
     n, c = row["samples"], len(channels_of(row))
@@ -139,7 +164,7 @@ def read_signals(home: Path, row: sqlite3.Row) -> tuple[NDArray[np.float64], NDA
 
 def truth(database: Database, id_: str) -> dict[str, Any] | None:
     """What was told as the truth of a demonstration; None where nothing was."""
-    return read_json(database.folder / DEMONSTRATIONS / known_id(database, id_) / TRUTH)
+    return read_json(home_of(database, known_id(database, id_)) / TRUTH)
 
 
 def _info(row: sqlite3.Row, tracks: Sequence[sqlite3.Row]) -> DemonstrationInfo:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from forcelab.errors import InputError
+from forcelab.project.files import STORED_ID, STORED_VIDEO, check_file
 from forcelab.project.schema import MIGRATIONS, check_version, migrate
 from forcelab.project.troubles import FILE, sentence_of, told_of_store, trouble_of
 
@@ -19,6 +20,9 @@ _SETTINGS = (
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
 )
+
+#: Bytes up to which a store is checked page by page when it is opened: some ten milliseconds.
+_QUICK = 4 << 20
 
 
 def probe(folder: Path) -> None:
@@ -41,6 +45,8 @@ def probe(folder: Path) -> None:
             raise InputError(f"'{folder}' is not a forcelab project: it holds no {FILE}.")
     except OSError as error:
         raise InputError(f"'{folder}' cannot be read: {error.strerror}.") from error
+    for file in (folder / f"{FILE}{end}" for end in ("", "-wal", "-shm", "-journal")):
+        check_file(file)
     # "immutable" reads the file as it lies there: no locks, no journal, nothing made beside it.
     file = folder / FILE
     try:
@@ -149,7 +155,89 @@ def _ready(connection: sqlite3.Connection, folder: Path) -> sqlite3.Connection:
         for setting in _SETTINGS:
             connection.execute(setting)
         migrate(connection, str(folder))
+        _check_values(connection, folder)
     return connection
+
+
+def _check_values(connection: sqlite3.Connection, folder: Path) -> None:
+    """Refuse values that no forcelab writes: wrong kinds, numbers without bounds, names of files.
+
+    Raises
+    ------
+    InputError
+        If there are such; the sentence names the table.
+    """
+    if _pragma_of(connection, "page_count") * _pragma_of(connection, "page_size") <= _QUICK:
+        (found,) = connection.execute("PRAGMA quick_check(1)").fetchone()
+        if found != "ok":
+            raise InputError(_damaged(folder, str(found).splitlines()[-1].replace(". ", ", ")))
+    for table, wrong in _WRONG.items():
+        if connection.execute(f"SELECT 1 FROM {table} WHERE {wrong} LIMIT 1").fetchone():
+            raise InputError(_damaged(folder, f"the table '{table}' holds what cannot be"))
+    for row in connection.execute("SELECT id, video FROM demonstration"):
+        if not STORED_ID.fullmatch(row["id"]):
+            raise InputError(_damaged(folder, "a demonstration's id is none"))
+        if row["video"] is not None and not STORED_VIDEO.fullmatch(row["video"]):
+            raise InputError(_damaged(folder, "a video has a name that forcelab does not give"))
+    for row in connection.execute("SELECT id FROM recogniser"):
+        if not STORED_ID.fullmatch(row["id"]):
+            raise InputError(_damaged(folder, "a recogniser's id is none"))
+
+
+def _damaged(folder: Path, what: str) -> str:
+    return f"The store of '{folder}' is damaged ({what}); restore {FILE} from a copy."
+
+
+def _pragma_of(connection: sqlite3.Connection, name: str) -> int:
+    return int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+
+
+def _of_other_kind(kind: str, *columns: str) -> str:
+    return " OR ".join(f"typeof({column}) <> '{kind}'" for column in columns)
+
+
+def _beyond(*columns: str) -> str:
+    """SQL that is true where a number is infinite or larger than any time of a recording."""
+    return " OR ".join(f"NOT abs({column}) <= 1e12" for column in columns)
+
+
+_WRONG = {
+    "demonstration": " OR ".join(
+        (
+            _of_other_kind("text", "id", "name", "task", "channels", "source"),
+            _of_other_kind("integer", "samples"),
+            _of_other_kind("real", "period", "duration"),
+            _beyond("samples", "period", "duration", "grid_rate", "video_offset", "video_rate"),
+            "period < 1e-12 OR duration <= 0 OR grid_rate <= 1e-12 OR video_rate <= 1e-12",
+            "samples < 2",
+            "typeof(grid_rate) NOT IN ('real', 'null')",
+            "video IS NOT NULL AND (typeof(video) <> 'text' OR typeof(video_offset) <> 'real' "
+            "OR typeof(video_rate) <> 'real')",
+        )
+    ),
+    "author": _of_other_kind("text", "name", "kind") + " OR kind NOT IN ('coder', 'model')",
+    "track": _of_other_kind("text", "demonstration")
+    + " OR demonstration NOT IN (SELECT id FROM demonstration)"
+    + " OR author NOT IN (SELECT id FROM author)",
+    "segment": " OR ".join(
+        (
+            _of_other_kind("real", "start", "end"),
+            _of_other_kind("text", "action"),
+            _beyond("start", "end"),
+            "end <= start",
+        )
+    ),
+    "edit": _of_other_kind("text", "kind", "time", "what", "removed", "inserted")
+    + " OR "
+    + _of_other_kind("integer", "track", "position"),
+    "vocabulary": _of_other_kind("text", "task", "actions"),
+    "recogniser": _of_other_kind("text", "id", "name"),
+    "assignment": _of_other_kind("text", "demonstration", "author", "kind", "time"),
+    "verdict": _of_other_kind("text", "demonstration", "author", "coder", "verdict", "time")
+    + f" OR {_beyond('start', 'end')}",
+    "note": _of_other_kind("text", "demonstration", "author", "text", "time"),
+}
+"""By table, what is true of rows that no forcelab writes."""
 
 
 @contextlib.contextmanager

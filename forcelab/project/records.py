@@ -8,12 +8,14 @@ from datetime import datetime, timezone
 from typing import Any, Final, Literal, get_args
 
 from forcelab.demonstration import Channel, Demonstration
+from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments, Track
 from forcelab.project.decisions import Note
 from forcelab.vocabulary import Vocabulary
 
 __all__ = [
     "EDIT_KINDS",
+    "LONGEST_NAME",
     "Added",
     "Author",
     "AuthorKind",
@@ -23,6 +25,7 @@ __all__ = [
     "Incoming",
     "Keepable",
     "Origin",
+    "check_length",
     "segments_from_json",
     "segments_to_json",
     "utc_now",
@@ -32,6 +35,8 @@ AuthorKind = Literal["coder", "model"]
 EditKind = Literal["paint", "import", "predict", "undo", "redo"]
 Keepable = Literal["task", "grid_rate"]
 
+#: Characters of a demonstration's name and of a task.
+LONGEST_NAME: Final = 255
 #: Every kind of edit.
 EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
@@ -211,6 +216,21 @@ class Origin:
 
     proposer: str
     changed: bool = False
+
+
+def check_length(text: str, what: str) -> None:
+    """Refuse a name or a task that is longer than any file name, and than any list can show.
+
+    Raises
+    ------
+    InputError
+        If it is.
+    """
+    if len(text) > LONGEST_NAME:
+        raise InputError(
+            f"The {what} '{text[:30]}...' is longer than {LONGEST_NAME} characters; choose a "
+            f"shorter one."
+        )
 
 
 def utc_now() -> datetime:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import sqlite3
 from collections.abc import Sequence
 
@@ -197,6 +199,11 @@ def check_version(application_id: int, version: int, newest: int, where: str) ->
         raise InputError(
             f"'{where}' was not written by forcelab; choose a folder that holds a project."
         )
+    if version < 0:
+        raise InputError(
+            f"The store of '{where}' is damaged (version {version} of its tables); restore it from "
+            f"a copy."
+        )
     if version > newest:
         raise InputError(
             f"'{where}' was written by a newer forcelab (version {version} of its tables, this "
@@ -225,6 +232,7 @@ def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = 
     while True:
         version = _pragma(connection, "user_version")
         if version == len(steps):
+            _check_content(connection, tuple(steps), where)
             break
         connection.execute("BEGIN IMMEDIATE")
         try:
@@ -232,6 +240,7 @@ def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = 
             version = _pragma(connection, "user_version")
             check_version(_pragma(connection, "application_id"), version, len(steps), where)
             if version < len(steps):
+                _check_content(connection, tuple(steps[:version]), where)
                 for statement in steps[version]:
                     connection.execute(statement)
                 connection.execute(f"PRAGMA user_version = {version + 1}")
@@ -243,6 +252,41 @@ def migrate(connection: sqlite3.Connection, where: str, steps: Sequence[Step] = 
     if migrated:
         # So that the version stands in the file's header, where older programs look first.
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+Content = frozenset[tuple[str, ...]]
+
+
+def _content_of(connection: sqlite3.Connection) -> Content:
+    """Type, name, table and SQL text of all that a store has: tables, indexes, triggers, views."""
+    rows = connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema")
+    # Spaces and line ends do not count: the first versions broke their lines elsewhere.
+    return frozenset((*row[:3], " ".join(str(row[3]).split())) for row in rows)
+
+
+@functools.lru_cache(maxsize=len(MIGRATIONS) + 1)
+def _content_after(steps: tuple[Step, ...]) -> Content:
+    """What a store has after these steps and no others."""
+    with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
+        for statement in (statement for step in steps for statement in step):
+            connection.execute(statement)
+        return _content_of(connection)
+
+
+def _check_content(connection: sqlite3.Connection, steps: tuple[Step, ...], where: str) -> None:
+    """Refuse a store with other tables, indexes, triggers or views than those steps make.
+
+    A trigger of another's could undo edits that are told as made, a view could never end.
+    """
+    found, right = _content_of(connection), _content_after(steps)
+    if found == right:
+        return
+    more, less = ({str(part[1]) for part in parts} for parts in (found - right, right - found))
+    names = ", ".join(sorted(f"'{name[:40]}'" for name in more | less)[:5])
+    raise InputError(
+        f"The store of '{where}' has other tables, views or triggers than forcelab makes ({names}); "
+        f"restore it from a copy."
+    )
 
 
 def _pragma(connection: sqlite3.Connection, name: str) -> int:

@@ -14,7 +14,7 @@ from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
-from forcelab.project.loading import DEMONSTRATIONS, known_id
+from forcelab.project.loading import home_of, known_id
 
 __all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "files_beside", "stamps"]
 
@@ -22,11 +22,13 @@ __all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "files_beside",
 STAMPS = "stamps.npz"
 #: What the names of files begin with that lie beside, such as the video of a second camera.
 BESIDE = "beside-"
+#: Bytes of stamps, unpacked: a day of ten devices has less.
+_LARGEST = 1 << 30
 
 
 def attach_stamps(database: Database, id_: str, arrays: Mapping[str, NDArray[Any]]) -> None:
     """Keep arrays beside a demonstration, in place of those there; the rows do not know them."""
-    path = database.folder / DEMONSTRATIONS / known_id(database, id_) / STAMPS
+    path = home_of(database, known_id(database, id_)) / STAMPS
     if any(array.dtype.hasobject for array in arrays.values()):
         raise InputError(f"Stamps of '{id_}' are no plain numbers and names; convert them first.")
     # As numpy.savez_compressed writes it, at the level that costs a third of the time and almost no
@@ -42,7 +44,7 @@ def attach_stamps(database: Database, id_: str, arrays: Mapping[str, NDArray[Any
 
 def attach_beside(database: Database, id_: str, file: Path) -> Path:
     """Copy a file into a demonstration's folder; gives the copy, named after what is in it."""
-    home = database.folder / DEMONSTRATIONS / known_id(database, id_)
+    home = home_of(database, known_id(database, id_))
     with (
         files.told(f"'{file}' was not copied to '{home}'"),
         files.staging(home.parent) as staging,
@@ -54,18 +56,22 @@ def attach_beside(database: Database, id_: str, file: Path) -> Path:
 
 def files_beside(database: Database, id_: str) -> tuple[Path, ...]:
     """The files that were copied into a demonstration's folder, by their names."""
-    home = database.folder / DEMONSTRATIONS / known_id(database, id_)
-    return tuple(sorted(home.glob(f"{BESIDE}*")))
+    home = home_of(database, known_id(database, id_))
+    found = sorted(home.glob(f"{BESIDE}*"))
+    return tuple(path for path in found if path.is_file() and not path.is_symlink())
 
 
 def stamps(
     database: Database, id_: str, names: Container[str] | None = None
 ) -> dict[str, NDArray[Any]] | None:
     """The arrays beside a demonstration, or those of some names; None where there are none."""
-    path = database.folder / DEMONSTRATIONS / known_id(database, id_) / STAMPS
+    path = home_of(database, known_id(database, id_)) / STAMPS
+    files.check_file(path)
     try:
         # Given a path, NumPy leaves a file open that is no archive.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
+            if sum(member.file_size for member in found.zip.infolist()) > _LARGEST:
+                raise ValueError("too large")
             wanted = (name for name in found.files if names is None or name in names)
             return {name: found[name] for name in wanted}
     except FileNotFoundError:

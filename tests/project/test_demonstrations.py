@@ -209,7 +209,7 @@ def damaged(file):
         (damaged, "is damaged"),
         (lambda file: file.write_bytes(b""), "is damaged"),
         (lambda file: file.write_bytes(os.urandom(200)), "is damaged"),
-        (lambda file: np.save(file, np.array([{}], dtype=object)), "is damaged"),
+        (lambda file: np.save(file, np.array([{}], dtype=object)), "does not hold"),
         (lambda file: np.save(file, np.zeros((3, 2))), "does not hold"),
         (lambda file: np.save(file, np.zeros((500, 2), np.float32)), "does not hold"),
     ],

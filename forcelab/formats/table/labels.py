@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from collections import defaultdict
 from collections.abc import Sequence
@@ -95,10 +96,10 @@ def lies_beside(path: Path) -> Path | None:
     """
     for place in _PLACES:
         candidate = path.with_name(path.stem + place)
-        if candidate.is_file() and candidate != path:
+        if _is_file(candidate) and candidate != path:
             return candidate
     audacity = path.with_suffix(".txt")
-    if audacity == path or not audacity.is_file():
+    if audacity == path or not _is_file(audacity):
         return None
     with audacity.open("rb") as file:
         head = file.read(HEAD)
@@ -106,6 +107,16 @@ def lies_beside(path: Path) -> Path | None:
     if layout is None or layout.dialect.separator != "\t" or _columns(layout) != (0, 1, 2, None):
         return None
     return audacity
+
+
+def _is_file(path: Path) -> bool:
+    """Whether there is such a file; one whose name is too long for the disk is not there."""
+    try:
+        return path.is_file()
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        return False
 
 
 def read_labels(path: Path, options: ReadOptions) -> tuple[Track, ...]:
