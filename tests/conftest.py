@@ -65,15 +65,37 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 MEMORY = Path("/dev/shm")
 if os.access(MEMORY, os.W_OK) and shutil.disk_usage(MEMORY).free > 2**30:
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY))
-# How long an example takes tells of what else a machine does. Where a change waits for the tests,
-# the examples are the same each time, so that it is never held up by an example nobody has met;
-# fewer do there, as what they find was found before.
+# How long an example takes tells of what else a machine does. The examples are the same each time,
+# so that nobody is held up by an example that nobody has met; CI does fewer. By hand other ones are
+# tried: --hypothesis-seed, and --hypothesis-profile=long for ten times as many.
 CI = "CI" in os.environ
-settings.register_profile("busy", deadline=None, derandomize=CI, max_examples=50 if CI else 100)
-settings.load_profile("busy")
+settings.register_profile("fixed", deadline=None, derandomize=True, max_examples=50 if CI else 100)
+settings.register_profile("random", deadline=None, derandomize=False, max_examples=100)
+settings.register_profile("long", settings.get_profile("random"))
+#: How many times as many examples the long profile has.
+LONGER = 10
 
 
-def pytest_collection_modifyitems(items):
+def pytest_configure(config):
+    """A seed is no use where the examples are fixed."""
+    if not config.getoption("--hypothesis-profile"):
+        seeded = config.getoption("--hypothesis-seed") is not None
+        settings.load_profile("random" if seeded else "fixed")
+
+
+def _lengthen(items):
+    """Also the tests that set a number of examples of their own."""
+    tests = {getattr(item.obj, "__func__", item.obj) for item in items if hasattr(item, "obj")}
+    for test in tests:
+        if getattr(test, "is_hypothesis_test", False):
+            own = test._hypothesis_internal_use_settings or settings.default
+            longer = settings(own, max_examples=LONGER * own.max_examples)
+            test._hypothesis_internal_use_settings = longer
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--hypothesis-profile") == "long":
+        _lengthen(items)
     ranks = {f"tests/{name}": rank for rank, name in enumerate(LONG)}
     ranks[f"tests/{LAST}"] = len(LONG) + 1
     items.sort(key=lambda item: ranks.get(item.nodeid.partition("::")[0], len(LONG)))

@@ -29,6 +29,8 @@ Kind = Literal["touch", "leave", "jerk"]
 
 #: Standard deviation of the Gaussian that smooths the force, s: the scale of the derivative.
 SCALE = 0.004
+#: Samples within this many standard deviations of the noise from the densest place are at rest.
+AT_REST = 3.0
 #: A force counts from this many standard deviations of its smoothed noise above rest ...
 TOUCH = 8.0
 #: ... and from this share of its largest deviation, since zeros creep.
@@ -159,7 +161,12 @@ def _levels(x: Array, period: float, progress: Progress) -> Generator[Progress, 
     blocks = [x] if x.size <= SAMPLED else np.array_split(x, 16)
     looked = [np.asarray(block[: SAMPLED // len(blocks)], dtype=np.float64) for block in blocks]
     noise = float(np.median([float(noise_level(block)) for block in looked]))
-    rest = _densest(np.concatenate(looked)[:: max(1, len(looked) * looked[0].size // 8192)])
+    # The densest half of a half of few samples lies anywhere in the noise: what is within the noise
+    # of it tells where the middle is.
+    spread = np.concatenate(looked)[:: max(1, len(looked) * looked[0].size // 8192)]
+    rest = _densest(spread)
+    near = spread[np.abs(spread - rest) <= AT_REST * noise]
+    rest = float(np.median(near)) if near.size else rest
     largest, steepest = 0.0, 0.0
     step = max(1, round(sigma))
     for first in range(0, x.size, CHUNK):
