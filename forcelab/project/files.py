@@ -28,6 +28,8 @@ from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
 
 __all__ = [
+    "STORED_ID",
+    "STORED_VIDEO",
     "UNCOMMITTED",
     "appearing",
     "check_file",
@@ -41,8 +43,6 @@ __all__ = [
     "remove",
     "remove_video",
     "same",
-    "STORED_ID",
-    "STORED_VIDEO",
     "staging",
     "told",
     "vacant",
@@ -60,7 +60,8 @@ _CURES = (
     ((errno.EIO,), "look whether the disk is connected, and check it"),
     ((errno.ENAMETOOLONG,), "choose a shorter name"),
 )
-#: What the store may call a demonstration or a recogniser, and a video: no separators, no dots first.
+#: What the store may call a demonstration or a recogniser, and a video: no separators, no leading
+#: dots.
 STORED_ID = re.compile(r"[0-9a-f]{32}")
 STORED_VIDEO = re.compile(r"video-[0-9a-f]{16}(\.[a-z0-9]{1,8})?")
 

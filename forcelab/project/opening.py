@@ -21,7 +21,7 @@ _SETTINGS = (
     "PRAGMA cell_size_check = ON",
 )
 
-#: Bytes up to which a store is checked page by page when it is opened: some ten milliseconds.
+#: Bytes up to which a store is checked page by page when it is opened.
 _QUICK = 4 << 20
 
 

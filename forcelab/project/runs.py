@@ -83,7 +83,9 @@ def keeping(database: Database, id_: str) -> Iterator[None]:
     mark = database.folder / RECOGNISERS / f"{id_}.{files.UNCOMMITTED}"
     try:
         with database.writing():
-            files.mark_uncommitted(mark)  # in here, or whoever opens the project just now takes it away
+            files.mark_uncommitted(
+                mark
+            )  # in here, or whoever opens the project just now takes it away
             yield
     except BaseException:
         with contextlib.suppress(ForcelabError, OSError):  # the next opening does it

@@ -284,8 +284,8 @@ def _check_content(connection: sqlite3.Connection, steps: tuple[Step, ...], wher
     more, less = ({str(part[1]) for part in parts} for parts in (found - right, right - found))
     names = ", ".join(sorted(f"'{name[:40]}'" for name in more | less)[:5])
     raise InputError(
-        f"The store of '{where}' has other tables, views or triggers than forcelab makes ({names}); "
-        f"restore it from a copy."
+        f"The store of '{where}' has other tables, views or triggers than forcelab makes "
+        f"({names}); restore it from a copy."
     )
 
 

@@ -14,7 +14,7 @@ from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
 from forcelab.project import files
 from forcelab.project.database import Database
-from forcelab.project.loading import home_of, known_id
+from forcelab.project.loading import home_of, known_id, row_of
 
 __all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "files_beside", "stamps"]
 
@@ -22,8 +22,8 @@ __all__ = ["BESIDE", "STAMPS", "attach_beside", "attach_stamps", "files_beside",
 STAMPS = "stamps.npz"
 #: What the names of files begin with that lie beside, such as the video of a second camera.
 BESIDE = "beside-"
-#: Bytes of stamps, unpacked: a day of ten devices has less.
-_LARGEST = 1 << 30
+#: Bytes of stamps, unpacked, that are always read, and those for each sample of a demonstration.
+_LARGEST, _EACH = 1 << 30, 1 << 10
 
 
 def attach_stamps(database: Database, id_: str, arrays: Mapping[str, NDArray[Any]]) -> None:
@@ -67,10 +67,11 @@ def stamps(
     """The arrays beside a demonstration, or those of some names; None where there are none."""
     path = home_of(database, known_id(database, id_)) / STAMPS
     files.check_file(path)
+    largest = max(_LARGEST, _EACH * row_of(database, id_)["samples"])
     try:
         # Given a path, NumPy leaves a file open that is no archive.
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as found:
-            if sum(member.file_size for member in found.zip.infolist()) > _LARGEST:
+            if sum(member.file_size for member in found.zip.infolist()) > largest:
                 raise ValueError("too large")
             wanted = (name for name in found.files if names is None or name in names)
             return {name: found[name] for name in wanted}

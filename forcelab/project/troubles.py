@@ -37,6 +37,10 @@ def told_of_store(folder: Path, timeout: float) -> Iterator[None]:
             f"The text {error.object!r} holds characters that are not valid Unicode, so it was "
             f"not stored; rename it."
         ) from error
+    except (
+        UnicodeDecodeError
+    ) as error:  # a name in the schema, or SQLite's sentence that quotes one
+        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
     except (sqlite3.IntegrityError, sqlite3.ProgrammingError):
         raise  # the program's own mistakes
     except sqlite3.DatabaseError as error:
