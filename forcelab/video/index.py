@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,24 @@ STRETCH, DECODED = 500, 50
 COMPARED = 24
 #: Codecs whose packets are not all shown: their frames have to be decoded to be counted.
 HIDING = ("VP80",)
+#: How files begin that hold a video themselves: MP4 and QuickTime, Matroska and WebM, AVI, MPEG
+#: program and transport streams (also as cameras write them), Windows Media, Ogg, Flash.
+_CONTAINERS = tuple(
+    re.compile(signature, re.DOTALL)
+    for signature in (
+        rb".{4}(?:ftyp|moov|mdat|free|skip|wide|pnot)",
+        rb"\x1a\x45\xdf\xa3",
+        rb"RIFF.{4}AVI ",
+        rb"\x00\x00\x01[\xba\xb3]",
+        rb"G.{187}G.{187}G",
+        rb".{4}G.{191}G",
+        rb"\x30\x26\xb2\x75\x8e\x66\xcf\x11",
+        rb"OggS",
+        rb"FLV\x01",
+    )
+)
+#: Names that FFmpeg takes for a row of pictures.
+_PATTERN = re.compile(r"%\d*d")
 #: Seconds below which two timestamps are the same; files keep no finer than 1/1000000 s, and
 #: OpenCV hands them on as milliseconds in floating point.
 SAME = 1e-6
@@ -116,15 +135,39 @@ def open_video(path: Path, *, packets: bool = False) -> Any:
         raise InputError(
             f"The video '{path}' is not there; put it back or add the demonstration again."
         )
+    _refuse_unless_container(path)
     cv2 = opencv()
     options = [cv2.CAP_PROP_FORMAT, -1] if packets else []
-    capture = cv2.VideoCapture(str(path), cv2.CAP_FFMPEG, options)
+    # With its folder before it no name is taken for an address.
+    capture = cv2.VideoCapture(str(path.absolute()), cv2.CAP_FFMPEG, options)
     if not capture.isOpened():
         raise InputError(
             f"'{path}' cannot be read as a video: it is damaged, cut short or of another kind; "
             f"copy it again, or convert it to H.264 in mp4."
         )
     return capture
+
+
+def _refuse_unless_container(path: Path) -> None:
+    """Refuse what is not itself a video before a decoder sees it.
+
+    FFmpeg goes by the content, whatever the file is called, and opens what a playlist or a list
+    names, on this machine or another; a name with a number in it stands for many pictures.
+    """
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(400)
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from error
+    if _PATTERN.search(path.name):
+        raise InputError(
+            f"The name '{path.name}' stands for a row of pictures; rename the video without '%'."
+        )
+    if not any(signature.match(start) for signature in _CONTAINERS):
+        raise InputError(
+            f"'{path}' cannot be read as a video: it is damaged, cut short, or a playlist or "
+            f"another kind of file; copy it again, or convert it to H.264 in mp4."
+        )
 
 
 def indexing(path: Path) -> Generator[Progress, None, Index]:

@@ -99,3 +99,27 @@ def test_what_is_no_video_is_refused(tmp_path):
     path.write_bytes(b"no film")
     with pytest.raises(InputError, match="cannot be read as a video"):
         check_video(path, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("list.m3u8", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\n{film}\n#EXT-X-ENDLIST\n"),
+        ("live.mp4", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\n{film}\n"),
+        ("concat.mp4", "ffconcat version 1.0\nfile {film}\n"),
+        ("dash.mkv", '<?xml version="1.0"?><MPD><BaseURL>{film}</BaseURL></MPD>'),
+        ("session.mp4", "v=0\no=- 0 0 IN IP4 127.0.0.1\ns=x\nm=video 5004 RTP/AVP 96\n"),
+    ],
+)
+def test_what_only_names_a_video_is_not_opened(name, content, tmp_path, monkeypatch):
+    monkeypatch.setattr("forcelab.video.index.opencv", lambda: pytest.fail("a decoder saw it"))
+    file = tmp_path / name
+    file.write_text(content.format(film=tmp_path / "film.mp4"), "utf-8")
+    with pytest.raises(InputError, match="a playlist or another kind of file"):
+        check_video(file, 1.0)
+
+
+def test_a_name_that_stands_for_a_row_of_pictures_is_refused(tmp_path):
+    (tmp_path / "img_%02d.png").write_bytes(b"\0\0\0\x18ftypmp42")
+    with pytest.raises(InputError, match="without '%'"):
+        check_video(tmp_path / "img_%02d.png", 1.0)
