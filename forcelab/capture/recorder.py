@@ -122,10 +122,12 @@ class Recorder(Opened):
         Raises
         ------
         InputError
-            If the project cannot be written; nothing is recorded.
+            If the project cannot be written or no device is plugged in; nothing is recorded.
         """
         if self._journal is not None:
             raise InputError(f"'{self._name}' is still being recorded; stop it first.")
+        if obstacle := self.state().obstacle:
+            raise InputError(obstacle)
         names = [camera.name for camera in self._cameras]
         name, self._journal, videos = begin_journal(
             self.path, task, name, author, self._devices, names

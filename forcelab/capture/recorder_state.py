@@ -98,3 +98,10 @@ class RecorderState:
     in_memory: int
     devices: tuple[DeviceState, ...]
     cameras: tuple[CameraState, ...]
+
+    @property
+    def obstacle(self) -> str:
+        """Why no recording can begin, in a sentence; empty where one can."""
+        if any(device.plugged for device in self.devices):
+            return ""
+        return "No device is plugged in, so nothing can be recorded; plug one in again."

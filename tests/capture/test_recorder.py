@@ -462,3 +462,14 @@ def test_a_ring_gives_the_last_samples_in_their_order(length, blocks, asked):
         assert first == expected[0]
     _, times, _ = ring.latest(0.55)
     assert len(times) == min(len(every), length, 6)
+
+
+def test_nothing_is_begun_with_every_device_unplugged(project):
+    device = FakeDevice()
+    with Recorder(project, [device]) as recorder:
+        came(recorder, 10)
+        device.gone.set()
+        eventually(lambda: not recorder.state().devices[0].plugged)
+        with pytest.raises(InputError, match="No device is plugged in"):
+            recorder.start("LEGO")
+        assert not recorder.holding

@@ -76,6 +76,12 @@ class Session(Attached):
         """What the recording that runs is called; empty while none runs."""
         return self._recorded if self.phase in (Phase.RECORDING, Phase.STUCK) else ""
 
+    @property
+    def obstacle(self) -> str:
+        """Why no recording can begin with the devices as they are; empty where one can."""
+        waiting = self.phase is Phase.READY and self.state is not None
+        return self.state.obstacle if waiting else ""
+
     def set_task(self, task: str) -> None:
         """The next recordings are of a task; its actions can be marked."""
         self.task = task.strip()
@@ -110,6 +116,9 @@ class Session(Attached):
         if self.phase is Phase.READY:
             if not (self.name or self.task):
                 self.say(self.tr("A recording needs a task; write one."), True)
+                return
+            if self.obstacle:
+                self.say(self.obstacle, True)
                 return
             self.left = self.countdown
             if self.left:

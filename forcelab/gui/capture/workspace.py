@@ -81,6 +81,7 @@ class CaptureWorkspace(QWidget):
         self._make_buttons()
         self._lay_out()
         self.session.changed.connect(self._changed)
+        self.session.ticked.connect(self._show_whether_recording_can_begin)
         document.project_changed.connect(self._project_changed)
         document.training_changed.connect(self.recogniser.refresh)
         keys().changed.connect(self._changed)
@@ -266,7 +267,7 @@ class CaptureWorkspace(QWidget):
             Phase.STUCK: self.tr("Try to keep it again"),
         }
         _say_on(self.record_button, words.get(phase, self.tr("Record")), keys().shown("record"))
-        self.record_button.setEnabled(not busy and not apart)
+        self._show_whether_recording_can_begin()
         self._show_discard()
         left = session.left_behind
         _say_on(self.recover_button, self.tr("Recover unfinished recordings: {0}").format(left))
@@ -275,6 +276,14 @@ class CaptureWorkspace(QWidget):
         )
         self.recover_button.setVisible(left > 0)
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
+
+    def _show_whether_recording_can_begin(self) -> None:
+        """Devices may be unplugged and plugged in again at any moment."""
+        session, obstacle = self.session, self.session.obstacle
+        can = session.phase not in WORKING and session.phase is not Phase.APART and not obstacle
+        if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
+            self.record_button.setEnabled(can)
+            self.record_button.setToolTip(obstacle)
 
     def _show_discard(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""

@@ -349,3 +349,18 @@ def test_long_names_of_tasks_and_actions_are_cut_where_that_is_seen(window, unti
         assert max(map(metrics.horizontalAdvance, words)) <= page.legend.width()
         assert "…" in page.legend.text()
         assert long in page.legend.toolTip()
+
+
+def test_nothing_can_be_recorded_while_every_device_is_unplugged(window, connected, tongs, until):
+    page = connected
+    assert page.record_button.isEnabled()
+    tongs.unplug()
+    until(lambda: not page.record_button.isEnabled())
+    assert "No device is plugged in" in page.record_button.toolTip()
+    assert page.session.obstacle
+    page.session.record_or_stop()
+    assert page.session.phase is Phase.READY
+    assert "No device is plugged in" in page.session.sentences[-1][0]
+    tongs.replug()
+    until(page.record_button.isEnabled)
+    assert not page.record_button.toolTip()
