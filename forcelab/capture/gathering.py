@@ -121,7 +121,6 @@ def gather(contents: Contents, folder: Path) -> Gathered:
         remarks.append(_lost(names[i], stream, stamps.get(f"ticks_{i}"), counted[i]))
     all_channels = joined(streams, names)
     start, lead = all_channels.start, streams[all_channels.lead]
-    remarks.append(_cut(names[all_channels.lead], lead, all_channels.within))
     stamps["start"] = np.array(start)
     filmed: list[Camera] = []
     for i, camera in enumerate(cameras):
@@ -180,15 +179,6 @@ def _stamped(block: Block, breaks: NDArray[np.int64], counted: bool, rate: float
     found = stamped(block.arrived, ticks, breaks, rate, counted=False)
     even = found.residual <= _UNEVEN * found.rate and len(found.stretches) < 0.1 * len(found.host)
     return found if even else None
-
-
-def _cut(name: str, lead: Stream, within: slice) -> str:
-    """What is said of samples at the ends that not all devices shared."""
-    number = len(lead.host) - (within.stop - within.start)
-    if not number:
-        return ""
-    samples = "1 sample" if number == 1 else f"{number} samples"
-    return f"{samples} of {name} at the ends, where not all devices gave any, left out."
 
 
 def _lost(name: str, stream: Stream, ticks: NDArray[Any] | None, counted: bool = True) -> str:

@@ -36,7 +36,7 @@ EditKind = Literal["paint", "import", "predict", "undo", "redo"]
 Keepable = Literal["task", "grid_rate"]
 
 #: Characters of a demonstration's name and of a task.
-LONGEST_NAME: Final = 255
+LONGEST_NAME: Final = 1000
 #: Every kind of edit.
 EDIT_KINDS: Final[tuple[EditKind, ...]] = get_args(EditKind)
 
