@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 
 from forcelab.errors import InputError
@@ -102,7 +103,7 @@ class MergeMap:
         return cls(targets)
 
     @classmethod
-    def read(cls, path: Path) -> MergeMap:
+    def read(cls, path: str | PathLike[str]) -> MergeMap:
         """Read a map from a JSON file such as ``{"grap_pen": "grab", "slip_pen": "slip"}``.
 
         Raises
@@ -111,7 +112,7 @@ class MergeMap:
             If the file cannot be read, is not JSON, names a spelling twice or is not a valid map.
         """
         try:
-            text = small_text(path, "utf-8-sig")
+            text = small_text(Path(path), "utf-8-sig")
             found = cls.from_json(json.loads(text, object_pairs_hook=_distinct))
             found.check_targets()
             return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Generator
+from os import PathLike
 from pathlib import Path
 
 from forcelab.errors import InputError
@@ -25,14 +26,14 @@ CODER, RECOGNISED = "Ines", "LEGO"
 UNLABELLED, UNSYNCHRONISED = (6,), (5,)
 
 
-def making(path: Path, jobs: int = 1) -> Generator[Progress, None, bool]:
+def making(path: str | PathLike[str], jobs: int = 1) -> Generator[Progress, None, bool]:
     """Make the sample project, unless it is there.
 
     It takes its name once it is complete. What somebody did in it since then stays.
 
     Parameters
     ----------
-    path : Path
+    path : path-like
         Its folder; may exist if it is empty or the sample project.
     jobs : int
         Processes that share the work; the result is the same for any number.
@@ -47,6 +48,7 @@ def making(path: Path, jobs: int = 1) -> Generator[Progress, None, bool]:
     InputError
         If something else is there, or the disk is full; nothing is left behind then.
     """
+    path = Path(path)
     if not Project.vacant(path):
         _check(path)
         return False

@@ -54,6 +54,7 @@ def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
         str(package / "assets.py"),
         str(package / "assets_data" / "actions.toml"),
     ]
+    assert (package / "py.typed").is_file()
     carried = [
         path.relative_to(ROOT / "assets")
         for pattern in ("**/*.toml", "actions/*.png")

@@ -1,9 +1,12 @@
 """The names that scripts import."""
 
 import ast
+import inspect
 import subprocess
 import sys
 from pathlib import Path
+
+import pytest
 
 import forcelab
 
@@ -30,3 +33,28 @@ def test_importing_forcelab_loads_nothing_else():
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout == "False False\n"
+
+
+def test_wherever_a_path_is_taken_a_text_will_do():
+    def functions():
+        for name in dir(forcelab):
+            value = getattr(forcelab, name)
+            if inspect.isfunction(value):
+                yield name, value
+            elif inspect.isclass(value):
+                members = inspect.getmembers(value, inspect.isroutine)
+                yield from ((f"{name}.{m}", f) for m, f in members if not m.startswith("_"))
+
+    parameters = [
+        (name, parameter.name)
+        for name, function in functions()
+        if getattr(function, "__module__", "").startswith("forcelab")
+        for parameter in inspect.signature(function).parameters.values()
+        if "Path" in str(parameter.annotation) and "str" not in str(parameter.annotation)
+    ]
+    assert not parameters
+
+
+def test_a_recogniser_is_looked_for_at_a_path_that_is_a_text(tmp_path):
+    with pytest.raises(forcelab.InputError, match="There is no recogniser at"):
+        forcelab.load_recogniser(str(tmp_path / "a.skops"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ class ProjectComputed(ProjectCoding):
     def add_recogniser(
         self,
         name: str,
-        data: bytes | Path,
+        data: bytes | str | PathLike[str],
         *,
         settings: Mapping[str, Any],
         seed: int | None,
@@ -51,7 +52,7 @@ class ProjectComputed(ProjectCoding):
         ----------
         name : str
             For people; not blank.
-        data : bytes or Path
+        data : bytes or path-like
             Its content, or the file. The same content is kept once, as it was added first.
         settings : mapping
             Everything that training was told; anything that JSON can hold.
@@ -71,7 +72,7 @@ class ProjectComputed(ProjectCoding):
         """
         columns = columns_of(self._db, settings, seed, labels, versions, time)
         with files.told(f"The recogniser '{name}' was not added to '{self.path}'"):
-            content = data if isinstance(data, bytes) else data.read_bytes()
+            content = data if isinstance(data, bytes) else Path(data).read_bytes()
             id_ = recogniser_id(content)
             with keeping(self._db, id_):
                 keep_recogniser(self._db, id_, name, content, columns)

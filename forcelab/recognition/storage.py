@@ -11,6 +11,7 @@ import tokenize
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -102,12 +103,12 @@ def _bare(classifier: Any, seed: int) -> Any:
     return bare
 
 
-def save(recogniser: Recogniser, path: Path) -> None:
+def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
     """Write a recogniser to a file, whole or not at all."""
-    write_atomically(path, dump(recogniser))
+    write_atomically(Path(path), dump(recogniser))
 
 
-def load(path: Path) -> Recogniser:
+def load(path: str | PathLike[str]) -> Recogniser:
     """Read a recogniser from a file.
 
     Raises
@@ -118,6 +119,7 @@ def load(path: Path) -> Recogniser:
     """
     from skops import io
 
+    path = Path(path)
     if not path.is_file():
         raise InputError(
             f"There is no recogniser at {path}; check the name, or make one with 'forcelab train'."

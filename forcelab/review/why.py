@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Generator, Mapping
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -207,7 +208,9 @@ def explaining(
     )
 
 
-def why_at(path: Path, outcome: Outcome, id_: str, time: float) -> Generator[Progress, None, Why]:
+def why_at(
+    path: str | PathLike[str], outcome: Outcome, id_: str, time: float
+) -> Generator[Progress, None, Why]:
     """Explain what a run predicted at a time of a demonstration.
 
     The recogniser that has not seen the demonstration is trained once more.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Generator, Sequence
+from os import PathLike
 from pathlib import Path
 
 from forcelab.jobs import Progress
@@ -15,7 +16,7 @@ __all__ = ["simulating"]
 
 
 def simulating(
-    path: Path, origins: Sequence[Origin], *, video: bool = True, jobs: int = 1
+    path: str | PathLike[str], origins: Sequence[Origin], *, video: bool = True, jobs: int = 1
 ) -> Generator[Progress, None, tuple[Added, ...]]:
     """Simulate demonstrations, labelled by every simulated coder, and add them to a project.
 
@@ -23,7 +24,7 @@ def simulating(
 
     Parameters
     ----------
-    path : Path
+    path : path-like
         The project's folder; made if there is none.
     origins : sequence of Origin
         What to make.
@@ -43,6 +44,7 @@ def simulating(
         If the folder is no project or may not be written, or the disk is full. The project is as
         it was then, and one that did not exist does not exist afterwards either.
     """
+    path = Path(path)
     new = Project.vacant(path)
     if not new:
         with Project.open(path) as project:

@@ -79,8 +79,9 @@ class Session(Attached):
     @property
     def obstacle(self) -> str:
         """Why no recording can begin with the devices as they are; empty where one can."""
-        waiting = self.phase is Phase.READY and self.state is not None
-        return self.state.obstacle if waiting else ""
+        if self.phase is not Phase.READY or self.state is None:
+            return ""
+        return self.state.obstacle
 
     def set_task(self, task: str) -> None:
         """The next recordings are of a task; its actions can be marked."""
