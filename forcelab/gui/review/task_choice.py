@@ -162,7 +162,7 @@ class TaskChoice(QWidget):
         form.setContentsMargins(0, 0, 0, 0)
         self.coder = QComboBox()
         self.coder.setAccessibleName(self.tr("Whose labels"))
-        nobody = self.tr("mine from {0} demonstrations on, else of whoever labelled most")
+        nobody = self.tr("mine once I have completed {0}, otherwise the coder with the most")
         self.coder.addItem(nobody.format(OWN), "")
         for name in self._coders():
             self.coder.addItem(name, name)

@@ -22,9 +22,12 @@ if TYPE_CHECKING:
 
 __all__ = ["OWN", "Wanted", "groups_for", "shown_task", "whose_labels"]
 
-#: A coder's own labels are trained on from so many demonstrations on, whoever labelled more: with
-#: one, as after accepting a single prediction, nothing could be tested.
+#: A coder's own labels are trained on from so many complete demonstrations on, whoever labelled
+#: more: with one, as after accepting a single prediction, nothing could be tested.
 OWN = 2
+#: A demonstration is complete whose labels last so large a share of what another coder labelled of
+#: it; of one that nobody else labelled, of its length.
+COMPLETE = 0.5
 
 
 def shown_task(task: str) -> str:
@@ -51,18 +54,27 @@ def whose_labels(document: Document, tasks: set[str | None]) -> str | None:
     """The coder's own labels, or those of who labelled most; None where nobody did.
 
     So whoever looks at a project of others can train at once. The coder's own count from
-    :data:`OWN` demonstrations on, or where nobody else has more. Models are no coders.
+    :data:`OWN` complete demonstrations on, or where nobody else has more. One that was only begun
+    counts where nobody has any complete. Models are no coders.
     """
     own, open_one = document.author, document.demonstration
-    labelled = {
-        (name, info.id)
-        for info in document.infos
-        for name, seconds in info.labelled.items()
-        if info.task in tasks and seconds and not is_model(name)
-    }
-    if open_one is not None and open_one.task in tasks and document.segments:
-        labelled.add((own, document.id))  # which the list may not tell yet
-    count = Counter(name for name, _ in labelled)
+    begun: Counter[str] = Counter()
+    complete: Counter[str] = Counter()
+    for info in document.infos:
+        if info.task not in tasks:
+            continue
+        seconds = {a: s for a, s in info.labelled.items() if s and not is_model(a)}
+        if open_one is not None and info.id == document.id and document.segments:
+            # Which the list may not tell yet.
+            seconds[own] = sum(segment.end - segment.start for segment in document.segments)
+        begun.update(seconds.keys())
+        complete.update(
+            author
+            for author, labelled in seconds.items()
+            if labelled
+            >= COMPLETE * max((s for a, s in seconds.items() if a != author), default=info.duration)
+        )
+    count = complete or begun
     if not count:
         return None
     most, number = min(count.items(), key=lambda one: (-one[1], one[0]))

@@ -482,14 +482,18 @@ def test_who_labelled_most_is_trained_on(document):
     project = document.project
     other = [info for info in document.infos if info.task == "foam"][:1]
     for info in other:
-        project.edit(info.id, "Cleo", (), (Segment(0.0, 1.0, "grab"),), "made")
+        project.edit(info.id, "Cleo", (), project.track(info.id, "Ann").segments, "made")
     document.set_author("Ben")
     document.refresh_listing()
     assert whose_labels(document, {"foam"}) == "Ann"
     document.set_author("Cleo")  # a single one, as after accepting a proposal, is no training
     assert whose_labels(document, {"foam"}) == "Ann"
     another = next(i for i in document.infos if i.task == "foam" and i.id != other[0].id)
-    project.edit(another.id, "Cleo", (), (Segment(0.0, 1.0, "grab"),), "made")
+    begun = project.track(another.id, "Ann").segments[:1]
+    project.edit(another.id, "Cleo", (), begun, "made")
+    document.refresh_listing()
+    assert whose_labels(document, {"foam"}) == "Ann"  # the second one was only begun
+    project.edit(another.id, "Cleo", begun, project.track(another.id, "Ann").segments, "made")
     document.refresh_listing()
     assert whose_labels(document, {"foam"}) == "Cleo"
     assert whose_labels(document, {"no such task"}) is None
@@ -516,7 +520,8 @@ def test_what_was_trained_on_another_coder_is_not_up_to_date(learning, document,
     learning.set_automatic(True)
     document.set_author("Nora")
     for info in document.infos:
-        document.project.edit(info.id, "Nora", (), (Segment(0.0, 1.0, "grab"),), "made")
+        labels = document.project.track(info.id, "Ann").segments
+        document.project.edit(info.id, "Nora", (), labels, "made")
     document.refresh_listing()
     document.paint(2.0, 3.0, "hold")
     assert learning.learnt_from == "Ann"

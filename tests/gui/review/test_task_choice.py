@@ -121,10 +121,11 @@ def test_one_that_codes_blind_does_not_learn_who_else_labelled(document, ask):
 @pytest.mark.parametrize("own", [OWN - 1, OWN])
 def test_whose_labels_are_taken_unless_somebody_is_chosen_is_told_as_it_is(document, ask, own):
     for info in document.infos[:own]:
-        document.project.edit(info.id, "Cleo", (), (Segment(0, 1, "grab"),), "made")
+        labels = document.project.track(info.id, "Ann").segments
+        document.project.edit(info.id, "Cleo", (), labels, "made")
     document.set_author("Cleo")
     document.refresh_listing()
     tasks = {info.task for info in document.infos}
     assert (whose_labels(document, tasks) == "Cleo") == (own >= OWN)
     form = ask(Choice(("foam",)))
-    assert f"from {OWN} demonstrations on" in form.coder.itemText(0)
+    assert f"once I have completed {OWN}" in form.coder.itemText(0)
