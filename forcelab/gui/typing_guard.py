@@ -108,8 +108,10 @@ def wants(widget: QWidget | None, event: QKeyEvent) -> bool:
         return widget.selectionMode() is not QAbstractItemView.SelectionMode.ExtendedSelection
     if modifiers != Qt.KeyboardModifier.NoModifier:
         return False
-    if isinstance(widget, QAbstractItemView) and key == _K.Key_Space:
-        return _checkable(widget)
+    if isinstance(widget, QAbstractItemView) and key in (_K.Key_Space, _K.Key_Delete):
+        # In a list of other things Delete must not erase labels, which nobody is looking at.
+        segments = getattr(widget, "lists_segments", False)
+        return _checkable(widget) if key == _K.Key_Space else not segments
     return any(isinstance(widget, kind) and key in theirs for kind, theirs in _THEIRS)
 
 

@@ -38,6 +38,9 @@ RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 class SegmentRows(QTableView):
     """A table of whole rows, edited on double click or Enter; the window's keys are left to it."""
 
+    #: Delete is the window's here: it deletes the segment that is selected.
+    lists_segments = True
+
     def __init__(self, model: SegmentModel) -> None:
         super().__init__()
         self._model = model

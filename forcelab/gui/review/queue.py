@@ -47,6 +47,7 @@ class QueueView(QWidget):
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
         self.list.chosen.connect(document.examine)
+        self.list.withdrawn.connect(self.withdraw)
         sought = self.tr("Filter by action or demonstration")
         self.filter = search_field(sought, sought)
         self.filter.textChanged.connect(self._show)

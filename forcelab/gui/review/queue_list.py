@@ -31,9 +31,12 @@ class QueueList(QTableView):
     ----------
     chosen : Signal
         With the place of a row that was clicked or opened with Enter.
+    withdrawn : Signal
+        Delete was pressed: the verdict on the marked row, if there is one, is to be withdrawn.
     """
 
     chosen = Signal(object)
+    withdrawn = Signal()
 
     def __init__(self, model: QueueModel, vocabulary: Callable[[], Vocabulary]) -> None:
         super().__init__()
@@ -162,6 +165,8 @@ class QueueList(QTableView):
         text = event.text()
         if event.key() in ENTER:
             self._clicked(self.currentIndex())
+        elif event.key() == Qt.Key.Key_Delete:
+            self.withdrawn.emit()
         elif text and text.isprintable():
             event.ignore()
         else:

@@ -9,10 +9,14 @@ import numpy as np
 import painting_bench
 import pytest
 from painting_bench import shown
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtTest import QTest
 
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.review.queue import QueueView
 from forcelab.gui.review.queue_model import Section
+from forcelab.gui.typing_guard import guard
 from forcelab.labels import Segment
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
@@ -262,6 +266,29 @@ def test_a_verdict_is_withdrawn_and_the_place_is_open_again(bench, until):
         until(lambda: not view.reader.stale)
         assert kinds(view)[0] == ("actions", 1)
         assert view.document.project.verdicts() == ()
+
+
+def test_delete_in_the_queue_withdraws_the_verdict_and_erases_no_label(bench, until):
+    with bench() as view:
+        guard()
+        document = view.document
+        erased = QShortcut(QKeySequence("Del"), view)
+        erased.activated.connect(lambda: document.delete(document.segments[0]))
+        view.show()
+        view.activateWindow()
+        view.step(1)
+        view.judge("ambiguous")
+        until(lambda: not view.reader.stale)
+        before = document.segments
+        view.list.setFocus()
+        QTest.keyClick(view.list, Qt.Key.Key_Delete)
+        assert document.segments == before
+        assert len(document.project.verdicts()) == 1  # an open place has none to withdraw
+        document.examine(view.model.sections[-1].item(0).place)
+        QTest.keyClick(view.list, Qt.Key.Key_Delete)
+        until(lambda: not view.reader.stale)
+        assert document.segments == before
+        assert document.project.verdicts() == ()
 
 
 def test_painting_brings_the_queue_up_to_date(bench, until):
