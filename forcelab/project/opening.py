@@ -59,6 +59,8 @@ def probe(folder: Path) -> None:
         check_version(application_id, version, len(MIGRATIONS), str(folder))
         if file.stat().st_size < pages * page_size:
             raise sqlite3.DatabaseError("the file is malformed: its end is missing")
+    except UnicodeDecodeError as error:  # of SQLite's sentence, which quotes a damaged schema
+        raise InputError(sentence_of(folder, sqlite3.DatabaseError("malformed"), 0)) from error
     except sqlite3.DatabaseError as error:
         # With a journal it may be whole once SQLite has taken that into account.
         if not _in_journal(folder):

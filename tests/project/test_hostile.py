@@ -278,3 +278,14 @@ def test_mutated_projects_end_in_a_sentence_and_touch_nothing_outside(tmp_path, 
     from stores import findings_of_stores
 
     assert list(findings_of_stores(30, 0, tmp_path / "stores")) == []
+
+
+def test_a_schema_with_bytes_that_are_no_text_is_one_sentence(path, stored, canaries):
+    file = path / "project.sqlite"
+    with closing(sqlite3.connect(file)) as store:
+        store.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    content = file.read_bytes()
+    for words in (b"CREATE TABLE demonstration", b"CREATE TABLE author", b"CREATE INDEX"):
+        file.write_bytes(content.replace(words, b"\x8b" + words[1:], 1))
+        with pytest.raises(InputError, match="damaged|not those|other tables"):
+            Project.open(path)
