@@ -97,10 +97,10 @@ def test_whose_labels_are_trained_on_stands_beside_the_button_among_several(
     assert not bar.whose.isVisible()
     document.set_author("Root")
     assert bar.whose.text == "Labels of Ann"  # Root has labelled nothing yet
-    document.paint(6, 7, "grab")
+    document.paint(0, 3, "grab")
     assert bar.whose.text == "Labels of Ann"  # of one demonstration, while Ann has more
     other = next(i for i in document.infos if i.task == "foam" and i.id != document.id)
-    document.project.edit(other.id, "Root", (), (Segment(0.0, 1.0, "grab"),), "made")
+    document.project.edit(other.id, "Root", (), (Segment(0.0, 3.0, "grab"),), "made")
     document.refresh_listing()
     until(lambda: bar.whose.text == "Labels of Root")
     assert bar.whose.isVisible()

@@ -200,8 +200,8 @@ def test_only_the_time_that_is_trained_on_is_counted(app):
         assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 5.0)
         for info in document.infos[:2]:
             document.open_demonstration(info.id)
-            document.paint(6, 7, "grab")
-        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 1.0)
+            document.paint(0, 3, "grab")
+        assert facts_of(document, Choice(("foam",))).labelled == pytest.approx(2 * 3.0)
         assert facts_of(document, Choice(("foam",), author="Ann")).labelled == pytest.approx(10.0)
 
 
