@@ -110,9 +110,15 @@ def wants(widget: QWidget | None, event: QKeyEvent) -> bool:
         return False
     if isinstance(widget, QAbstractItemView) and key in (_K.Key_Space, _K.Key_Delete):
         # In a list of other things Delete must not erase labels, which nobody is looking at.
-        segments = getattr(widget, "lists_segments", False)
-        return _checkable(widget) if key == _K.Key_Space else not segments
+        return _checkable(widget) if key == _K.Key_Space else not _deletes(widget)
     return any(isinstance(widget, kind) and key in theirs for kind, theirs in _THEIRS)
+
+
+def _deletes(view: QAbstractItemView) -> bool:
+    """Whether a shortcut of Delete is meant for a list: its own, or the window's of segments."""
+    delete = QKeySequence(QKeySequence.StandardKey.Delete)
+    own = any(action.shortcut() == delete for action in view.actions())
+    return own or getattr(view, "lists_segments", False)
 
 
 def _checkable(view: QAbstractItemView) -> bool:
