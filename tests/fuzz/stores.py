@@ -171,7 +171,7 @@ def change_file(folder: Path, chance: random.Random) -> str:
     place = chance.choice(places + odd)
     if not place.parent.is_dir():
         return "nothing"
-    if place.is_file() and chance.random() < 0.3:
+    if place.is_file() and place.stat().st_size and chance.random() < 0.3:
         return change_bytes(place, chance)
     if place.is_dir():
         shutil.rmtree(place)
