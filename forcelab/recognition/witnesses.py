@@ -80,7 +80,9 @@ class Line:
         self._line[self._places[segment]] = code
 
 
-def suspicions(said: Real, line: Line) -> list[tuple[int, int, float]]:
+def suspicions(
+    said: Real, line: Line, possible: NDArray[np.bool_] | None = None
+) -> list[tuple[int, int, float]]:
     """How suspect each known segment is, and of being which other action.
 
     Parameters
@@ -90,6 +92,8 @@ def suspicions(said: Real, line: Line) -> list[tuple[int, int, float]]:
         has not seen its demonstration.
     line : Line
         Of codes below K. The worst are corrected in it.
+    possible : ndarray of bool, shape (m, K), optional
+        Which other actions each segment is suspected of; by default any.
 
     Returns
     -------
@@ -100,6 +104,8 @@ def suspicions(said: Real, line: Line) -> list[tuple[int, int, float]]:
     result: dict[int, tuple[int, float]] = {}
     for _ in range(ROUNDS):
         evidence = _evidence(said, line)
+        if possible is not None:
+            evidence[~possible] = -np.inf
         others, strength = evidence.argmax(axis=1), evidence.max(axis=1)
         suspicion = np.exp(-np.logaddexp(0.0, -strength))
         suspicion[list(result)] = 0.0

@@ -31,6 +31,8 @@ class Heard:
         The human's, m of them.
     said : ndarray of float64, shape (m, K)
         Mean probability of each action over the middle of each segment.
+    predicted : ndarray of float64, shape (m, K)
+        Share of the same that the prediction gives to each action.
     parts : tuple of Difference
         The stretches of kind "action", p of them.
     of_parts : ndarray of float64, shape (p, K)
@@ -40,6 +42,7 @@ class Heard:
     demonstration: str
     segments: Segments
     said: Real
+    predicted: Real
     parts: tuple[Difference, ...]
     of_parts: Real
 
@@ -67,7 +70,10 @@ def heard(
     parts = tuple(d for d in differences if d.kind == "action")
     said = _said(reviewed, [(s.start, s.end) for s in segments], actions)
     of_parts = _said(reviewed, [(d.start, d.end) for d in parts], actions)
-    return Heard(reviewed.id, segments, said, parts, of_parts)
+    predicted = np.zeros_like(said)
+    for row, s in enumerate(segments):
+        predicted[row] = _shares(reviewed.predicted, *_middle(s.start, s.end), actions)
+    return Heard(reviewed.id, segments, said, predicted, parts, of_parts)
 
 
 def _said(reviewed: Reviewed, spans: Sequence[tuple[float, float]], actions: Sequence[str]) -> Real:
@@ -75,13 +81,18 @@ def _said(reviewed: Reviewed, spans: Sequence[tuple[float, float]], actions: Seq
     said = np.zeros((len(spans), len(actions)))
     raw = reviewed.stages.get("raw", reviewed.predicted)
     for row, (start, end) in enumerate(spans):
-        margin = MARGIN * (end - start)
-        inside = (start + margin, end - margin)
+        inside = _middle(start, end)
         if reviewed.certainty is None:
             said[row] = _shares(raw, *inside, actions)
         else:
             said[row] = _means(reviewed.certainty, *inside, actions)
     return said
+
+
+def _middle(start: float, end: float) -> tuple[float, float]:
+    """A span without its edges."""
+    margin = MARGIN * (end - start)
+    return start + margin, end - margin
 
 
 def _means(certainty: Certainty, start: float, end: float, actions: Sequence[str]) -> Real:

@@ -1,7 +1,9 @@
 """Suspected coding errors: human segments that the model, not having seen them, contradicts.
 
 Of segments the evidence is that of :mod:`forcelab.recognition.witnesses`: what the recogniser says
-that was trained without the demonstration, and the neighbours. Of parts of segments it is that of
+that was trained without the demonstration, and the neighbours. It counts only for an action that is
+more probable than the coder's and of which the prediction has more there: what is unusual, but seen
+by the model as well, is nobody's error. Of parts of segments it is that of
 :mod:`forcelab.review.parts`.
 
 An edge is suspect if the model puts it elsewhere, is sure of what it sees on either side and
@@ -57,7 +59,13 @@ def suspects(all_heard: Iterable[Heard], actions: Sequence[str]) -> tuple[Differ
         return ()
     known = [actions[code] for code in learnt.tolist()]
     everything = [
-        replace(h, said=h.said[:, learnt], of_parts=h.of_parts[:, learnt]) for h in everything
+        replace(
+            h,
+            said=h.said[:, learnt],
+            predicted=h.predicted[:, learnt],
+            of_parts=h.of_parts[:, learnt],
+        )
+        for h in everything
     ]
     wholes = {(d.demonstration, d.start): d for d in _segments(everything, known)}
     parts = suspect_parts(everything, known)
@@ -78,6 +86,10 @@ def _segments(everything: Sequence[Heard], actions: Sequence[str]) -> list[Diffe
     number = {action: code for code, action in enumerate(actions)}
     line = Line([[number.get(s.action, -1) for s in h.segments] for h in everything])
     segments = [(h.demonstration, segment) for h in everything for segment in h.segments]
+    predicted = np.concatenate([h.predicted for h in everything])[line.known]
+    known, own = said[line.known], (np.arange(len(line.known)), line.codes)
+    # A label may be unusual: the model contradicts it only by seeing more of something else.
+    contradicts = (known > known[own][:, None]) & (predicted > predicted[own][:, None])
     return [
         Difference(
             segments[i][0],
@@ -88,7 +100,7 @@ def _segments(everything: Sequence[Heard], actions: Sequence[str]) -> list[Diffe
             float(said[i, other]),
             suspicion=suspicion,
         )
-        for i, other, suspicion in suspicions(said[line.known], line)
+        for i, other, suspicion in suspicions(known, line, contradicts)
         if suspicion > 0
     ]
 

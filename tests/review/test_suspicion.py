@@ -119,6 +119,30 @@ def test_an_unusual_order_that_the_model_sees_as_well_is_no_error():
     assert all(d.suspicion < SUSPECT for d in found)
 
 
+def test_where_the_model_sees_what_the_coder_sees_the_order_alone_raises_no_suspicion():
+    tested = [recording(i) for i in range(12)]
+    odd = recording(20, ("still", "hold", "grab", "release", "still"))
+    times = np.arange(int(odd.end * 200)) / 200
+    unsure = np.array(
+        [
+            [s.action == a for a in ACTIONS]
+            for t in times
+            for s in odd.human
+            if s.start <= t < s.end
+        ],
+        float,
+    )
+    unsure[(times >= odd.human[1].start) & (times < odd.human[1].end)] = [0.0, 0.35, 0.65, 0.0]
+    certainty = Certainty.of(times, unsure, ACTIONS)
+    outcome = outcome_of([*tested, replace(odd, certainty=certainty)])
+    found = listed(outcome, {one.id: one.human for one in outcome.tested})
+    assert not [d for d in found if d.suspicion >= SUSPECT]
+    # And where it contradicts, what it is said to see is what it does see.
+    wrong = relabelled(odd.human, 1, "grab")
+    (suspect, *_) = listed(outcome, {"20": wrong, **{one.id: one.human for one in tested}})
+    assert (suspect.demonstration, suspect.human, suspect.predicted) == ("20", "grab", "hold")
+
+
 def test_in_any_order_the_model_alone_decides():
     random = np.random.default_rng(5)
     tested = [recording(i, tuple(random.permutation([*ACTIONS, *ACTIONS]))) for i in range(8)]
