@@ -162,6 +162,10 @@ class Demonstration:
 
     @cached_property
     def id(self) -> str:
+        """The fingerprint of what was recorded; of a stored one that of when it was added."""
+        return self.fingerprint()
+
+    def fingerprint(self) -> str:
         """32 hex digits of a SHA-256 over times, signals, channel names and units."""
         digest = hashlib.sha256()
         header = [[channel.name, channel.unit] for channel in self.channels]

@@ -253,12 +253,12 @@ class Editing(TaskActions):
     def undo(self) -> bool:
         """Take back the latest edit; a renaming in all demonstrations that it changed."""
         nothing = self.tr("There is nothing to undo.")
-        return self._edit(lambda track: track.undo_everywhere(), nothing)
+        return self._edit(lambda track: track.undo_everywhere(), nothing) and self._show_edit()
 
     def redo(self) -> bool:
         """Take back the latest undo; that of a renaming in all demonstrations."""
         nothing = self.tr("There is nothing to redo.")
-        return self._edit(lambda track: track.redo_everywhere(), nothing)
+        return self._edit(lambda track: track.redo_everywhere(), nothing) and self._show_edit()
 
     def history(self) -> tuple[Edit, ...]:
         """Every edit of the coder's track, the first one first."""
@@ -332,6 +332,17 @@ class Editing(TaskActions):
             self.add_actions(*(segment.action for segment in edit.inserted))
         self.tracks_changed.emit()
         self.say_here(done.sentence() if isinstance(done, Reverted) else done.what)
+        return True
+
+    def _show_edit(self) -> bool:
+        """Bring what the latest edit changed into view, if none of it is."""
+        assert self._made is not None
+        changed = set(self._made.removed) ^ set(self._made.inserted)
+        start = min((segment.start for segment in changed), default=self.start)
+        end = max((segment.end for segment in changed), default=self.end)
+        if end <= self.start or start >= self.end:
+            rest = max(self.end - self.start - (end - start), end - start) / 2
+            self.set_span(start - rest, end + rest)
         return True
 
     def _leave_selection(self) -> None:

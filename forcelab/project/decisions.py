@@ -16,6 +16,7 @@ __all__ = [
     "StoredVerdict",
     "Verdict",
     "VerdictKind",
+    "changed_labels",
     "left_to_label",
 ]
 
@@ -180,3 +181,11 @@ class StoredVerdict(Verdict):
     """
 
     id: int = 0
+
+
+def changed_labels(verdict: Verdict) -> bool:
+    """Whether a verdict changed the labels: while it counts, the difference is gone.
+
+    Where it is there still, the edit was undone, and the difference is open again.
+    """
+    return verdict.verdict == "model" and verdict.author == verdict.coder

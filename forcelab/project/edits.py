@@ -16,6 +16,7 @@ from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Segments, Track, check_action_name, is_model, ordered
 from forcelab.project.database import Database
 from forcelab.project.history import Line, edit_of, edits_of, line_of
+from forcelab.project.judged import follow_edit
 from forcelab.project.ownership import kind_of, track_for, track_of
 from forcelab.project.records import AuthorKind, Edit, EditKind, segments_to_json, utc_now
 from forcelab.splicing import splice, spliced
@@ -127,7 +128,28 @@ class Tracks:
             return None
         line = line_of(self._db, track)
         found = self._reverting(kind, line)
-        return None if found is None else self._carry_out(track, line, *found)
+        if found is None:
+            return None
+        edit = self._carry_out(track, line, *found)
+        follow_edit(self._db, edit, self._original(edit))
+        return edit
+
+    def revertible(
+        self, demonstration: str, author: str, kind: Literal["undo", "redo"]
+    ) -> Edit | None:
+        """The edit that an undo, or the undo that a redo, would take back."""
+        track = track_of(self._db, demonstration, author)
+        if track is None:
+            return None
+        line = line_of(self._db, track)
+        top = line.undo if kind == "undo" else line.redo
+        return None if top is None else edit_of(self._db, top)
+
+    def _original(self, edit: Edit) -> Edit:
+        """The edit that an undo, or the redo of one, is about."""
+        while edit.reverts is not None:
+            edit = edit_of(self._db, edit.reverts)
+        return edit
 
     def as_imported(self, demonstration: str, author: str) -> bool:
         """Whether the track is what the latest import made it."""

@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 import sqlite3
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Track
 from forcelab.project.database import Database, fits
-from forcelab.project.decisions import VERDICT_KINDS, StoredVerdict, Verdict
+from forcelab.project.decisions import VERDICT_KINDS, StoredVerdict, Verdict, changed_labels
 from forcelab.project.folder import ProjectFolder
 from forcelab.project.loading import known_id, row_of
 from forcelab.project.origins import Origins
-from forcelab.project.records import Origin, utc_now
+from forcelab.project.records import Edit, Origin, utc_now
 from forcelab.project.troubles import time_of
 
-__all__ = ["ProjectJudged"]
+__all__ = ["ProjectJudged", "follow_edit"]
 
 
 class ProjectJudged(ProjectFolder):
@@ -113,6 +114,31 @@ class ProjectJudged(ProjectFolder):
         )
         rows = self._db.all(f"SELECT * FROM verdict {which} ORDER BY id", *values)
         return tuple(_verdict(row) for row in rows)
+
+
+def follow_edit(database: Database, edit: Edit, original: Edit) -> None:
+    """Withdraw the verdict for which labels were edited when that is undone; renew it when redone.
+
+    It has the time of its edit. Needs a transaction around it.
+    """
+    rows = database.all(
+        "SELECT * FROM verdict WHERE demonstration = ? AND coder = ? AND time = ?",
+        original.demonstration,
+        original.author,
+        original.time.isoformat(),
+    )
+    given = {verdict.place: verdict for verdict in map(_verdict, rows) if changed_labels(verdict)}
+    for place, verdict in given.items():
+        latest = database.one(
+            "SELECT verdict, time FROM verdict WHERE demonstration = ? AND coder = ? "
+            "AND start = ? AND end = ? AND human IS ? AND predicted IS ? ORDER BY id DESC LIMIT 1",
+            *place,
+        )
+        assert latest is not None
+        if edit.kind == "redo" and latest["verdict"] == "withdrawn":
+            _added(database, verdict)
+        elif edit.kind == "undo" and latest["verdict"] == "model":
+            _added(database, replace(verdict, verdict="withdrawn", time=edit.time))
 
 
 def _added(database: Database, verdict: Verdict) -> StoredVerdict:

@@ -121,7 +121,8 @@ class ProjectPainted(ProjectFolder):
     def undo(self, demonstration: str, author: str) -> Edit | None:
         """Take back a track's latest edit not yet taken back; None if there is none.
 
-        Reaches back to the first edit, past restarts. It is an edit itself.
+        Reaches back to the first edit, past restarts. It is an edit itself. A verdict for which
+        the labels were edited goes with its edit, and comes back with it.
         """
         with self._db.writing():
             return self._tracks.revert(self._id(demonstration), author, "undo")
@@ -130,6 +131,15 @@ class ProjectPainted(ProjectFolder):
         """Take back a track's latest undo; None if there is none or something was edited since."""
         with self._db.writing():
             return self._tracks.revert(self._id(demonstration), author, "redo")
+
+    def revertible(
+        self, demonstration: str, author: str, kind: Literal["undo", "redo"]
+    ) -> Edit | None:
+        """The edit that :meth:`undo` would take back, or the undo that :meth:`redo` would.
+
+        None if there is none.
+        """
+        return self._tracks.revertible(self._id(demonstration), author, kind)
 
     def head(self, demonstration: str, author: str) -> int:
         """The number of the latest edit of a track, undoing and redoing included; 0 if none.

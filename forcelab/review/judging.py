@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from forcelab.project import Project, StoredVerdict, Verdict
+from forcelab.project import Edit, Project, StoredVerdict, Verdict
 from forcelab.project.decisions import VerdictKind
 from forcelab.review.differences import Difference, spelt_back
 from forcelab.review.outcome import Outcome
@@ -14,7 +14,6 @@ from forcelab.review.outcome import Outcome
 __all__ = [
     "Judged",
     "action_for",
-    "changed_labels",
     "covers",
     "judge",
     "report",
@@ -42,14 +41,6 @@ class Judged:
         return self.human_right + self.model_right + self.ambiguous
 
 
-def changed_labels(verdict: Verdict) -> bool:
-    """Whether a verdict changed the labels: while it counts, the difference is gone.
-
-    Where it is there still, the edit was undone, and the difference is open again.
-    """
-    return verdict.verdict == "model" and verdict.author == verdict.coder
-
-
 def speaks_of(verdict: Verdict, difference: Difference) -> bool:
     """Whether a verdict is about a difference, which another recogniser may find a bit beside."""
     return (
@@ -66,7 +57,12 @@ def covers(place: Verdict | Difference, difference: Difference) -> bool:
 
 
 def judge(
-    project: Project, outcome: Outcome, difference: Difference, verdict: VerdictKind, author: str
+    project: Project,
+    outcome: Outcome,
+    difference: Difference,
+    verdict: VerdictKind,
+    author: str,
+    edit: Edit | None = None,
 ) -> StoredVerdict:
     """Keep what somebody says about a difference; no label changes (see :func:`action_for`).
 
@@ -79,6 +75,8 @@ def judge(
     verdict : "human", "model" or "ambiguous"
     author : str
         Who judges.
+    edit : Edit, optional
+        What gave the coder's track what the model sees; the verdict is undone with it.
     """
     return project.add_verdict(
         Verdict(
@@ -91,6 +89,7 @@ def judge(
             predicted=difference.predicted,
             verdict=verdict,
             run=outcome.number or None,
+            time=edit.time if edit is not None else None,
         )
     )
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segments
 from forcelab.project import Project, StoredVerdict
+from forcelab.project.decisions import changed_labels
 from forcelab.review.differences import Difference, Kind, compared, current_tracks
 from forcelab.review.hearing import Heard, heard
-from forcelab.review.judging import changed_labels, covers, speaks_of
+from forcelab.review.judging import covers, speaks_of
 from forcelab.review.outcome import Outcome, Reviewed
 from forcelab.review.suspicion import SUSPECT, suspect_edges, suspects
 

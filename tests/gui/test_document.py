@@ -81,6 +81,18 @@ def test_a_view_that_hears_of_an_edit_finds_it_in_the_store(document):
     assert stored(document) == (Segment(1, 2, "grab"), Segment(5, 6.5, "hold"))
 
 
+def test_what_an_undo_changes_comes_into_view(document):
+    assert document.paint(5, 6, "hold")
+    document.set_span(0, 2)
+    assert document.undo()
+    assert document.start <= 5
+    assert document.end >= 6
+    assert document.end - document.start == pytest.approx(2)
+    document.set_span(4.5, 9)
+    assert document.redo()
+    assert (document.start, document.end) == (4.5, 9)  # it is in view already
+
+
 def test_what_stands_in_the_way_is_said_and_nothing_changes(document):
     heard = Heard(document)
     assert not document.paint(3, 3, "hold")

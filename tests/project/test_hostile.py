@@ -235,6 +235,18 @@ def test_a_damaged_file_is_one_sentence_with_the_name(path, stored, name, damage
         assert "\n" not in str(refusal.value)
 
 
+def test_other_samples_and_channels_make_no_other_demonstration(path, stored, capsys):
+    file = path / "demonstrations" / stored / "signals.npy"
+    np.save(file, np.load(file) + 1.0)
+    change(path, """UPDATE demonstration SET channels = replace(channels, '[["', '[["x')""")
+    with Project.open(path) as project:
+        assert project.load("01").id == stored
+    assert main(["plan", str(path), "01"]) == 0
+    archive = ["export", str(path), "--format", "archive", "--out", str(path.parent / "out")]
+    assert main(archive) == 1
+    assert "no longer what was recorded" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("name", ["stamps.npz", "truth.json"])
 def test_a_pipe_beside_the_arrays_does_not_hang(path, stored, name):
     os.mkfifo(path / "demonstrations" / stored / name)

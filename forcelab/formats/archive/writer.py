@@ -74,7 +74,7 @@ def _write_demonstration(project: Project, info: DemonstrationInfo, out: Writer)
     """Write one demonstration's members."""
     home = f"demonstrations/{info.id}"
     d = project.load(info.id)
-    if d.id != info.id:
+    if d.fingerprint() != info.id:
         raise InputError(
             f"The arrays of '{info.name}' in '{project.path}' are no longer what was recorded; "
             f"import the recording again to put them back."

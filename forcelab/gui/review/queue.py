@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QWidget
 
@@ -13,7 +15,7 @@ from forcelab.gui.review.queue_buttons import VerdictButtons
 from forcelab.gui.review.queue_list import QueueList
 from forcelab.gui.review.queue_model import Item, QueueModel
 from forcelab.gui.review.queue_reading import QueueReader
-from forcelab.gui.review.queue_undo import Repainted
+from forcelab.gui.review.queue_undo import VerdictHistory
 from forcelab.gui.review.queue_words import action_name, missing, summary
 from forcelab.gui.shortcuts import keys
 from forcelab.labels import Segment
@@ -42,7 +44,7 @@ class QueueView(QWidget):
         self.document = document
         self.reader = QueueReader(document, jobs, self)
         self._steps = 0  # asked for before the comparison was there
-        self._repainted = Repainted(document)
+        self._history = VerdictHistory(document)
         self.setAccessibleName(self.tr("Disagreement queue"))
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
@@ -124,15 +126,21 @@ class QueueView(QWidget):
         difference, outcome = item.about, read.outcome
         self.document.say("")  # what became of the verdict before is over
         after = self.list.after()
-        if verdict == "model" and not self._repaint(difference, outcome):
-            return False
-        project = self.document.project
+        project, author = self.document.project, self.document.author
         assert project is not None
+        edit = None
         try:
-            said = judge(project, outcome, difference, verdict, self.document.author)
+            if verdict == "model":
+                before = project.head(difference.demonstration, author)
+                if not self._repaint(difference, outcome):
+                    return False
+                if project.head(difference.demonstration, author) != before:
+                    edit = project.revertible(difference.demonstration, author, "undo")
+            said = judge(project, outcome, difference, verdict, author, edit)
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
+        self._history.add(said, edit.id if edit is not None else 0)
         self.reader.put_away(self.queue.after(said, difference))
         if after is not None:
             self.document.examine(after)
@@ -142,13 +150,23 @@ class QueueView(QWidget):
         return True
 
     def undo(self) -> bool:
-        """Take back what the last verdict painted, wherever that was; else the latest edit here."""
-        place = self._repainted.take()
-        if place is not None:
-            self.document.examine(place)
-        undone = self.document.undo()
-        self._repainted.undone()
-        return undone
+        """Take back the latest verdict or edit, wherever that was."""
+        return self._revert(self._history.undo)
+
+    def redo(self) -> bool:
+        """Give the verdict again, or make the edit again, that was taken back last."""
+        return self._revert(self._history.redo)
+
+    def _revert(self, verb: Callable[[], bool]) -> bool:
+        """Undo or redo, and show what came of it."""
+        try:
+            done = verb()
+        except ForcelabError as error:
+            self.document.say(str(error), True)
+            return False
+        if done:
+            self.reader.track_changed()
+        return done
 
     def withdraw(self) -> bool:
         """Take back what was said of the item that is chosen; it is open again."""
@@ -160,6 +178,7 @@ class QueueView(QWidget):
             return False
         try:
             withdraw(project, item.about, self.document.author)
+            self._history.add_withdrawn(item.about)
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
@@ -189,8 +208,6 @@ class QueueView(QWidget):
             document.erase(start, end)
         else:
             document.adopt(Segment(start, end, action))
-        if not document.refused:
-            self._repainted.add(difference)
         return not document.refused
 
     def _follow(self) -> None:

@@ -103,6 +103,7 @@ class ReviewTab(QWidget):
             "accept": document.accept_here,
             "accept_all": document.accept_in_view,
             "undo": self._undo,
+            "redo": self._redo,
             "verdict_human": lambda: self.workspace.queue.judge("human"),
             "verdict_model": lambda: self.workspace.queue.judge("model"),
             "verdict_ambiguous": lambda: self.workspace.queue.judge("ambiguous"),
@@ -113,8 +114,12 @@ class ReviewTab(QWidget):
         self.workspace.queue.step(direction)
 
     def _undo(self) -> bool:
-        """Take back the latest edit; in front of the queue also that of the last verdict."""
+        """Take back the latest edit; while reviewing also the latest verdict."""
         return self.workspace.queue.undo() if self.isVisible() else self.document.undo()
+
+    def _redo(self) -> bool:
+        """Do again what was taken back last."""
+        return self.workspace.queue.redo() if self.isVisible() else self.document.redo()
 
 
 def _warming_up() -> Generator[None, None, None]:

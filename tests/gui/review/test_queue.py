@@ -230,6 +230,90 @@ def test_model_right_repaints_as_one_edit_and_undo_opens_it_again(bench, until):
         assert shown(view.document) == [(s.start, s.end, s.action) for s in HUMAN]
 
 
+def verdicts(view):
+    return [(v.start, v.verdict) for v in view.document.project.verdicts()]
+
+
+@pytest.mark.parametrize("in_the_queue", [True, False])
+def test_an_undone_verdict_does_not_come_back_with_the_one_beside_it(bench, until, in_the_queue):
+    with bench() as view:
+        view.step(1)
+        assert view.judge("model")  # 3 to 4.5 s; the next place begins where it ends
+        assert view.undo() if in_the_queue else view.document.undo()
+        until(lambda: not view.reader.stale)
+        assert verdicts(view) == []
+        view.document.examine(view.queue.missed[0])
+        assert view.judge("model")
+        until(lambda: not view.reader.stale)
+        assert verdicts(view) == [(4.5, "model")]
+        assert [v.start for v in view.queue.judged] == [4.5]
+        assert view.undo()
+        assert view.redo()
+        assert verdicts(view) == [(4.5, "model")]
+        assert (2, 4.5, "hold") in shown(view.document)
+
+
+def test_undo_takes_back_verdicts_and_edits_in_their_order_and_shows_where(bench, until):
+    with bench() as view:
+        document = view.document
+        project, first = document.project, document.id
+        recording = painting_bench.demonstration()
+        second = project.add(replace(recording, name="02", signals=recording.signals + 1)).id
+        project.edit(second, "Ann", (), HUMAN, "painted")
+        document.refresh_listing()
+        document.set_outcome(outcome_of(reviewed(first), reviewed(second, "02")))
+        until(lambda: not view.reader.stale and len(view.queue.actions) == 2)
+        places = {place.demonstration: place for place in view.queue.actions}
+        document.examine(places[first])
+        assert view.judge("model")
+        document.examine(places[second])
+        document.paint(9, 10, "grab")
+        document.examine(places[second])
+        until(lambda: not view.reader.stale)
+        assert view.judge("human")
+        document.examine(places[first])
+        labels = [project.track(id_, "Ann").segments for id_ in (first, second)]
+
+        assert view.undo()  # the verdict that was given last, and no label
+        assert (document.id, examined(view)) == (second, (3, 4.5, "hold", "release"))
+        assert [v.verdict for v in project.verdicts()] == ["model"]
+        assert [project.track(id_, "Ann").segments for id_ in (first, second)] == labels
+        assert view.undo()  # what was painted before it
+        assert (document.id, shown(document)[-1]) == (second, (6, 8, "release"))
+        assert len(project.verdicts()) == 1
+        assert view.undo()  # the first verdict, with its edit, in the other demonstration
+        assert document.id == first
+        assert project.verdicts() == ()
+        assert project.track(first, "Ann").segments == HUMAN
+
+        assert view.redo()
+        assert [v.verdict for v in project.verdicts()] == ["model"]
+        assert project.track(first, "Ann").segments == labels[0]
+        assert view.redo()
+        assert project.track(second, "Ann").segments == labels[1]
+        assert view.redo()
+        assert {(v.demonstration, v.verdict) for v in project.verdicts()} == {
+            (first, "model"),
+            (second, "human"),
+        }
+
+
+def test_undo_gives_a_withdrawn_verdict_back(bench, until):
+    with bench() as view:
+        view.step(1)
+        view.judge("human")
+        until(lambda: not view.reader.stale)
+        view.document.examine(view.model.sections[-1].item(0).place)
+        assert view.withdraw()
+        assert view.undo()
+        assert verdicts(view) == [(3, "human")]
+        assert view.undo()
+        assert verdicts(view) == []
+        assert view.document.segments == HUMAN
+        assert view.redo()
+        assert verdicts(view) == [(3, "human")]
+
+
 def test_where_the_model_sees_nothing_and_is_right_the_label_goes(bench, until):
     with bench() as view:
         view.step(1)
