@@ -155,6 +155,18 @@ def three_keys_lead_to_the_first_mistake(program, project):
     stored_soon(project, "foam 02", lambda found: found == before["foam 02"])
     assert tracks(project) == before
 
+    # In the other workspace, and with a verdict that paints nothing, it is the same.
+    program.until(lambda state: state["examined"] == [begin, end, human, predicted])
+    program.press("ctrl+1", "shift+h")
+    program.until(lambda state: state["title"].startswith("foam 01"), "the next mistake")
+    with Project.open(project) as opened:
+        assert [verdict.verdict for verdict in opened.verdicts()] == ["human"]
+    program.press("ctrl+z")
+    program.until(lambda state: state["title"].startswith("foam 02"), "where the verdict was")
+    with Project.open(project) as opened:
+        assert opened.verdicts() == ()
+    assert tracks(project) == before
+
 
 def killed_while_it_trains(program, project):
     """The old run stands, there is no half one, and no process is left."""

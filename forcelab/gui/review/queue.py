@@ -43,7 +43,9 @@ class QueueView(QWidget):
         super().__init__()
         self.document = document
         self.reader = QueueReader(document, jobs, self)
-        self._steps = 0  # asked for before the comparison was there
+        # Asked for before the comparison was there.
+        self._steps = 0
+        self._verdict: VerdictKind | None = None
         self._history = VerdictHistory(document)
         self.setAccessibleName(self.tr("Disagreement queue"))
         self.model = QueueModel(self)
@@ -121,6 +123,10 @@ class QueueView(QWidget):
         """
         item, read = self.current, self.reader.read
         if item is None or read is None or not isinstance(item.about, Difference):
+            if self.reader.stale and self.document.examined is not None:
+                self._verdict = verdict  # it may be open again, after an undo
+                self.reader.compare()
+                return False
             self.document.say(self.tr("Choose a difference to judge first, with N."), True)
             return False
         difference, outcome = item.about, read.outcome
@@ -233,6 +239,9 @@ class QueueView(QWidget):
         if self._steps and not self.reader.stale:
             direction, self._steps = self._steps, 0
             self.step(direction)
+        if self._verdict and not self.reader.stale:
+            verdict, self._verdict = self._verdict, None
+            self.judge(verdict)
 
     @property
     def _missing(self) -> str:

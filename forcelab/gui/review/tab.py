@@ -114,12 +114,12 @@ class ReviewTab(QWidget):
         self.workspace.queue.step(direction)
 
     def _undo(self) -> bool:
-        """Take back the latest edit; while reviewing also the latest verdict."""
-        return self.workspace.queue.undo() if self.isVisible() else self.document.undo()
+        """Take back the latest verdict or edit; verdicts are given by keys in any workspace."""
+        return self.document.undo() if self._built is None else self._built.queue.undo()
 
     def _redo(self) -> bool:
         """Do again what was taken back last."""
-        return self.workspace.queue.redo() if self.isVisible() else self.document.redo()
+        return self.document.redo() if self._built is None else self._built.queue.redo()
 
 
 def _warming_up() -> Generator[None, None, None]:
