@@ -210,7 +210,7 @@ def stores(count: int, seed: int, whole: Path) -> Iterator[tuple[str, object]]:
                         change_bytes(folder / "project.sqlite", chance)
                     else:
                         change(folder, chance)
-                except sqlite3.DatabaseError:  # it is beyond SQLite already
+                except (sqlite3.DatabaseError, UnicodeDecodeError):  # it is beyond SQLite already
                     break
             p = str(folder)
             formats = ("archive", "elan", "csv", "boris")
