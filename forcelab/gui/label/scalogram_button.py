@@ -36,6 +36,8 @@ class ScalogramButton(QToolButton):
         face.setPixelSize(10)
         self.setFont(face)
         self._choices = QMenu(self)
+        # What the menu is cleared of goes, but no group would.
+        self._channels, self._kinds = QActionGroup(self._choices), QActionGroup(self._choices)
         self.setMenu(self._choices)
 
     def offer(self, channels: Sequence[str], channel: str, phase: bool, steady: bool) -> None:
@@ -48,15 +50,13 @@ class ScalogramButton(QToolButton):
         self.setVisible(bool(channels))
         menu = self._choices
         menu.clear()
-        group = QActionGroup(menu)
         for name in channels:
-            action = self._add(verbatim(name), name == channel, group)
+            action = self._add(verbatim(name), name == channel, self._channels)
             action.triggered.connect(lambda _=False, name=name: self.channel_chosen.emit(name))
         menu.addSeparator()
-        kinds = QActionGroup(menu)
-        magnitude = self._add(self.tr("Magnitude"), not phase, kinds)
+        magnitude = self._add(self.tr("Magnitude"), not phase, self._kinds)
         magnitude.triggered.connect(lambda: self.phase_chosen.emit(False))
-        angle = self._add(self.tr("Phase"), phase, kinds)
+        angle = self._add(self.tr("Phase"), phase, self._kinds)
         angle.triggered.connect(lambda: self.phase_chosen.emit(True))
         menu.addSeparator()
         same = self._add(self.tr("Same colours for the whole demonstration"), steady)

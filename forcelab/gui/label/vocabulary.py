@@ -169,7 +169,7 @@ class VocabularyView(SideList):
         key = menu.addAction(icon("key"), self.tr("Change key…"))
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
-        menu.addMenu(colour_menu(current, lambda colour: self.recolour(name, colour), self))
+        colour_menu(current, lambda colour: self.recolour(name, colour), menu)
         other = menu.addAction(icon("pencil"), self.tr("Rename…"))
         other.triggered.connect(lambda: self._ask_name(name))
         remove = menu.addAction(icon("trash"), self.tr("Remove"))

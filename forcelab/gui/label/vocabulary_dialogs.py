@@ -96,9 +96,9 @@ def ask_name(old: str, parent: QWidget) -> str | None:
     return name if given and name and name != old else None
 
 
-def colour_menu(current: str, choose: Callable[[str], object], parent: QWidget) -> QMenu:
-    """The colours that every viewer tells apart, then any other."""
-    menu = QMenu(translate("forcelab", "Colour"), parent)
+def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
+    """The colours that every viewer tells apart, then any other; below another menu."""
+    menu, parent = around.addMenu(translate("forcelab", "Colour")), around.parentWidget()
     names = (
         translate("forcelab", "Blue"),
         translate("forcelab", "Vermilion"),

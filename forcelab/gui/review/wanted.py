@@ -107,6 +107,7 @@ class Wanted(QObject):
         self.trouble = ""
         self._settings: Settings | None = None
         self._choice: Choice | None = None
+        self._whose: tuple[tuple[object, ...], str | None] | None = None
 
     @property
     def ready(self) -> bool:
@@ -155,7 +156,14 @@ class Wanted(QObject):
     def whose(self) -> str | None:
         """Whose labels are trained on; None where nobody has labelled anything."""
         tasks, test, author, _, _ = self._parts
-        return author or whose_labels(self.document, {*tasks, test})
+        if author:
+            return author
+        # Asked for several times an edit, over hundreds of demonstrations.
+        document = self.document
+        state = document.infos, document.id, document.segments, document.author, tasks, test
+        if self._whose is None or self._whose[0] != state:
+            self._whose = state, whose_labels(document, {*tasks, test})
+        return self._whose[1]
 
     @property
     def learnt_from(self) -> str:

@@ -5,7 +5,7 @@ from painted import opened, shown
 from PySide6.QtCore import QEvent, QModelIndex, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QMenu, QPushButton
 
 from forcelab.gui.label.vocabulary import VocabularyView
 from forcelab.gui.label.vocabulary_dialogs import KeyDialog, colour_menu
@@ -183,7 +183,7 @@ def test_a_key_is_chosen_by_pressing_it(app, document):
 
 def test_colours_for_every_eye_come_first(app, view):
     chosen = []
-    menu = colour_menu(COLOURS[0], chosen.append, view)
+    menu = colour_menu(COLOURS[0], chosen.append, QMenu(view))
     actions = menu.actions()
     assert not actions[0].isEnabled()  # it has that one
     for action in actions[1:8]:

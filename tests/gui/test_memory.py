@@ -1,0 +1,154 @@
+"""A day in the window: what demonstrations, menus and workspaces leave behind is nothing."""
+
+from __future__ import annotations
+
+import gc
+import os
+import shutil
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import datetime, timezone
+from pathlib import Path
+
+import films
+import painting_bench
+import pytest
+from PySide6.QtCore import QEventLoop, QObject, QPoint, Qt, QTimer
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from forcelab.clock import ClockMap
+from forcelab.demonstration import Demonstration, VideoReference
+from forcelab.gui.start import Start
+from forcelab.gui.window import Window
+from forcelab.labels import Segment, Track
+from forcelab.project import Project
+from forcelab.recognition.settings import Settings
+from forcelab.review.outcome import Outcome, Reviewed
+from forcelab.review.places import Place
+from forcelab.vocabulary import Vocabulary
+
+ACTIONS = ("grab", "hold", "release")
+HUMAN = (Segment(0, 2, "grab"), Segment(2, 6, "hold"), Segment(6, 8, "release"))
+SEEN = (Segment(0, 2.1, "grab"), Segment(2.1, 3, "hold"), Segment(3, 8, "release"))
+#: So many are opened; what is there after the first of them is all there ever is.
+COUNT, FIRST = 300, 60
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Three hundred demonstrations, every fifth one filmed."""
+    path = Path(painting_bench.MEMORY or tmp_path) / f"{tmp_path.name}-day.forcelab"
+    film = films.write_with_opencv(tmp_path / "film.avi", "MJPG", 10)
+    plain = painting_bench.demonstration()
+    with Project.create(path) as project:
+        project.set_vocabulary("foam", Vocabulary().with_actions(*ACTIONS))
+        for number in range(COUNT):
+            video = VideoReference(film, ClockMap()) if number % 5 == 0 else None
+            one = replace(
+                plain, name=f"{number:03d}", signals=plain.signals + number / COUNT, video=video
+            )
+            project.add(one, [Track("Ann", HUMAN)])
+    yield path
+    shutil.rmtree(path)
+
+
+def drive(steps: Iterator[None]) -> None:
+    """Take steps in a loop of events, one after the other: what is to be deleted goes there."""
+    loop, errors = QEventLoop(), []
+
+    def step() -> None:
+        try:
+            next(steps)
+        except StopIteration:
+            loop.quit()
+        except BaseException as error:  # noqa: BLE001 - raised where the loop was begun
+            errors.append(error)
+            loop.quit()
+        else:
+            QTimer.singleShot(0, step)
+
+    QTimer.singleShot(0, step)
+    loop.exec()
+    if errors:
+        raise errors[0]
+
+
+def there_is(window: Window) -> Counter[str]:
+    """How many Qt objects, demonstrations, decoders, threads, handles and megabytes there are."""
+    gc.collect()
+    found = Counter(part.metaObject().className() for part in window.findChildren(QObject))
+    found["top-level widgets"] = len(QApplication.topLevelWidgets())
+    for part in gc.get_objects():
+        if isinstance(part, Demonstration | Reviewed | VideoReference | Segment):
+            found[type(part).__name__] += 1
+    found["threads"] = len([*Path("/proc/self/task").iterdir()])
+    found["handles"] = len([*Path("/proc/self/fd").iterdir()])
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
+    found["MB"] = pages * os.sysconf("SC_PAGE_SIZE") >> 20
+    return found
+
+
+def menu_at(widget) -> None:
+    """Open a widget's menu as a right click does, and leave it."""
+    at = QPoint(widget.width() // 2, widget.height() // 2)
+    reason = QContextMenuEvent.Reason.Mouse
+    QApplication.sendEvent(widget, QContextMenuEvent(reason, at, widget.mapToGlobal(at)))
+    if (menu := QApplication.activePopupWidget()) is not None:
+        QTest.keyClick(menu, Qt.Key.Key_Escape)
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="what is open is counted in /proc")
+def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
+    window = Window("Ann")
+    window.resize(1200, 800)
+    window.show()
+    window.begin(Start(project=study))
+    until(lambda: window.settled)
+    document, counts = window.document, []
+    tested = tuple(
+        Reviewed(i.id, i.name, "foam", 0.0, 10.0, HUMAN, {"raw": SEEN, "filtered": SEEN})
+        for i in document.infos
+    )
+    now = datetime.now(timezone.utc)
+    document.set_outcome(
+        Outcome(0, now, "foam", ("foam",), None, "Ann", False, Settings(), ACTIONS, (), tested)
+    )
+    window.show_workspace("review")
+    until(lambda: not window.review.workspace.queue.reader.stale)
+
+    def day() -> Iterator[None]:
+        queue = window.review.workspace.queue
+        for number, info in enumerate(document.infos):
+            assert document.open_demonstration(info.id)
+            yield
+            assert document.paint(8.0, 9.0, ACTIONS[number % 3])
+            document.select(0)
+            for part in (window.label.tracks, window.label.force, window.label.scalogram):
+                menu_at(part)
+            colours = window.label.vocabulary.menu("grab")
+            colours.deleteLater()
+            yield
+            if number % 6:
+                continue
+            window.show_workspace("review")
+            document.examine(Place(info.id, 3.0, 6.0, "hold", "release"))
+            queue.judge("human")
+            yield
+            window.show_workspace("label")
+            if number in (FIRST, COUNT - 6):
+                document.open_demonstration(document.infos[0].id)
+                for _ in range(20):
+                    yield
+                until(lambda: window.settled)
+                counts.append(there_is(window))
+
+    drive(day())
+    window.close()
+    window.deleteLater()
+    grown = counts[1] - counts[0]
+    # The labels themselves are kept, by the store and the queue; and memory goes by pages.
+    allowed = {"MB": 20, "Segment": 12 * (COUNT - FIRST)}
+    assert {what: more for what, more in grown.items() if more > allowed.get(what, 0)} == {}
