@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
+import sys
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 
-from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
+from PySide6.QtCore import QByteArray, QEvent, Qt, QThreadPool, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -51,6 +53,8 @@ LAYOUT = 1
 #: Milliseconds between two looks at what other windows and processes have changed, and from an
 #: edit to the new share in the list of demonstrations.
 LOOK_MS, LIST_MS = 1000, 600
+#: Milliseconds after which memory that pictures and signals took is given back, again and again.
+TIDY_MS = 30_000
 #: The list's width at first, at least and at most, in pixels.
 NARROWEST, WIDEST = 180, 250
 #: The share of the time that such looks may take, in a project with thousands of tracks.
@@ -120,7 +124,7 @@ class Window(QMainWindow):
         self.review.standing.clicked.connect(partial(self.show_workspace, "review"))
         self._standard = self.saveState(LAYOUT)
         self._listing = QTimer(self, singleShot=True, interval=LIST_MS)
-        self._look = QTimer(self)
+        self._look, self._tidy = QTimer(self), QTimer(self, interval=TIDY_MS)
         self._connect()
         self._project_changed()
         self._dress()
@@ -197,6 +201,7 @@ class Window(QMainWindow):
             leaving.callback(self.label.let_go)
             leaving.callback(self._listing.stop)
             leaving.callback(self._look.stop)
+            leaving.callback(self._tidy.stop)
             if self._remembering:
                 leaving.callback(self._remember_layout)
 
@@ -262,6 +267,8 @@ class Window(QMainWindow):
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
+        self._tidy.timeout.connect(lambda: QThreadPool.globalInstance().start(_return_memory))
+        self._tidy.start()
         self._check_snapping()
 
     def _handlers(self) -> dict[str, Callable[[], object]]:
@@ -401,3 +408,10 @@ class Window(QMainWindow):
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
         self.resizeDocks([self._dock], [width], Qt.Orientation.Horizontal)
+
+
+def _return_memory() -> None:
+    """Give back what is free: of large arrays and pictures glibc keeps a hundred MB and more."""
+    if sys.platform == "linux":
+        with suppress(OSError, AttributeError):  # another C library
+            ctypes.CDLL("libc.so.6").malloc_trim(0)

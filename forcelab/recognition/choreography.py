@@ -44,6 +44,8 @@ USUAL, SPREAD = 1.0, 0.5
 LEAST_SPREAD = 0.1
 #: Seconds of each action that count as seen beforehand in the shares of time.
 SHARE_SECONDS = 0.5
+#: Log seconds of an action (a microsecond to eleven days) and their sd that a file may tell.
+LONGEST, WIDEST = 14.0, 10.0
 _ARRAYS = ("mean", "sd", "share", "start", "follow")
 
 
@@ -134,8 +136,12 @@ class Choreography:
         follow = follow.reshape(K, K)
         rows = (mean, sd, share, start)
         sound = all(row.shape == (K,) and np.isfinite(row).all() for row in rows)
-        sound = sound and bool(np.isfinite(follow).all() and (follow >= 0).all())
-        if not (sound and (sd > 0).all() and (share > 0).all() and (start > 0).all()):
+        sound = sound and bool(
+            (np.abs(mean) <= LONGEST).all() and ((sd > 0) & (sd <= WIDEST)).all()
+        )
+        for chances in (share, start, follow):
+            sound = sound and bool(((chances >= 0) & (chances <= 1)).all())
+        if not (sound and (share > 0).all() and (start > 0).all()):
             raise ValueError("the choreography holds numbers that cannot be")
         return cls(actions, mean, sd, share, start, follow)
 

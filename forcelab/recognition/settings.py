@@ -55,6 +55,9 @@ CHOREOGRAPHIES = ("none", "durations", "order")
 
 #: Standard deviations in seconds of the windows in which channels are looked at.
 WINDOWS = (0.01, 0.04, 0.16, 0.64)
+#: Samples a second that a grid may have, and the samples that a running median may look at.
+RATES = (1e-3, 1e6)
+WIDEST = 1_000_000
 #: A wavelet of this scale, in samples, already lasts minutes at 1 kHz; its padding takes memory.
 LARGEST_SCALE = 2.0**17
 
@@ -187,8 +190,8 @@ class Settings:
                 "name each channel once",
             ),
             "rate": (
-                self.rate is None or _number(self.rate, 1e-6, 1e9),
-                "be a positive number of Hz",
+                self.rate is None or _number(self.rate, *RATES),
+                f"be from {RATES[0]:g} to {RATES[1]:,.0f} Hz",
             ),
             "parameter": (
                 self.parameter is None or _number(self.parameter, 0, 1e6),
@@ -216,7 +219,7 @@ class Settings:
             ),
             "step": (
                 self.step is None or _number(self.step, 1e-6, 1e3),
-                "be a positive number of seconds",
+                "be from 0.000001 to 1000 seconds",
             ),
             "stride": (
                 _whole(self.stride, 1) and self.stride < 1 << 31,
@@ -227,10 +230,10 @@ class Settings:
                 "be from 0 to 1",
             ),
             "median": (
-                self.median is None or _whole(self.median, 1),
-                "be a whole number, 1 or more",
+                self.median is None or (_whole(self.median, 1) and self.median <= WIDEST),
+                f"be a whole number from 1 to {WIDEST:,}",
             ),
-            "drop": (self.drop is None or _number(self.drop, 0, 1e9), "be a number, 0 or more"),
+            "drop": (self.drop is None or _number(self.drop, 0, 1e6), "be from 0 to 1,000,000"),
             "seed": (
                 _whole(self.seed, 0) and self.seed < 2**32,
                 "be a whole number from 0 to 2^32 - 1",

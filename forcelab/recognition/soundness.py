@@ -7,7 +7,7 @@ such number is looked at before anything is predicted.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,36 @@ from numpy.typing import NDArray
 from forcelab.recognition.forest import must
 from forcelab.recognition.settings import Settings
 
-__all__ = ["check_classifier"]
+__all__ = ["check_classifier", "check_numbers"]
+
+#: No number that a recogniser holds is larger: what it learnt are forces, seconds and counts.
+LARGEST = 1e15
+
+
+def check_numbers(content: object) -> None:
+    """Check that every number in nested values, arrays and objects is finite and of a usual size.
+
+    Raises
+    ------
+    ValueError
+        If one is not.
+    """
+    waiting, seen = [content], set[int]()
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, np.ndarray):
+            if value.dtype.names:
+                waiting += [value[name] for name in value.dtype.names]
+            elif value.dtype.kind in "fiu" and value.size:
+                must(float(np.abs(value, dtype=np.float64).max()) <= LARGEST, "numbers in range")
+        elif isinstance(value, int | float | np.number):
+            must(abs(float(value)) <= LARGEST, "numbers in range")
+        elif isinstance(value, list | tuple):
+            waiting += value
+        elif id(value) not in seen:
+            seen.add(id(value))
+            inner = value if isinstance(value, Mapping) else getattr(value, "__dict__", {})
+            waiting += inner.values()
 
 
 def check_classifier(classifier: Any, settings: Settings, width: int, actions: int) -> None:

@@ -11,11 +11,10 @@ import tokenize
 import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
+from io import BytesIO
 from os import PathLike
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
@@ -24,11 +23,11 @@ from forcelab.recognition.changes import Changes
 from forcelab.recognition.choreography import Choreography
 from forcelab.recognition.live_part import LivePart
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.recognition.settings import PLAIN_CLASSIFIERS, Settings
-from forcelab.recognition.soundness import check_classifier
+from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
+from forcelab.recognition.soundness import check_classifier, check_numbers
 from forcelab.versions import versions
 
-__all__ = ["dump", "load", "save"]
+__all__ = ["dump", "load", "pack", "save"]
 
 #: Of what is written. Format 1 had of every node of a tree its children and all its values, in the
 #: longest numbers: twelve times as much.
@@ -42,6 +41,9 @@ TRUSTED = (
     "sklearn.calibration._SigmoidCalibration",
     "sklearn.model_selection._split.StratifiedKFold",
 )
+
+#: Samples of the grid in a window, and seconds of a shortest segment, that a file may ask for.
+LONGEST_WINDOW, LONGEST_SEGMENT = 10_000_000, 1e6
 
 #: What zipfile, skops, NumPy and scikit-learn raise over a file that is not what it seems.
 DAMAGE = (
@@ -62,7 +64,25 @@ DAMAGE = (
 
 
 def dump(recogniser: Recogniser) -> bytes:
-    """A recogniser as the bytes of its file."""
+    """A recogniser as the bytes of its file.
+
+    Raises
+    ------
+    InputError
+        If it could not be loaded again.
+    """
+    content = pack(recogniser)
+    try:
+        _unpack(content, "recogniser")
+    except InputError as error:
+        raise InputError(
+            f"The recogniser was not saved, as it could not be loaded again: {error}"
+        ) from error
+    return content
+
+
+def pack(recogniser: Recogniser) -> bytes:
+    """A recogniser as the bytes of its file, whatever it holds."""
     from skops import io
 
     choreography, changes = recogniser.choreography, recogniser.changes
@@ -104,7 +124,13 @@ def _bare(classifier: Any, seed: int) -> Any:
 
 
 def save(recogniser: Recogniser, path: str | PathLike[str]) -> None:
-    """Write a recogniser to a file, whole or not at all."""
+    """Write a recogniser to a file, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or the recogniser could not be loaded again.
+    """
     write_atomically(Path(path), dump(recogniser))
 
 
@@ -117,51 +143,55 @@ def load(path: str | PathLike[str]) -> Recogniser:
         If the file is none of ours, damaged, from a newer version, or holds a type that no
         recogniser needs; nothing of it has been run then.
     """
-    from skops import io
-
     path = Path(path)
     if not path.is_file():
         raise InputError(
             f"There is no recogniser at {path}; check the name, or make one with 'forcelab train'."
         )
     try:
-        with path.open("rb") as file:
-            zipped = zipfile.is_zipfile(file)
+        content = path.read_bytes()
     except OSError as error:
         cure = "look who may read it"
         raise InputError(f"{path} cannot be read: {error.strerror}; {cure}.") from error
-    if not zipped:
-        raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
+    return _unpack(content, str(path))
+
+
+def _unpack(data: bytes, name: str) -> Recogniser:
+    """The recogniser of a file's bytes; what is wrong is told of what is called so."""
+    from skops import io
+
+    if not zipfile.is_zipfile(BytesIO(data)):
+        raise InputError(f"{name} is not a recogniser; train one with 'forcelab train'.")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(BytesIO(data)) as archive:
             packed = any(part.compress_type != zipfile.ZIP_STORED for part in archive.infolist())
         if packed:
             # We never compress: nothing in a file can be larger than the file.
             raise zipfile.BadZipFile
-        strange = sorted(set(io.get_untrusted_types(file=path)) - set(TRUSTED))
+        strange = sorted(set(io.get_untrusted_types(data=data)) - set(TRUSTED))
         if strange:
             raise InputError(
-                f"{path} holds the type {strange[0]}, which no recogniser needs; it was not loaded."
+                f"{name} holds the type {strange[0]}, which no recogniser needs; it was not loaded."
             )
-        content = io.load(path, trusted=list(TRUSTED))
-        return _recogniser(content, path)
+        return _recogniser(io.loads(data, trusted=list(TRUSTED)), name)
     except DAMAGE as error:
         raise InputError(
-            f"{path} is not a whole recogniser ({type(error).__name__} while reading it); "
+            f"{name} is not a whole recogniser ({type(error).__name__} while reading it); "
             f"train it again."
         ) from error
 
 
-def _recogniser(content: object, path: Path) -> Recogniser:
+def _recogniser(content: object, name: str) -> Recogniser:
     """Check what was read and build the recogniser."""
     if not isinstance(content, Mapping) or "forcelab recogniser" not in content:
-        raise InputError(f"{path} is not a recogniser; train one with 'forcelab train'.")
+        raise InputError(f"{name} is not a recogniser; train one with 'forcelab train'.")
     if content["forcelab recogniser"] not in FORMATS:
-        raise InputError(f"{path} comes from a newer forcelab; update forcelab to use it.")
+        raise InputError(f"{name} comes from a newer forcelab; update forcelab to use it.")
     try:
         settings = Settings.from_json(content["settings"])
     except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+        raise InputError(f"{name}: {error}") from error
+    check_numbers({name: part for name, part in content.items() if name != "settings"})
     classifier: Any = content["classifier"]
     recogniser = Recogniser(
         settings=settings,
@@ -175,8 +205,13 @@ def _recogniser(content: object, path: Path) -> Recogniser:
         live=_live(content),
         units=_units(content),
     )
-    if not 0 < recogniser.rate < np.inf:
+    if not RATES[0] <= recogniser.rate <= RATES[1]:
         raise ValueError(f"a rate of {recogniser.rate} Hz")
+    widths = [settings.windows, *(part.windows.windows for part in recogniser.live)]
+    if max(map(max, widths)) * recogniser.rate > LONGEST_WINDOW:
+        raise ValueError("windows of too many samples")
+    if not all(0 <= least <= LONGEST_SEGMENT for least in recogniser.shortest.values()):
+        raise ValueError("a shortest segment that lasts forever")
     width = settings.width(len(recogniser.channels))
     if (changes := content.get("changes")) is not None:  # older files have nothing of it
         recogniser = replace(recogniser, changes=Changes.from_plain(changes, width))

@@ -27,7 +27,7 @@ from forcelab.recognition.examples import Labelled
 from forcelab.recognition.forest import Forest
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
-from forcelab.recognition.storage import TRUSTED, dump, load, save
+from forcelab.recognition.storage import TRUSTED, load, pack, save
 from forcelab.recognition.training import train
 
 SMALL = Settings(max_scale=32.0, stride=6)
@@ -49,13 +49,19 @@ def trained(three):
     return lambda name, threshold=0.8: make(name, threshold)
 
 
+@pytest.fixture(scope="module")
+def fast(three):
+    """A recogniser with windows, a decoder and parts for streams."""
+    return train(three[:2], preset("fast"))
+
+
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "foam.recogniser"
 
 
 def content_of(recogniser):
-    return skops_io.loads(dump(recogniser), trusted=list(TRUSTED))
+    return skops_io.loads(pack(recogniser), trusted=list(TRUSTED))
 
 
 def refused(path, match="recogniser"):
@@ -103,10 +109,10 @@ def test_a_recogniser_can_still_predict_and_be_saved_again_after_saving(trained,
     made = trained(name)
     before = made.predict(three[2].demonstration)
     parts = set(vars(made.classifier))
-    dump(made)
+    pack(made)
     assert set(vars(made.classifier)) == parts
     np.testing.assert_array_equal(made.predict(three[2].demonstration).raw, before.raw)
-    dump(made)
+    pack(made)
 
 
 def test_a_loaded_recogniser_can_be_saved_again(trained, three, path):
@@ -250,7 +256,7 @@ def test_a_setting_of_a_newer_version_is_refused_with_the_files_name(trained, pa
 
 
 def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
-    data = dump(trained("naive-bayes"))
+    data = pack(trained("naive-bayes"))
     for end in np.linspace(0, len(data) - 1, 30).astype(int):
         path.write_bytes(data[:end])
         refused(path)
@@ -258,7 +264,7 @@ def test_a_truncated_file_is_refused_wherever_it_ends(trained, path):
 
 def test_a_flipped_bit_is_refused_or_harmless(trained, three, path):
     made = trained("naive-bayes")
-    data = dump(made)
+    data = pack(made)
     expected = made.predict(three[2].demonstration).probabilities
     random = np.random.default_rng(0)
     directory = data.index(b"PK\x01\x02")
@@ -286,7 +292,7 @@ def test_a_file_that_may_unpack_to_more_than_its_size_is_refused(trained, path):
 
 @pytest.mark.parametrize("header", [b"{'descr': (", b"\x00", b"{{", b"{'descr': '|O', ", b'"""'])
 def test_an_array_with_a_broken_header_is_refused(trained, path, header):
-    old = zipfile.ZipFile(io.BytesIO(dump(trained("naive-bayes"))))
+    old = zipfile.ZipFile(io.BytesIO(pack(trained("naive-bayes"))))
     with zipfile.ZipFile(path, "w") as new:
         for part in old.namelist():
             data = old.read(part)
@@ -298,7 +304,7 @@ def test_an_array_with_a_broken_header_is_refused(trained, path, header):
 
 @pytest.mark.parametrize("shape", [(10**15,), (10**30,), (-1,), (2**62, 4)])
 def test_an_array_that_claims_to_be_huge_is_refused(trained, path, shape):
-    old = zipfile.ZipFile(io.BytesIO(dump(trained("naive-bayes"))))
+    old = zipfile.ZipFile(io.BytesIO(pack(trained("naive-bayes"))))
     claim = io.BytesIO()
     header = {"descr": "<f8", "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(claim, header)
@@ -369,7 +375,7 @@ def test_a_schema_edited_by_hand_runs_nothing(trained, path, module, name, loade
     command = {"Popen": ["touch", str(canary)]}.get(name, f"touch {canary}")
     command = {"eval": f"open({str(canary)!r}, 'w')"}.get(name, command)
     argument = {**node("builtins", "str", "JsonNode", json.dumps(command)), "is_json": True}
-    old = zipfile.ZipFile(io.BytesIO(dump(trained("naive-bayes"))))
+    old = zipfile.ZipFile(io.BytesIO(pack(trained("naive-bayes"))))
     schema = json.loads(old.read("schema.json"))
     schema["content"]["classifier"] = node(
         module, name, loader, node("builtins", "tuple", "TupleNode", [argument])
@@ -388,7 +394,7 @@ def test_another_classifier_than_the_settings_name_is_refused(trained, path):
     X, y = np.zeros((9, trained("svm").classifier.n_features_in_)), np.arange(9) % 4
     for stranger in (RandomForestClassifier(2), KNeighborsClassifier(1, algorithm="ball_tree")):
         wrong = dataclasses.replace(trained("naive-bayes"), classifier=stranger.fit(X, y))
-        path.write_bytes(dump(wrong))
+        path.write_bytes(pack(wrong))
         refused(path)
     for name, stranger in (
         (
@@ -397,7 +403,7 @@ def test_another_classifier_than_the_settings_name_is_refused(trained, path):
         ),
         ("mlp", trained("svm").classifier),
     ):
-        save(dataclasses.replace(trained(name), classifier=stranger), path)
+        path.write_bytes(pack(dataclasses.replace(trained(name), classifier=stranger)))
         refused(path, "not a whole recogniser")
 
 
@@ -434,6 +440,55 @@ def test_a_field_of_nonsense_is_refused_at_once_and_not_when_predicting(
 
 
 @pytest.mark.parametrize(
+    ("spot", "value"),
+    [
+        (("rate",), float("inf")),
+        (("rate",), 1e9),
+        (("rate",), 1e-9),
+        (("shortest", "grab"), 1e300),
+        (("shortest", "grab"), -1.0),
+        (("settings", "median"), 2**31),
+        (("settings", "rate"), 1e9),
+        (("settings", "drop"), 1e300),
+        (("settings", "windows"), [0.01, 900.0]),
+        (("choreography", "mean"), [0.0, 21.5, 0.0, 0.0]),
+        (("choreography", "sd"), [0.5, 1e6, 0.5, 0.5]),
+        (("choreography", "share"), [0.25, 2**31, 0.25, 0.25]),
+        (("classifier", "mean"), float("inf")),
+        (("classifier", "scale"), 1e300),
+        (("live", 0, "look"), 2.0**31),
+    ],
+)
+def test_a_number_out_of_its_range_is_refused_before_anything_is_predicted(fast, path, spot, value):
+    content = content_of(fast)
+    content["rate"] = 20_000.0 if "windows" in spot else content["rate"]
+    place = content
+    for key in spot[:-1]:
+        place = place[key]
+    if isinstance(place[spot[-1]], np.ndarray):
+        place[spot[-1]][1] = value
+    else:
+        place[spot[-1]] = value
+    path.write_bytes(skops_io.dumps(content))
+    refused(path, ".")
+
+
+def test_what_could_not_be_loaded_again_is_not_saved(trained, path):
+    made = trained("naive-bayes")
+    save(made, path)
+    before = path.read_bytes()
+    for wrong in (
+        dataclasses.replace(made, rate=float("inf")),
+        dataclasses.replace(made, actions=made.actions[:1]),
+        with_classifier(made, theta_=np.full_like(made.classifier.theta_, np.nan)),
+    ):
+        with pytest.raises(InputError, match="was not saved, as it could not be loaded again"):
+            save(wrong, path)
+        assert path.read_bytes() == before
+    assert [file.name for file in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(
     "field", ["settings", "rate", "channels", "actions", "shortest", "trained_on", "classifier"]
 )
 def test_a_missing_field_is_refused(trained, path, field):
@@ -463,7 +518,7 @@ def test_a_tree_whose_nodes_point_outside_is_refused(trained, path, node_field, 
     state["nodes"][node_field][0] = value
     tree = types.SimpleNamespace(__getstate__=lambda: state)
     vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(dump(dataclasses.replace(made, classifier=classifier)))
+    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -486,7 +541,7 @@ def test_a_tree_of_arrays_that_do_not_fit_is_refused(trained, path, change):
     state = change(made.classifier.tree_.__getstate__())
     tree = types.SimpleNamespace(__getstate__=lambda: state)
     vars(classifier := copy.copy(made.classifier))["tree_"] = tree
-    path.write_bytes(dump(dataclasses.replace(made, classifier=classifier)))
+    path.write_bytes(pack(dataclasses.replace(made, classifier=classifier)))
     refused(path, "not a whole recogniser")
 
 
@@ -546,7 +601,7 @@ def test_learnt_numbers_that_do_not_fit_are_refused_before_anything_uses_them(
 ):
     made = trained(name, threshold=None)
     changed = with_classifier(made, **{part: change(getattr(made.classifier, part))})
-    path.write_bytes(dump(changed))
+    path.write_bytes(pack(changed))
     refused(path, "not a whole recogniser")
 
 
@@ -556,12 +611,12 @@ def test_the_same_holds_for_the_svm_inside_a_calibration(trained, path, name, pa
     changed = copy.deepcopy(made)
     inner = changed.classifier.calibrated_classifiers_[0].estimator
     vars(inner)[part] = change(getattr(inner, part))
-    path.write_bytes(dump(changed))
+    path.write_bytes(pack(changed))
     refused(path, "not a whole recogniser")
 
 
 def test_a_tree_of_fewer_actions_than_it_says_is_refused(trained, path):
-    path.write_bytes(dump(with_classifier(trained("decision-tree"), n_classes_=3)))
+    path.write_bytes(pack(with_classifier(trained("decision-tree"), n_classes_=3)))
     refused(path, "not a whole recogniser")
 
 
@@ -572,7 +627,7 @@ def test_a_calibration_of_something_else_is_refused(trained, path):
     for part, value in (("estimator", stranger), ("calibrators", []), ("classes", codes)):
         changed = copy.deepcopy(trained("svm"))
         vars(changed.classifier.calibrated_classifiers_[0])[part] = value
-        path.write_bytes(dump(changed))
+        path.write_bytes(pack(changed))
         refused(path, "not a whole recogniser")
 
 
@@ -580,12 +635,12 @@ def test_an_mlp_that_numbers_its_actions_in_another_way_is_refused(trained, path
     made = trained("mlp", None)
     binarizer = copy.copy(made.classifier._label_binarizer)
     binarizer.classes_ = binarizer.classes_ + np.array([0, 0, 0, 5])
-    path.write_bytes(dump(with_classifier(made, _label_binarizer=binarizer)))
+    path.write_bytes(pack(with_classifier(made, _label_binarizer=binarizer)))
     refused(path, "not a whole recogniser")
     coefficients, biases = made.classifier.coefs_, made.classifier.intercepts_
     fewer = {
         "coefs_": [coefficients[0], coefficients[1][:, :3]],
         "intercepts_": [biases[0], biases[1][:3]],
     }
-    path.write_bytes(dump(with_classifier(made, **fewer)))
+    path.write_bytes(pack(with_classifier(made, **fewer)))
     refused(path, "not a whole recogniser")
