@@ -25,16 +25,23 @@ __all__ = [
     "Segments",
     "Track",
     "check_action_name",
+    "check_name",
     "from_codes",
     "is_model",
     "means_unlabelled",
     "model_author",
     "ordered",
+    "overhang",
     "to_codes",
 ]
 
 #: The code of a sample that no segment covers, in dense arrays.
 UNLABELLED = -1
+
+#: Labels may end later than their recording by this share of it, or by one second.
+OVERHANG = 0.05
+#: Characters of an action's name.
+LONGEST_ACTION = 1000
 
 #: Names, in lower case, that say that there is no action: in a file they are no label, and nobody
 #: calls an action so, which tables and figures could not tell from what has none.
@@ -98,6 +105,26 @@ def is_model(author: str) -> bool:
 def means_unlabelled(name: str) -> bool:
     """Whether a name says that there is no action, in whatever case."""
     return " ".join(name.lower().replace("_", " ").split()) in _UNLABELLED_NAMES
+
+
+def overhang(duration: float) -> float:
+    """How many seconds labels may reach beyond a recording that lasts `duration` seconds."""
+    return max(1.0, OVERHANG * duration)
+
+
+def check_name(name: str) -> None:
+    """Refuse an action's name that no table can hold.
+
+    Raises
+    ------
+    InputError
+        If it holds a NUL, or is too long.
+    """
+    if len(name) > LONGEST_ACTION or "\0" in name:
+        raise InputError(
+            f"{ascii(name[:40])} is no name for an action: it has up to {LONGEST_ACTION:,} "
+            "characters, and no NUL among them; give it another one."
+        )
 
 
 def check_action_name(name: str) -> None:

@@ -37,6 +37,10 @@ COLOURS = (
 KEYS = "123456789abcdefhijmopqrstuvwxyz"
 
 
+#: No task has more actions; nobody could tell them apart.
+MOST_ACTIONS = 1000
+
+
 @dataclass(frozen=True, slots=True)
 class Action:
     """One action: its name, its look and its key.
@@ -251,6 +255,10 @@ class Vocabulary:
         """
         if not isinstance(items, list):
             raise InputError("A vocabulary must be a list of actions.")
+        if len(items) > MOST_ACTIONS:
+            raise InputError(
+                f"A vocabulary has up to {MOST_ACTIONS:,} actions, not {len(items):,}."
+            )
         return cls(tuple(_action(item, number) for number, item in enumerate(items, 1)))
 
     def _known(self, name: str) -> Action:

@@ -211,4 +211,7 @@ def channels_of(row: sqlite3.Row) -> tuple[Channel, ...]:
 @lru_cache(maxsize=256)
 def _channels(text: str) -> tuple[Channel, ...]:
     """Channels as stored; a thousand demonstrations mostly have the same ones."""
-    return tuple(Channel(name, unit) for name, unit in json.loads(text))
+    pairs = json.loads(text)
+    if not all(isinstance(word, str) for pair in pairs for word in pair):
+        raise TypeError("a name or a unit that is no text")
+    return tuple(Channel(name, unit) for name, unit in pairs)

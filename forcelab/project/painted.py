@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -187,11 +187,18 @@ class ProjectPainted(ProjectFolder):
         InputError
             If an edit does not fit what the edits before it left, or its demonstration is not here.
         """
-        edits = tuple(edits)
         with self._db.writing():
-            if missing := {edit.demonstration for edit in edits} - known_ids(self._db):
-                raise InputError(f"There is no demonstration '{min(missing)}' in '{self.path}'.")
-            return self._tracks.replay(edits)
+            known = known_ids(self._db)
+
+            def of_known() -> Iterator[Edit]:
+                for edit in edits:
+                    if edit.demonstration not in known:
+                        raise InputError(
+                            f"There is no demonstration '{edit.demonstration}' in '{self.path}'."
+                        )
+                    yield edit
+
+            return self._tracks.replay(of_known())
 
     # Vocabularies
 

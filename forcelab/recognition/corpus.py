@@ -134,7 +134,7 @@ def corpus(
 def _intact(project: Project, info: DemonstrationInfo) -> Demonstration:
     """Load a demonstration and make sure that it is what was imported."""
     demonstration = project.load(info.id)
-    if demonstration.id != info.id:
+    if demonstration.fingerprint() != info.id:
         raise InputError(
             f"The arrays of '{info.name}' in '{project.path}' are damaged; import the recording "
             f"again."

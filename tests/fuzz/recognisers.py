@@ -11,7 +11,9 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -170,7 +172,9 @@ def findings_of_recognisers(count: int, seed: int, folder: Path) -> Iterator[Fin
     with Project.create(path) as project:
         for demonstration, segments in synthetic_set(1, rate=100.0):
             project.add(demonstration, [Track("Ann", segments)])
-    files = recognisers()
+    # Elsewhere: a child that is forked after OpenMP began here would wait for its threads for ever.
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        files = pool.submit(recognisers).result()
     (folder / "cases").mkdir()
     yield from findings(cases(count, seed, files, path), folder / "cases")
 

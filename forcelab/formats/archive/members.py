@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import io
 import json
+import math
 import re
 import shutil
 import stat
@@ -43,6 +44,9 @@ LARGEST = 64 << 20
 #: How many times its own size a larger archive may unpack to. Arrays, videos and recognisers are
 #: stored as they are, and the text that is compressed shrinks far less than this.
 LARGEST_RATIO = 200
+
+#: Bytes of text that are parsed at once, and those of all edits, which are parsed one by one.
+LARGEST_TEXT, LARGEST_EDITS = 32 << 20, 128 << 20
 
 _ID = "[0-9a-f]{32}"
 _VIDEO = r"video-(?P<digest>[0-9a-f]{16})(\.[a-z0-9]{1,8})?"
@@ -130,6 +134,11 @@ class Members:
             with self._opened(name) as member, io.TextIOWrapper(member, "utf-8") as lines:
                 for line in lines:
                     part += line
+                    if len(part) > LARGEST_TEXT:
+                        raise InputError(
+                            f"{self.where(name)} holds an entry of more than "
+                            f"{LARGEST_TEXT >> 20} MiB, which forcelab writes nowhere."
+                        )
                     if line.rstrip() not in (" }", " },"):
                         continue
                     if not more or not (several or part.startswith("[")):
@@ -232,6 +241,10 @@ def _checked(path: Path, archive: zipfile.ZipFile) -> set[str]:
             wrong = "is encrypted"
         elif info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             wrong = "is compressed in an unknown way"
+        elif info.file_size > _largest(name):
+            wrong = (
+                f"unpacks to {info.file_size:,} bytes of text, and {_largest(name):,} is the most"
+            )
         else:
             names.add(name)
             continue
@@ -245,6 +258,13 @@ def _checked(path: Path, archive: zipfile.ZipFile) -> set[str]:
             f"{limit} would be the most."
         )
     return names
+
+
+def _largest(name: str) -> float:
+    """How many bytes a member may have by itself: text takes many times its length when parsed."""
+    if name == "runs.json" or not name.endswith(".json"):
+        return math.inf
+    return LARGEST_EDITS if name == "edits.json" else LARGEST_TEXT
 
 
 @contextlib.contextmanager

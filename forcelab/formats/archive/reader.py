@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,12 +25,16 @@ from forcelab.formats.archive.values import (
     verdict_of,
 )
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.labels import Track
+from forcelab.labels import Segments, Track, overhang
 from forcelab.project import AssignmentEvent, Edit, Incoming, LabelsUsed, Note, Project, Verdict
 from forcelab.project.loading import natural_order
+from forcelab.project.records import check_length
 from forcelab.vocabulary import Vocabulary
 
 __all__ = ["read", "read_archive", "sniff"]
+
+#: Tasks that may have a vocabulary.
+MOST_TASKS = 1000
 
 _STAYED = (
     "The edits, vocabularies, models' predictions, assignments, verdicts, recognisers and runs "
@@ -75,6 +79,7 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
         If the archive is damaged, unsafe or of a newer version, or the folder is taken. Nothing is
         left of the new project then.
     """
+    bounds: dict[str, tuple[float, float]] = {}
     with open_members(Path(path)) as members, Project.creating(project_path) as project:
         with tempfile.TemporaryDirectory(dir=project.path) as scratch:
             for id_ in members.ids():
@@ -82,19 +87,27 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
                 truth = _truth(members, id_)
                 notes = _notes(members, id_)
                 incoming = Incoming(demonstration, source=source, truth=truth, notes=notes)
+                bounds[id_] = demonstration.start, demonstration.end
                 added = project.add_all([incoming])
                 if added[0].name != demonstration.name:
                     raise InputError(f"The archive '{path}' has two '{demonstration.name}'.")
         try:
-            numbers = project.replay(_edits(members))
+            numbers = project.replay(_edits(members, bounds))
         except StaleTrackError as error:
             where = members.where("edits.json")
             raise InputError(f"The edits do not fit together in {where}.") from error
         for id_ in members.ids():
-            if project.tracks(id_) != tuple(track for track, _ in _tracks(members, id_)):
+            if project.tracks(id_) != tuple(
+                track for track, _ in _tracks(members, id_, bounds[id_])
+            ):
                 where = members.where(f"demonstrations/{id_}/tracks.json")
                 raise InputError(f"The edits do not lead to the segments of {where}.")
-        for task, actions in _object(members, "vocabularies.json").items():
+        known = _object(members, "vocabularies.json")
+        if len(known) > MOST_TASKS:
+            where = members.where("vocabularies.json")
+            raise InputError(f"There are {len(known):,} tasks in {where}; {MOST_TASKS:,} at most.")
+        for task, actions in known.items():
+            check_length(task, "task")
             project.set_vocabulary(task, Vocabulary.from_json(actions))
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
@@ -130,7 +143,10 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     with open_members(path) as members:
         for id_ in members.ids():
             demonstration, source = _demonstration(members, id_, options.unpack, options.task or "")
-            tracks = tuple(track for track, kind in _tracks(members, id_) if kind == "coder")
+            bounds = demonstration.start, demonstration.end
+            tracks = tuple(
+                track for track, kind in _tracks(members, id_, bounds) if kind == "coder"
+            )
             truth = _truth(members, id_)
             notes = _notes(members, id_)
             recordings.append(
@@ -193,8 +209,8 @@ def _notes(members: Members, id_: str) -> tuple[Note, ...]:
     return tuple(note_of(item, id_, where) for item in items)
 
 
-def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:
-    """The tracks of a demonstration, each with its author's kind."""
+def _tracks(members: Members, id_: str, bounds: tuple[float, float]) -> list[tuple[Track, str]]:
+    """The tracks of a demonstration from and to these seconds, each with its author's kind."""
     name = f"demonstrations/{id_}/tracks.json"
     where = members.where(name)
     tracks = []
@@ -203,6 +219,7 @@ def _tracks(members: Members, id_: str) -> list[tuple[Track, str]]:
         if kind not in ("coder", "model"):
             raise InputError(f"An author is neither coder nor model in {where}.")
         segments = segments_of(field(item, "segments", list, where), where)
+        _check_bounds(segments, bounds, where)
         tracks.append((Track(field(item, "author", str, where), segments), kind))
     return tracks
 
@@ -243,12 +260,27 @@ def _read_recognisers(members: Members, project: Project, numbers: dict[int, int
             raise InputError(f"The content of recogniser '{id_}' does not match its id in {where}.")
 
 
-def _edits(members: Members) -> list[Edit]:
-    """Every edit, each of a demonstration that is there."""
+def _edits(members: Members, bounds: Mapping[str, tuple[float, float]]) -> Iterator[Edit]:
+    """Every edit, each of a demonstration that is there; `bounds` gives their seconds."""
     where = members.where("edits.json")
-    edits = [edit_of(item, where, members.version) for item in _list(members, "edits.json")]
-    _check_told(members, edits, where)
-    return edits
+    for item in members.objects("edits.json"):
+        edit = edit_of(item, where, members.version)
+        _check_told(members, [edit], where)
+        for segments in (edit.removed, edit.inserted):
+            _check_bounds(segments, bounds[edit.demonstration], where)
+        yield edit
+
+
+def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -> None:
+    """Refuse labels that lie beyond their recording."""
+    start, end = bounds
+    slack = overhang(end - start)
+    for segment in segments:
+        if segment.start < start - slack or segment.end > end + slack:
+            raise InputError(
+                f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond "
+                f"its recording, which goes from {start:.6g} to {end:.6g} s, in {where}."
+            )
 
 
 def _check_told(

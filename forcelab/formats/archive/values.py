@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from forcelab.errors import InputError
-from forcelab.labels import Segment, Segments
+from forcelab.labels import Segment, Segments, check_name
 from forcelab.project import (
     AssignmentEvent,
     Edit,
@@ -41,6 +41,8 @@ __all__ = [
 
 #: The versions of the archive from which on edits tell who proposed them, and it holds verdicts.
 PROPOSALS = VERDICTS = 3
+#: Nothing was done before, and nothing will have been done after.
+FIRST_YEAR, LAST_YEAR = 1970, 2300
 
 
 def field(record: object, name: str, kind: type | tuple[type, ...], where: str) -> Any:
@@ -216,6 +218,7 @@ def segments_of(items: list[Any], where: str) -> Segments:
     for item in items:
         if not isinstance(item, list) or len(item) != 3 or not isinstance(item[2], str):
             raise InputError(f"A segment is not start, end and action in {where}.")
+        check_name(item[2])
         segments.append(Segment(number(item[0], where), number(item[1], where), item[2]))
     return tuple(segments)
 
@@ -226,6 +229,8 @@ def _time(record: object, name: str, where: str) -> datetime:
         value = datetime.fromisoformat(field(record, name, str, where))
     except ValueError as error:
         raise InputError(f"'{name}' is no time in {where}.") from error
+    if not FIRST_YEAR <= value.year <= LAST_YEAR:
+        raise InputError(f"'{name}' is of the year {value.year} in {where}.")
     if value.tzinfo is None:
         raise InputError(f"'{name}' has no time zone in {where}.")
     return value

@@ -22,7 +22,7 @@ from forcelab.formats.table.dialect import HEAD, Line, encoding_of, head_lines, 
 from forcelab.formats.table.layout import Layout, lay_out
 from forcelab.formats.times import on_samples
 from forcelab.formats.tracks import plain_text
-from forcelab.labels import Segment, Track, means_unlabelled
+from forcelab.labels import Segment, Track, means_unlabelled, overhang
 
 __all__ = ["lies_beside", "own_or_beside", "read_labels", "sniff_labels"]
 
@@ -31,8 +31,6 @@ _STARTS = frozenset(["start", "begin", "onset", "from"])
 _ENDS = ("end", "stop", "to", "finish", "offset")
 _ACTIONS = frozenset(["text", "name", "event", "state"])
 _AUTHORS = frozenset(["author", "coder", "annotator", "rater", "observer"])
-#: Labels may end later than the recording by this share of it, or by one second.
-_OVERHANG = 0.05
 _PLACES = (".labels.csv", ".labels.tsv", ".labels.txt", "_labels.csv")
 
 
@@ -337,7 +335,7 @@ def _carried(
     edges = [edge for track in tracks for s in track.segments for edge in (s.start, s.end)]
     if not edges:
         return (), remarks
-    slack = max(1.0, _OVERHANG * duration)
+    slack = overhang(duration)
 
     def fits(shift: float) -> bool:
         return -slack <= min(edges) - shift and max(edges) - shift <= duration + slack
