@@ -150,9 +150,8 @@ class _Engine(QIconEngine):
         """Draw it on nothing."""
         image = QPixmap(size)
         image.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(image)
-        self.paint(painter, QRect(0, 0, size.width(), size.height()), mode, state)
-        painter.end()
+        with QPainter(image) as painter:
+            self.paint(painter, QRect(0, 0, size.width(), size.height()), mode, state)
         return image
 
     def clone(self) -> QIconEngine:
