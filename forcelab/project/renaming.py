@@ -1,9 +1,9 @@
 """Renaming an action that has segments, or merging it into another one.
 
-Nobody edits another's track: only the coder's own segments get the new name, and where others use
-the old one it stays in the vocabulary, with another key and look: the coder who renames goes on with
-those that were learnt. Who codes a demonstration of a task blind is told
-nothing of what others have labelled on it: there the old one stays, whether they use it or not.
+Nobody edits another's track: only the coder's own segments get the new name. It keeps key and look;
+where others use the old name, that stays in the vocabulary with others. Who codes a demonstration
+of a task blind is told nothing of what others have labelled on it: there the old one stays, whether
+they use it or not.
 """
 
 from __future__ import annotations
