@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication, QSize, Qt
-from PySide6.QtGui import QPalette
+from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt, QTimer
+from PySide6.QtGui import QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
     QDialogButtonBox,
+    QDockWidget,
     QFrame,
     QHeaderView,
     QLabel,
     QLineEdit,
+    QMainWindow,
     QProgressBar,
     QPushButton,
     QScrollArea,
@@ -26,6 +29,7 @@ from PySide6.QtWidgets import (
 from forcelab.jobs import Progress
 
 __all__ = [
+    "DockedWindow",
     "PageOrNote",
     "ProgressBar",
     "column",
@@ -74,6 +78,52 @@ def placeholder(text: str = "") -> QLabel:
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
+
+
+class DockedWindow(QMainWindow):
+    """A window whose lists at the sides take back their widths as soon as there is room again.
+
+    Qt makes them narrower where the window is small, and leaves them so when it is enlarged. Their
+    widths are those that were set, or that somebody has dragged them to.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._widths: dict[QDockWidget, int] = {}
+
+    def set_widths(self, docks: Sequence[QDockWidget], width: int) -> None:
+        """Make lists as wide as that, those that are hidden as well."""
+        self._widths.update(dict.fromkeys(docks, width))
+        self.resizeDocks(list(docks), [width] * len(docks), Qt.Orientation.Horizontal)
+
+    def widen(self) -> None:
+        """Give the lists that are shown their widths, as far as there is room."""
+        shown = {
+            dock: width
+            for dock, width in self._widths.items()
+            if dock.isVisible() and not dock.isFloating() and dock.width() != width
+        }
+        if shown:
+            self.resizeDocks([*shown], [*shown.values()], Qt.Orientation.Horizontal)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Share out the room anew."""
+        super().resizeEvent(event)
+        self.widen()
+
+    def event(self, event: QEvent) -> bool:
+        """Note the widths after a mouse was used on the window itself: it dragged a border."""
+        done = super().event(event)
+        if event.type() == QEvent.Type.MouseButtonRelease:
+            QTimer.singleShot(0, self, self.note_widths)  # once Qt has moved it
+        return done
+
+    def note_widths(self) -> None:
+        """The lists that are shown are as wide as they should be."""
+        docks = self.findChildren(QDockWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        self._widths = {
+            dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()
+        }
 
 
 class PageOrNote(QStackedWidget):

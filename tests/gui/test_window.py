@@ -33,7 +33,7 @@ from forcelab.gui.importing import ImportDialog
 from forcelab.gui.recent import RecentProjects
 from forcelab.gui.start import Start
 from forcelab.gui.theme import colours
-from forcelab.gui.window import Window
+from forcelab.gui.window import WIDEST, Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment
 from forcelab.project import Project
@@ -121,6 +121,46 @@ def test_a_fault_in_one_step_of_closing_leaves_nothing_open(
     assert window.at_rest(5.0)
     if step == "label.let_go":
         done()  # what could not be let go of is let go of now
+
+
+def list_widths(window):
+    docks = [window._dock, *(window.label._docks[name] for name in ("actions", "segments"))]
+    return [dock.width() for dock in docks if dock.isVisible()]
+
+
+def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
+    window = windows(Start(project=study))
+    window.resize(1440, 900)
+    window.commands["reset_layout"].trigger()
+    wide = [WIDEST, *[window.label._widths[window.label._docks["actions"]]] * 2]
+    until(lambda: list_widths(window) == wide)
+    window.resize(window.minimumSizeHint())
+    until(lambda: max(list_widths(window)) < min(wide))
+    window.show_workspace("review")  # which the timeline is lent to
+    window.resize(1440, 900)
+    window.show_workspace("label")
+    until(lambda: list_widths(window) == wide)
+
+
+def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
+    window = windows(Start(project=study))
+    window.resize(1440, 900)
+    until(lambda: len(list_widths(window)) == 3)
+    actions = window.label._docks["actions"]
+    for page, dock, by in ((window, window._dock, 60), (window.label, actions, -60)):
+        before = dock.width()
+        edge = dock.geometry().right() + 3 if by > 0 else dock.geometry().left() - 3
+        start = QPoint(edge, dock.geometry().center().y())
+        QTest.mousePress(page, Qt.MouseButton.LeftButton, pos=start)
+        QTest.mouseMove(page, start + QPoint(by, 0))
+        until(lambda: dock.width() == before + 60)
+        QTest.mouseRelease(page, Qt.MouseButton.LeftButton, pos=start + QPoint(by, 0))
+        until(lambda: page._widths[dock] == before + 60)
+    dragged = list_widths(window)
+    window.resize(window.minimumSizeHint())
+    until(lambda: max(list_widths(window)) < min(dragged))
+    window.resize(1440, 900)
+    until(lambda: list_widths(window) == dragged)
 
 
 def test_a_last_project_that_was_moved_is_not_replaced_by_another(
