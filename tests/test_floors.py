@@ -28,7 +28,7 @@ def test_a_package_without_a_lowest_version_is_named():
     [
         # Before it cv2.utils.logging, which keeps OpenCV's chatter off the terminal, was missing.
         ("opencv-contrib-python-headless", "4.13.0.90"),
-        # Before it an error while drawing ended the program; before 6.10 one while closing was lost.
+        # Before it an error while drawing ended the program; before 6.10 errors got lost.
         ("PySide6-Essentials", "6.11.2"),
         ("numpy", "2"),  # the lowest that OpenCV 4.13 takes
     ],

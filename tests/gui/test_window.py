@@ -128,6 +128,18 @@ def list_widths(window):
     return [dock.width() for dock in docks if dock.isVisible()]
 
 
+def drag_border(page, dock, by, until):
+    """Make a list wider by its border, by so many pixels to the right or to the left."""
+    before, shape = dock.width(), dock.geometry()
+    edge = shape.right() + 3 if by > 0 else shape.left() - 3
+    start = QPoint(edge, shape.center().y())
+    QTest.mousePress(page, Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(page, start + QPoint(by, 0))
+    until(lambda: dock.width() == before + abs(by))
+    QTest.mouseRelease(page, Qt.MouseButton.LeftButton, pos=start + QPoint(by, 0))
+    until(lambda: page._widths[dock] == before + abs(by))
+
+
 def test_lists_take_their_widths_back_once_a_small_window_is_enlarged(windows, study, until):
     window = windows(Start(project=study))
     window.resize(1440, 900)
@@ -147,15 +159,8 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
     window.resize(1440, 900)
     until(lambda: len(list_widths(window)) == 3)
     actions = window.label._docks["actions"]
-    for page, dock, by in ((window, window._dock, 60), (window.label, actions, -60)):
-        before = dock.width()
-        edge = dock.geometry().right() + 3 if by > 0 else dock.geometry().left() - 3
-        start = QPoint(edge, dock.geometry().center().y())
-        QTest.mousePress(page, Qt.MouseButton.LeftButton, pos=start)
-        QTest.mouseMove(page, start + QPoint(by, 0))
-        until(lambda: dock.width() == before + 60)
-        QTest.mouseRelease(page, Qt.MouseButton.LeftButton, pos=start + QPoint(by, 0))
-        until(lambda: page._widths[dock] == before + 60)
+    drag_border(window, window._dock, 60, until)
+    drag_border(window.label, actions, -60, until)
     dragged = list_widths(window)
     window.resize(window.minimumSizeHint())
     until(lambda: max(list_widths(window)) < min(dragged))
