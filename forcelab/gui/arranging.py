@@ -8,6 +8,7 @@ from typing import Literal
 from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt, QTimer
 from PySide6.QtGui import QPalette, QResizeEvent
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QAbstractItemView,
     QDialog,
     QDialogButtonBox,
@@ -26,9 +27,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.icons import icon
 from forcelab.jobs import Progress
 
 __all__ = [
+    "Dock",
     "DockedWindow",
     "PageOrNote",
     "ProgressBar",
@@ -78,6 +81,28 @@ def placeholder(text: str = "") -> QLabel:
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
+
+
+class Dock(QDockWidget):
+    """A list at a window's side whose buttons have the theme's ink; Qt's are black in any."""
+
+    def __init__(self, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(title, parent)
+        self._set_icons()
+
+    def event(self, event: QEvent) -> bool:
+        """Have the icons again after what makes Qt set its own."""
+        done = super().event(event)
+        if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
+            self._set_icons()
+        return done
+
+    def _set_icons(self) -> None:
+        """Let the buttons show the theme's icons."""
+        for name, drawing in (("close", "cross"), ("float", "float")):
+            button = self.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+            assert isinstance(button, QAbstractButton)
+            button.setIcon(icon(drawing))
 
 
 class DockedWindow(QMainWindow):

@@ -12,14 +12,13 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEve
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
-    QDockWidget,
     QStackedWidget,
     QTabWidget,
 )
 
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
-from forcelab.gui.arranging import DockedWindow
+from forcelab.gui.arranging import Dock, DockedWindow
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.choosing import take_copies
 from forcelab.gui.coders import CoderChoice
@@ -85,7 +84,7 @@ class Window(DockedWindow):
         self._welcome, self._coders = Welcome(), CoderChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
-        self._dock = QDockWidget(self.tr("Demonstrations"), self)
+        self._dock = Dock(self.tr("Demonstrations"), self)
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)

@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction, QShowEvent
 from PySide6.QtWidgets import QDockWidget, QStackedWidget, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import DockedWindow, placeholder
+from forcelab.gui.arranging import Dock, DockedWindow, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.cameras import Cameras
@@ -172,7 +172,7 @@ class LabelWorkspace(DockedWindow):
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels; its action shows and hides it."""
-        dock = QDockWidget(text)
+        dock = Dock(text)
         dock.setObjectName(name)
         dock.setWidget(content)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
