@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication, QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QPalette, QResizeEvent
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtGui import QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -23,6 +24,7 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QStackedWidget,
     QTableView,
+    QToolTip,
     QVBoxLayout,
     QWidget,
 )
@@ -35,6 +37,7 @@ __all__ = [
     "DockedWindow",
     "PageOrNote",
     "ProgressBar",
+    "allow",
     "column",
     "copyable",
     "muted",
@@ -81,6 +84,44 @@ def placeholder(text: str = "") -> QLabel:
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
+
+
+def allow(control: QWidget, obstacle: str) -> None:
+    """Switch a control on; or off, and tell the reason to whoever clicks or points at it.
+
+    Parameters
+    ----------
+    control : QWidget
+    obstacle : str
+        Why it cannot be used now, as a sentence; empty where it can.
+    """
+    control.setEnabled(not obstacle)
+    if control.property("obstacle") is None:
+        control.installEventFilter(_obstacles())
+    control.setProperty("obstacle", obstacle)
+
+
+class _Obstacles(QObject):
+    """Tells the obstacles of controls that are switched off."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Show the reason where the mouse is."""
+        obstacle = watched.property("obstacle")
+        if obstacle and isinstance(watched, QWidget) and not watched.isEnabled():
+            # Not when pressed: Qt hides what is shown once the button is released.
+            if isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonRelease:
+                QToolTip.showText(event.globalPosition().toPoint(), obstacle, watched)
+                return True
+            if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+                QToolTip.showText(event.globalPos(), obstacle, watched)
+                return True
+        return False
+
+
+@cache
+def _obstacles() -> _Obstacles:
+    """The one for all controls."""
+    return _Obstacles()
 
 
 class Dock(QDockWidget):

@@ -13,11 +13,13 @@ from PySide6.QtGui import (
     QDragEnterEvent,
     QDragMoveEvent,
     QDropEvent,
+    QHelpEvent,
     QPalette,
     QStatusTipEvent,
 )
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
+    QApplication,
     QComboBox,
     QCommandLinkButton,
     QDialog,
@@ -25,11 +27,13 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QStyle,
+    QToolTip,
     QTreeView,
     QWidget,
 )
 
 from forcelab.gui import settings, theme
+from forcelab.gui.arranging import allow
 from forcelab.gui.importing import ImportDialog
 from forcelab.gui.recent import RecentProjects
 from forcelab.gui.start import Start
@@ -167,6 +171,42 @@ def test_lists_keep_the_widths_that_they_were_dragged_to(windows, study, until):
     until(lambda: max(list_widths(window)) < min(dragged))
     window.resize(1440, 900)
     until(lambda: list_widths(window) == dragged)
+
+
+def click_on(window, control):
+    """As a mouse does, which the system hands to the window."""
+    spot = control.mapTo(window, control.rect().center())
+    QTest.mouseClick(window.windowHandle(), Qt.MouseButton.LeftButton, pos=spot)
+
+
+def test_a_click_on_what_is_switched_off_says_why(windows, study, until):
+    window = windows(Start(project=study))
+    window.show_workspace("capture")
+    page = window.capture.workspace
+    until(page.zero_button.isVisible)
+    said = []
+    for control in (page.zero_button, page.record_button, page.discard_button):
+        assert not control.isEnabled()
+        QToolTip.hideText()
+        click_on(window, control)
+        said.append(QToolTip.text())
+    assert said == [
+        "Connect devices before zeroing them.",
+        "Connect devices before recording.",
+        "There is no recording to discard.",
+    ]
+    window.show_workspace("review")
+    train = window.review.workspace.bar.train
+    until(train.isVisible)
+    for obstacle in ("A training goes on.", ""):
+        QToolTip.showText(QPoint(0, 0), "")
+        allow(train, obstacle)
+        assert train.isEnabled() == (not obstacle)
+        spot = QPoint(5, 5)
+        QApplication.sendEvent(
+            train, QHelpEvent(QEvent.Type.ToolTip, spot, train.mapToGlobal(spot))
+        )
+        assert (QToolTip.text() == "A training goes on.") == bool(obstacle)
 
 
 def test_a_last_project_that_was_moved_is_not_replaced_by_another(
