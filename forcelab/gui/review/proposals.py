@@ -123,7 +123,7 @@ class ProposalsView(QWidget):
         elif self._weighed():
             text = self.tr(
                 "Label the first one next: the recogniser is uncertain of it, and many of the "
-                "others are like it. They are in the order of both figures, multiplied."
+                "others are like it. The list is sorted by the product of the two."
             )
         else:
             text = self.tr(
