@@ -122,7 +122,7 @@ def check_name(name: str) -> None:
     """
     if len(name) > LONGEST_ACTION or "\0" in name:
         raise InputError(
-            f"{ascii(name[:40])} is no name for an action: it has up to {LONGEST_ACTION:,} "
+            f"{name[:40]!a} is no name for an action: it has up to {LONGEST_ACTION:,} "
             "characters, and no NUL among them; give it another one."
         )
 

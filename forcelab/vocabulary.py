@@ -1,8 +1,9 @@
 """The vocabulary: which actions there are, how they look and which key paints them.
 
-An action keeps its colour, texture and key for as long as it is in the vocabulary: coders learn
-them by heart. Spellings that differ between coders are brought together by a merge map
-(:mod:`forcelab.merging`) when a recogniser is trained or scored; stored labels keep the coder's.
+An action keeps its colour, texture and key for as long as it is in the vocabulary, under another
+name too: coders learn them by heart. Spellings that differ between coders are brought together by a
+merge map (:mod:`forcelab.merging`) when a recogniser is trained or scored; stored labels keep the
+coder's.
 """
 
 from __future__ import annotations

@@ -14,6 +14,9 @@ from waiting import PATIENCE
 from forcelab.project import Project
 
 DRIVER = Path(__file__).parent / "e2e" / "driver.py"
+#: Key codes of PC keyboards: where newer keymaps have a function key with Alt as well as without,
+#: xdotool presses it with Alt if it is asked for by name.
+FUNCTION_KEYS = {f"F{number}": str(66 + number) for number in range(1, 11)}
 
 
 class Program:
@@ -63,7 +66,8 @@ class Program:
     def press(self, *keys, times=1):
         """Press keys one after the other, each as often as said."""
         for key in keys:
-            self.xdotool("key", "--delay", 8, "--repeat", times, key)
+            code = FUNCTION_KEYS.get(key, key)
+            self.xdotool("key", "--delay", 8, "--repeat", times, code)
         return self.ask("state")
 
     def move(self, x, y):

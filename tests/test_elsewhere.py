@@ -45,7 +45,7 @@ def test_a_second_job_elsewhere_begins_at_once():
 def test_a_job_elsewhere_keeps_to_the_background():
     manners = finish(elsewhere(elsewhere_work.manners))
     if hasattr(os, "nice"):
-        assert manners["nice"] > os.nice(0)
+        assert manners["nice"] > min(os.nice(0), 18)  # 19 is the end of the scale
     assert manners["interrupt"]
     assert set(manners["blas"]) == {1}
     assert manners["main thread"]

@@ -139,6 +139,16 @@ def test_an_import_is_found_wherever_it_hides():
     assert len(every) == sum(isinstance(node, ast.stmt) for node in statements(tree.body))
 
 
+def test_a_painter_ends_with_its_block():
+    """Where an error keeps one alive until what it drew on is gone, Qt crashes."""
+    for path in (ROOT / "forcelab" / "gui").rglob("*.py"):
+        tree = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+        calls = [node for node in tree if isinstance(node, ast.Call)]
+        made = {call for call in calls if getattr(call.func, "id", None) == "QPainter"}
+        ending = {item.context_expr for node in tree for item in getattr(node, "items", ())}
+        assert not made - ending, f"{path}: write 'with QPainter(…) as painter:'"
+
+
 @pytest.mark.parametrize("command", CHECKS.values(), ids=CHECKS)
 def test_the_house_rules_hold(command):
     program = Path(sys.executable).with_name(command[0])

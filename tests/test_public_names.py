@@ -43,7 +43,8 @@ def test_wherever_a_path_is_taken_a_text_will_do():
                 yield name, value
             elif inspect.isclass(value):
                 members = inspect.getmembers(value, inspect.isroutine)
-                yield from ((f"{name}.{m}", f) for m, f in members if not m.startswith("_"))
+                public = ((m, f) for m, f in members if callable(f) and not m.startswith("_"))
+                yield from ((f"{name}.{m}", f) for m, f in public)
 
     parameters = [
         (name, parameter.name)

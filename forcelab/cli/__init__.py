@@ -46,6 +46,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ForcelabError as error:
         print(f"forcelab: {printable(_sentence(error))}", file=sys.stderr)
         return 2 if isinstance(error, WrongWordError) else 1
+    except ImportError as error:
+        if (sentence := _qt_sentence(error)) is None:
+            raise
+        print(f"forcelab: {printable(sentence)}", file=sys.stderr)
+        return 1
+    except MemoryError:
+        print(
+            "forcelab: this takes more memory than there is; take fewer or shorter recordings at "
+            "once, or fewer and smaller scales.",
+            file=sys.stderr,
+        )
+        return 1
     except KeyboardInterrupt as stop:
         print("forcelab: stopped; nothing was left half done.", file=sys.stderr)
         return 128 + (stop.number if isinstance(stop, Stopped) else signal.SIGINT)
@@ -87,6 +99,20 @@ def _sentence(error: ForcelabError) -> str:
     """An error's sentence, with the option that cures it where the error cannot know of one."""
     option = next((option for kind, option in CURES.items() if isinstance(error, kind)), None)
     return f"{str(error).removesuffix('.')} ({option})." if option else str(error)
+
+
+def _qt_sentence(error: ImportError) -> str | None:
+    """What a failed import of Qt means; None of another import.
+
+    Modules that draw import Qt at their top, before anything can ask whether that will do.
+    """
+    if (error.name or "").partition(".")[0] != "PySide6" and "shared object" not in str(error):
+        return None
+    try:
+        import_module("forcelab.gui.platform").require_qt()
+    except ForcelabError as told:
+        return str(told)
+    return None
 
 
 def _open_streams() -> None:

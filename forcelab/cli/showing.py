@@ -9,6 +9,7 @@ from forcelab.cli.output import printable
 from forcelab.cli.stopping import unbroken
 from forcelab.gui.app import has_display
 from forcelab.gui.app import run as run_window
+from forcelab.gui.platform import require_qt
 from forcelab.gui.start import Start
 
 
@@ -31,5 +32,6 @@ def run(arguments: argparse.Namespace) -> int:
             print(printable(str(start.screenshot)))
             return status
         if has_display():
+            require_qt()
             import_module("forcelab.gui.window")
     return run_window(start)

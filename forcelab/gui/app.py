@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
+from forcelab.gui.platform import require_qt
 from forcelab.gui.start import Start
 
 __all__ = ["has_display", "run"]
@@ -19,7 +20,8 @@ def run(start: Start) -> int:
     Raises
     ------
     InputError
-        With a screenshot: if what it is to show is not there, or the file cannot be written.
+        If libraries that Qt needs are missing. With a screenshot: if what it is to show is not
+        there, or the file cannot be written.
     """
     if start.screenshot is not None or not has_display():
         if start.screenshot is None:
@@ -30,6 +32,7 @@ def run(start: Start) -> int:
                 "picture with --screenshot FILE.png."
             )
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
+    require_qt()
     from PySide6.QtCore import QSize
     from PySide6.QtWidgets import QApplication
 

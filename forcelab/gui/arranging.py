@@ -2,32 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import cache
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication, QSize, Qt
-from PySide6.QtGui import QPalette
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtGui import QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QAbstractItemView,
     QDialog,
     QDialogButtonBox,
+    QDockWidget,
     QFrame,
     QHeaderView,
     QLabel,
     QLineEdit,
+    QMainWindow,
     QProgressBar,
     QPushButton,
     QScrollArea,
     QStackedWidget,
     QTableView,
+    QToolTip,
     QVBoxLayout,
     QWidget,
 )
 
+from forcelab.gui.icons import icon
 from forcelab.jobs import Progress
 
 __all__ = [
+    "Dock",
+    "DockedWindow",
     "PageOrNote",
     "ProgressBar",
+    "allow",
     "column",
     "copyable",
     "muted",
@@ -74,6 +84,112 @@ def placeholder(text: str = "") -> QLabel:
     label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setForegroundRole(QPalette.ColorRole.PlaceholderText)
     return label
+
+
+def allow(control: QWidget, obstacle: str) -> None:
+    """Switch a control on; or off, and tell the reason to whoever clicks or points at it.
+
+    Parameters
+    ----------
+    control : QWidget
+    obstacle : str
+        Why it cannot be used now, as a sentence; empty where it can.
+    """
+    control.setEnabled(not obstacle)
+    if control.property("obstacle") is None:
+        control.installEventFilter(_obstacles())
+    control.setProperty("obstacle", obstacle)
+
+
+class _Obstacles(QObject):
+    """Tells the obstacles of controls that are switched off."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Show the reason where the mouse is."""
+        obstacle = watched.property("obstacle")
+        if obstacle and isinstance(watched, QWidget) and not watched.isEnabled():
+            # Not when pressed: Qt hides what is shown once the button is released.
+            if isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonRelease:
+                QToolTip.showText(event.globalPosition().toPoint(), obstacle, watched)
+                return True
+            if isinstance(event, QHelpEvent) and event.type() == QEvent.Type.ToolTip:
+                QToolTip.showText(event.globalPos(), obstacle, watched)
+                return True
+        return False
+
+
+@cache
+def _obstacles() -> _Obstacles:
+    """The one for all controls."""
+    return _Obstacles()
+
+
+class Dock(QDockWidget):
+    """A list at a window's side whose buttons have the theme's ink; Qt's are black in any."""
+
+    def __init__(self, title: str, parent: QWidget | None = None) -> None:
+        super().__init__(title, parent)
+        self._set_icons()
+
+    def event(self, event: QEvent) -> bool:
+        """Have the icons again after what makes Qt set its own."""
+        done = super().event(event)
+        if event.type() in (QEvent.Type.StyleChange, QEvent.Type.ParentChange):
+            self._set_icons()
+        return done
+
+    def _set_icons(self) -> None:
+        """Let the buttons show the theme's icons."""
+        for name, drawing in (("close", "cross"), ("float", "float")):
+            button = self.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+            assert isinstance(button, QAbstractButton)
+            button.setIcon(icon(drawing))
+
+
+class DockedWindow(QMainWindow):
+    """A window whose lists at the sides take back their widths as soon as there is room again.
+
+    Qt makes them narrower where the window is small, and leaves them so when it is enlarged. Their
+    widths are those that were set, or that somebody has dragged them to.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._widths: dict[QDockWidget, int] = {}
+
+    def set_widths(self, docks: Sequence[QDockWidget], width: int) -> None:
+        """Make lists as wide as that, those that are hidden as well."""
+        self._widths.update(dict.fromkeys(docks, width))
+        self.resizeDocks(list(docks), [width] * len(docks), Qt.Orientation.Horizontal)
+
+    def widen(self) -> None:
+        """Give the lists that are shown their widths, as far as there is room."""
+        shown = {
+            dock: width
+            for dock, width in self._widths.items()
+            if dock.isVisible() and not dock.isFloating() and dock.width() != width
+        }
+        if shown:
+            self.resizeDocks([*shown], [*shown.values()], Qt.Orientation.Horizontal)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Share out the room anew."""
+        super().resizeEvent(event)
+        self.widen()
+
+    def event(self, event: QEvent) -> bool:
+        """Note the widths after a mouse was used on the window itself: it dragged a border."""
+        done = super().event(event)
+        if event.type() == QEvent.Type.MouseButtonRelease:
+            QTimer.singleShot(0, self, self.note_widths)  # once Qt has moved it
+        return done
+
+    def note_widths(self) -> None:
+        """The lists that are shown are as wide as they should be."""
+        docks = self.findChildren(QDockWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        self._widths = {
+            dock: dock.width() for dock in docks if dock.isVisible() and not dock.isFloating()
+        }
 
 
 class PageOrNote(QStackedWidget):

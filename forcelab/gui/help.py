@@ -254,15 +254,14 @@ class _Cap(QLabel):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the cap below the letters; its lower edge is thicker."""
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        box = QRectF(self.rect())
-        painter.setBrush(self.palette().color(QPalette.ColorRole.Dark))
-        painter.drawRoundedRect(box, 4, 4)
-        painter.setBrush(self.palette().color(QPalette.ColorRole.Base))
-        painter.drawRoundedRect(box.adjusted(1, 1, -1, -2), 3, 3)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            box = QRectF(self.rect())
+            painter.setBrush(self.palette().color(QPalette.ColorRole.Dark))
+            painter.drawRoundedRect(box, 4, 4)
+            painter.setBrush(self.palette().color(QPalette.ColorRole.Base))
+            painter.drawRoundedRect(box.adjusted(1, 1, -1, -2), 3, 3)
         super().paintEvent(event)
 
 

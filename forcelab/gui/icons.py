@@ -92,6 +92,10 @@ _DRAWINGS = {
         line="M 2.5 2.8 L 13.5 2.8 L 13.5 10.6 L 7.6 10.6 L 4.6 13.4 L 4.6 10.6 L 2.5 10.6 Z "
         "M 5.2 6.7 L 10.8 6.7"
     ),
+    "float": _Drawing(
+        line="M 5.5 5 L 5.5 2.5 L 13.5 2.5 L 13.5 10.5 L 11 10.5 "
+        "M 2.5 5.5 L 10.5 5.5 L 10.5 13.5 L 2.5 13.5 Z"
+    ),
     "more": _Drawing(fill="O 3 8 1.3 O 8 8 1.3 O 13 8 1.3"),
     "sort": _Drawing(
         line="M 4.5 2.5 L 4.5 13 M 2 10.5 L 4.5 13 L 7 10.5 "
@@ -150,9 +154,8 @@ class _Engine(QIconEngine):
         """Draw it on nothing."""
         image = QPixmap(size)
         image.fill(Qt.GlobalColor.transparent)
-        painter = QPainter(image)
-        self.paint(painter, QRect(0, 0, size.width(), size.height()), mode, state)
-        painter.end()
+        with QPainter(image) as painter:
+            self.paint(painter, QRect(0, 0, size.width(), size.height()), mode, state)
         return image
 
     def clone(self) -> QIconEngine:

@@ -53,9 +53,8 @@ class Kept:
             pixmap.setDevicePixelRatio(ratio)
             self._fresh = False
         if not self._fresh or shown != self._shown:
-            painter = QPainter(pixmap)
-            painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-            draw(painter)
-            painter.end()
+            with QPainter(pixmap) as painter:
+                painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+                draw(painter)
             self._shown, self._fresh = shown, True
         return pixmap

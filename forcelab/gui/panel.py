@@ -158,20 +158,19 @@ class TimePanel(QWidget):
         self._stale = False
         # All that has moved since the last time was marked for this one.
         self._drawn_over = self._marks()
-        painter = QPainter(self)
-        painter.drawPixmap(0, 0, content)
-        plot = self.plot
-        painter.save()
-        painter.setClipRect(plot)
-        self._paint_range(painter, plot)
-        painter.restore()
-        self.paint_overlay(painter, plot)
-        painter.setClipRect(plot)
-        self._paint_lines(painter, plot)
-        if self.hasFocus():
-            painter.setClipping(False)
-            painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
-        painter.end()
+        with QPainter(self) as painter:
+            painter.drawPixmap(0, 0, content)
+            plot = self.plot
+            painter.save()
+            painter.setClipRect(plot)
+            self._paint_range(painter, plot)
+            painter.restore()
+            self.paint_overlay(painter, plot)
+            painter.setClipRect(plot)
+            self._paint_lines(painter, plot)
+            if self.hasFocus():
+                painter.setClipping(False)
+                painter.fillRect(QRectF(0, 0, FOCUS, self.height()), QColor(colours().accent))
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom at the pointer; with Shift, or by a sideways wheel, pan."""

@@ -14,14 +14,13 @@ from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEve
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QApplication,
-    QDockWidget,
-    QMainWindow,
     QStackedWidget,
     QTabWidget,
 )
 
 from forcelab.formats.signatures import is_bag_folder
 from forcelab.gui import asking, settings, theme
+from forcelab.gui.arranging import Dock, DockedWindow
 from forcelab.gui.capture.tab import ENDLESS, CaptureTab
 from forcelab.gui.choosing import take_copies
 from forcelab.gui.coders import CoderChoice
@@ -61,7 +60,7 @@ NARROWEST, WIDEST = 180, 250
 LOOK_SHARE = 0.05
 
 
-class Window(QMainWindow):
+class Window(DockedWindow):
     """The program's one window.
 
     Parameters
@@ -89,7 +88,7 @@ class Window(QMainWindow):
         self._welcome, self._coders = Welcome(), CoderChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
-        self._dock = QDockWidget(self.tr("Demonstrations"), self)
+        self._dock = Dock(self.tr("Demonstrations"), self)
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
@@ -211,6 +210,8 @@ class Window(QMainWindow):
         if not self._shared_out:
             self._shared_out = True
             self._share_out()
+        elif not self._widths:  # a layout was remembered
+            QTimer.singleShot(0, self, self.note_widths)
 
     def changeEvent(self, event: QEvent) -> None:
         """Show in the menu whether the window fills the screen, whoever made it so."""
@@ -407,7 +408,7 @@ class Window(QMainWindow):
     def _share_out(self) -> None:
         """Give the list a fifth of the width, and no more than any workspace leaves it."""
         width = min(max(self.width() * 3 // 16, NARROWEST), WIDEST)
-        self.resizeDocks([self._dock], [width], Qt.Orientation.Horizontal)
+        self.set_widths([self._dock], width)
 
 
 def _return_memory() -> None:

@@ -1,8 +1,9 @@
 """Renaming an action that has segments, or merging it into another one.
 
-Nobody edits another's track: only the coder's own segments get the new name, and where others use
-the old one it stays in the vocabulary beside it. Who codes a demonstration of a task blind is told
-nothing of what others have labelled on it: there the old one stays, whether they use it or not.
+Nobody edits another's track: only the coder's own segments get the new name. It keeps key and look;
+where others use the old name, that stays in the vocabulary with others. Who codes a demonstration
+of a task blind is told nothing of what others have labelled on it: there the old one stays, whether
+they use it or not.
 """
 
 from __future__ import annotations
@@ -81,6 +82,9 @@ class Renaming:
             told += f" It stays '{self.old}' for {listed(left, NAMED)}."
         elif self.kept:
             told += f" '{self.old}' stays in the list, as others may use it."
+        if self.kept and not self.merges:
+            gets = "has" if done else "gets"
+            told += f" '{self.new}' keeps key and colour; '{self.old}' {gets} others."
         if self.learnt:
             told += f" Recognisers and runs made before keep '{self.old}': train again."
         return told
@@ -146,9 +150,9 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
         """Rename an action in all of a coder's tracks, one edit a track, all or nothing.
 
         Each edit stands in the history of its track and can be undone there, or all of them at
-        once by :meth:`~forcelab.project.Project.undo_everywhere`. Where nobody else
-        uses the action, it keeps its colour and its key; otherwise the old one stays for the
-        others. Predictions, recognisers and runs keep the old name.
+        once by :meth:`~forcelab.project.Project.undo_everywhere`. The action keeps its
+        colour and its key; where others use it, the old name stays for them with the next that
+        are free. Predictions, recognisers and runs keep the old name.
 
         Parameters
         ----------
@@ -271,6 +275,9 @@ class ProjectRenaming(ProjectPainted, ProjectCoding):
 
 def _renamed(vocabulary: Vocabulary, old: str, new: str, kept: bool) -> Vocabulary:
     """The actions of a task once a coder's `old` is `new`."""
-    if kept or old not in vocabulary:
+    if old not in vocabulary:
         return vocabulary.with_actions(new)
-    return vocabulary.removed(old) if new in vocabulary else vocabulary.renamed(old, new)
+    if new in vocabulary:
+        return vocabulary if kept else vocabulary.removed(old)
+    renamed = vocabulary.renamed(old, new)
+    return renamed.with_actions(old) if kept else renamed

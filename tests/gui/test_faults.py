@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QPlainTextEdit, QPushButton,
 from forcelab.errors import InputError
 from forcelab.gui import faults
 from forcelab.gui.fault_dialog import FaultDialog
+from forcelab.gui.review.loss import LossCurves
 
 
 @pytest.fixture
@@ -110,6 +111,21 @@ def test_an_error_while_drawing_fills_neither_screen_nor_disk(watching, shown, u
     dialog.accept()
     widget.update()
     assert shown() == []
+
+
+def test_a_painter_ends_where_drawing_fails_though_the_error_is_kept(watching, until):
+    """Qt crashes if one ends when what it drew on is no longer being drawn."""
+    curves, painters = LossCurves(None), []
+
+    def fail(painter):
+        painters.append(painter)
+        raise LookupError("a fault")
+
+    curves._paint_empty = fail
+    curves.show()
+    until(lambda: painters)
+    assert not painters[0].isActive()
+    curves.hide()
 
 
 def test_another_error_while_one_is_shown_opens_nothing(watching, shown):

@@ -9,6 +9,7 @@ from forcelab.gui import settings
 
 @pytest.fixture
 def file(tmp_path):
+    settings._opened.cache_clear()  # pytest names a folder anew after one that is gone
     return tmp_path / "settings.ini"
 
 

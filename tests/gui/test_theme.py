@@ -5,9 +5,19 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication, QPalette
-from PySide6.QtWidgets import QComboBox, QLabel, QListWidget, QListWidgetItem, QMenu, QSpinBox
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QComboBox,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QMainWindow,
+    QMenu,
+    QSpinBox,
+)
 
 from forcelab.gui import theme
+from forcelab.gui.arranging import Dock
 from forcelab.vocabulary import COLOURS
 
 #: Machado, Oliveira and Fernandes 2009, severity 1.0, on linear RGB.
@@ -212,3 +222,23 @@ def test_what_can_be_ticked_in_a_list_is_seen(themed, choice, state):
     picture, box = rows.grab().toImage(), rows.visualItemRect(row)
     inner = [picture.pixelColor(x, box.center().y() + 1).name() for x in range(4, 20)]
     assert max(contrast(colour, theme.colours().background) for colour in inner) >= 1.5
+
+
+@pytest.mark.parametrize("choice", ["light", "dark"])
+@pytest.mark.parametrize("name", ["close", "float"])
+def test_the_buttons_of_the_lists_are_seen_and_follow_the_theme(themed, choice, name):
+    theme.apply(themed, "light" if choice == "dark" else "dark")
+    window, dock = QMainWindow(), Dock("Actions")
+    window.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, dock)
+    theme.dress(window)
+    window.show()
+    for floating in (False, True, False):
+        dock.setFloating(floating)
+        theme.apply(themed, choice)
+        theme.dress(window)
+        button = dock.findChild(QAbstractButton, f"qt_dockwidget_{name}button")
+        picture = button.grab().toImage()
+        places = [(x, y) for x in range(picture.width()) for y in range(picture.height())]
+        inks = {picture.pixelColor(x, y).name() for x, y in places}
+        assert max(contrast(ink, theme.colours().panel) for ink in inks) >= 3
+    window.close()

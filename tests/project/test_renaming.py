@@ -65,10 +65,15 @@ def test_what_others_use_stays_theirs_and_is_told(project, ids):
     done = project.rename_action("Ada", "hold", "grip")
     assert project.track(ids[0], "Ben").segments == BEN
     assert len(project.history(ids[0], "Ben")) == 1
-    assert project.vocabulary("LEGO").names == ("grab", "hold", "grip")
-    assert project.vocabulary("LEGO")["hold"] == hold
+    assert project.vocabulary("LEGO").names == ("grab", "grip", "hold")
+    grip, left = project.vocabulary("LEGO")["grip"], project.vocabulary("LEGO")["hold"]
+    assert (grip.key, grip.look) == (hold.key, hold.look)  # what Ada has learnt by heart
+    assert left.key != hold.key
+    assert left.look != hold.look
     assert project.vocabulary("foam").names == ("grab", "grip")
-    assert done.sentences(done=True).endswith("It stays 'hold' for Ben (1 segment).")
+    assert done.sentences(done=True).endswith(
+        "It stays 'hold' for Ben (1 segment). 'grip' keeps key and colour; 'hold' has others."
+    )
 
 
 def test_two_actions_become_one_only_where_that_is_meant(project, ids):
@@ -136,7 +141,10 @@ def test_who_codes_blind_is_told_nothing_of_the_others(project, ids):
         told = project.renaming("Ada", "hold", "grip").sentences(done=False)
         assert "Ben" not in told
         assert "Cleo" not in told
-    assert told.endswith("'hold' stays in the list, as others may use it.")
+    assert told.endswith(
+        "'hold' stays in the list, as others may use it. "
+        "'grip' keeps key and colour; 'hold' gets others."
+    )
     paint(project, ids[1], "Cleo", BEN)  # where Ada may see it
     assert "for Cleo (1 segment)." in project.renaming("Ada", "hold", "grip").sentences(done=False)
     project.set_done(ids[0], "Ada")

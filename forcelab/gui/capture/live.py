@@ -66,23 +66,22 @@ class LiveView(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything anew: everything has moved."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(colours().background))
-        if not self._session.connected:
-            self._paint_centred(painter, self._invitation(), colours().muted)
-        else:
-            self._paint_live(painter)
-        if self._session.phase is Phase.COUNTING:
-            face = self.font()
-            face.setPointSizeF(face.pointSizeF() * 8)
-            face.setBold(True)
-            painter.setFont(face)
-            self._paint_centred(painter, str(self._session.left), colours().accent)
-        if self.hasFocus():
-            painter.setPen(QPen(QColor(colours().accent), 1))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
-        painter.end()
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().background))
+            if not self._session.connected:
+                self._paint_centred(painter, self._invitation(), colours().muted)
+            else:
+                self._paint_live(painter)
+            if self._session.phase is Phase.COUNTING:
+                face = self.font()
+                face.setPointSizeF(face.pointSizeF() * 8)
+                face.setBold(True)
+                painter.setFont(face)
+                self._paint_centred(painter, str(self._session.left), colours().accent)
+            if self.hasFocus():
+                painter.setPen(QPen(QColor(colours().accent), 1))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
 
     # Inside
 

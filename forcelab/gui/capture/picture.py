@@ -42,17 +42,16 @@ class CameraPicture(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the frame as large as there is room."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(colours().panel))
-        if self._image is not None:
-            painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-            size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
-            left = (self.width() - size.width()) / 2
-            top = (self.height() - size.height()) / 2
-            painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
-        if self._gone:
-            self._paint_gone(painter)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().panel))
+            if self._image is not None:
+                painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+                size = self._image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+                left = (self.width() - size.width()) / 2
+                top = (self.height() - size.height()) / 2
+                painter.drawImage(QRectF(left, top, size.width(), size.height()), self._image)
+            if self._gone:
+                self._paint_gone(painter)
 
     def _paint_gone(self, painter: QPainter) -> None:
         """What is seen is not how it is now."""

@@ -63,16 +63,15 @@ class PresentAction(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the action and the bars."""
-        painter = QPainter(self)
-        glimpse = self._session.recognising.glimpse
-        action = "" if glimpse is None or not self._session.connected else glimpse.action
-        self._tell(action)
-        loaded = self._session.recognising.loaded
-        known = glimpse.probabilities if glimpse is not None else ()
-        self._paint_action(painter, action, self.explained(action, known))
-        if loaded is not None:
-            self._paint_bars(painter, loaded.recogniser.actions, known)
-        painter.end()
+        with QPainter(self) as painter:
+            glimpse = self._session.recognising.glimpse
+            action = "" if glimpse is None or not self._session.connected else glimpse.action
+            self._tell(action)
+            loaded = self._session.recognising.loaded
+            known = glimpse.probabilities if glimpse is not None else ()
+            self._paint_action(painter, action, self.explained(action, known))
+            if loaded is not None:
+                self._paint_bars(painter, loaded.recogniser.actions, known)
 
     def explained(self, action: str, known: tuple[float, ...]) -> str:
         """Who decided for an action although another one is the likelier; empty where none is.

@@ -116,21 +116,20 @@ class LiveScalogramView(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the picture where its time is now."""
-        painter = QPainter(self)
-        theme = colours()
-        painter.fillRect(self.rect(), QColor(theme.background))
-        left, right = gutter(self.fontMetrics()), float(self._beside.width())
-        plot = QRectF(left, 0, max(right - left, 50), self.height() - 2)
-        strip = self.strip
-        if strip is not None:
-            axis = live_axis(self._session.now, plot)
-            self._paint_picture(painter, plot, axis, strip)
-            self._paint_gutter(painter, plot, strip)
-        line = self._trouble or ("" if strip is not None else self.tr("Waiting for samples…"))
-        name = self.channel if not line else f"{self.channel}: {line}"
-        corner = plot.topLeft() + QPointF(2, 2)
-        drawing.plate(painter, corner, name, theme, plot, quiet=not self._trouble)
-        painter.end()
+        with QPainter(self) as painter:
+            theme = colours()
+            painter.fillRect(self.rect(), QColor(theme.background))
+            left, right = gutter(self.fontMetrics()), float(self._beside.width())
+            plot = QRectF(left, 0, max(right - left, 50), self.height() - 2)
+            strip = self.strip
+            if strip is not None:
+                axis = live_axis(self._session.now, plot)
+                self._paint_picture(painter, plot, axis, strip)
+                self._paint_gutter(painter, plot, strip)
+            line = self._trouble or ("" if strip is not None else self.tr("Waiting for samples…"))
+            name = self.channel if not line else f"{self.channel}: {line}"
+            corner = plot.topLeft() + QPointF(2, 2)
+            drawing.plate(painter, corner, name, theme, plot, quiet=not self._trouble)
 
     # Inside
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import column, rule, scrolled, stress
+from forcelab.gui.arranging import allow, column, rule, scrolled, stress
 from forcelab.gui.capture.legend import MarkLegend
 from forcelab.gui.capture.live import LiveView
 from forcelab.gui.capture.marks import HeldKeys
@@ -243,7 +243,6 @@ class CaptureWorkspace(QWidget):
         """Show what can be pressed now, and what it is called."""
         session, phase = self.session, self.session.phase
         apart = phase is Phase.APART
-        busy = phase in WORKING
         if phase is not Phase.RECORDING:
             self.held.forget_begun()
         text = self.tr("Connect") if apart else self.tr("Disconnect")
@@ -252,11 +251,10 @@ class CaptureWorkspace(QWidget):
             Phase.LEAVING: self.tr("Disconnecting…"),
         }
         _say_on(self.connect_button, under_way.get(phase, text))
-        self.connect_button.setEnabled(
-            not busy and phase is not Phase.STUCK and self.document.project is not None
-        )
+        allow(self.connect_button, self._obstacle_to_connect(phase))
         self.sources.set_open(apart)
-        self.zero_button.setEnabled(phase in (Phase.READY, Phase.COUNTING))
+        zeroing = phase in (Phase.READY, Phase.COUNTING)
+        allow(self.zero_button, "" if zeroing else self.tr("Connect devices before zeroing them."))
         words = {
             Phase.COUNTING: self.tr("Do not record"),
             Phase.STARTING: self.tr("Starting…"),
@@ -277,12 +275,23 @@ class CaptureWorkspace(QWidget):
         self.recover_button.setVisible(left > 0)
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
 
+    def _obstacle_to_connect(self, phase: Phase) -> str:
+        """Why devices cannot be connected or disconnected now; empty where they can."""
+        if self.document.project is None:
+            return self.tr("Open or make a project first; recordings go into it.")
+        if phase is Phase.STUCK:
+            return self.tr("Keep or discard the last recording first.")
+        return self.tr("Wait until this is done.") if phase in WORKING else ""
+
     def _show_whether_recording_can_begin(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
         session, obstacle = self.session, self.session.obstacle
         can = session.phase not in WORKING and session.phase is not Phase.APART and not obstacle
         if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
-            self.record_button.setEnabled(can)
+            reason = obstacle or self.tr("Connect devices before recording.")
+            if session.phase in WORKING:
+                reason = self.tr("Wait until this is done.")
+            allow(self.record_button, "" if can else reason)
             self.record_button.setToolTip(obstacle)
 
     def _show_discard(self) -> None:
@@ -296,7 +305,7 @@ class CaptureWorkspace(QWidget):
             words = self.tr("Discard '{0}'"), self.tr("Really discard '{0}'")
             text = words[session.last.asked].format(name)
         _say_on(self.discard_button, text, keys().shown("discard_recording"))
-        self.discard_button.setEnabled(can)
+        allow(self.discard_button, "" if can else self.tr("There is no recording to discard."))
 
 
 def _say_on(button: QPushButton, text: str, key: str = "") -> None:

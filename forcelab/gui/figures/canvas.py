@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +13,6 @@ from PySide6.QtGui import (
     QImage,
     QImageWriter,
     QPageSize,
-    QPaintDevice,
     QPainter,
     QPdfWriter,
 )
@@ -133,7 +130,7 @@ class Figure(ABC):
         image.setDotsPerMeterX(dots)
         image.setDotsPerMeterY(dots)
         image.fill(QColor(self.theme.background))
-        with _painting(image) as painter:
+        with QPainter(image) as painter:
             painter.scale(scale, scale)
             self.draw(painter)
         return image
@@ -168,7 +165,7 @@ class Figure(ABC):
         generator.setViewBox(QRectF(0, 0, wide, high))
         generator.setTitle(text.shown(self.title))
         generator.setDescription("Drawn by forcelab")
-        with _painting(generator) as painter:
+        with QPainter(generator) as painter:
             self.draw(painter)
         return bytes(buffer.data().data())
 
@@ -184,7 +181,7 @@ class Figure(ABC):
         exact = QPageSize.SizeMatchPolicy.ExactMatch
         writer.setPageSize(QPageSize(points, QPageSize.Unit.Point, "", exact))
         writer.setPageMargins(QMarginsF(0, 0, 0, 0))
-        with _painting(writer) as painter:
+        with QPainter(writer) as painter:
             painter.scale(PDF_DOTS_PER_INCH / PIXELS_PER_INCH, PDF_DOTS_PER_INCH / PIXELS_PER_INCH)
             self.draw(painter)
         return bytes(buffer.data().data())
@@ -194,16 +191,6 @@ class Figure(ABC):
         buffer = _buffer()
         QImageWriter(buffer, b"PNG").write(self.image())
         return bytes(buffer.data().data())
-
-
-@contextmanager
-def _painting(device: QPaintDevice) -> Iterator[QPainter]:
-    """A painter that is ended before its device goes, errors or not: otherwise Qt crashes."""
-    painter = QPainter(device)
-    try:
-        yield painter
-    finally:
-        painter.end()
 
 
 def _whole(size: QSizeF) -> tuple[int, int]:

@@ -22,6 +22,7 @@ from PySide6.QtGui import (
 )
 
 from forcelab.errors import InputError
+from forcelab.gui.platform import require_qt
 
 __all__ = [
     "NAMES",
@@ -60,7 +61,7 @@ def ready() -> QGuiApplication:
     Raises
     ------
     InputError
-        If the system has no font at all.
+        If the system has no font at all, or libraries that Qt needs are missing.
     """
     application = QGuiApplication.instance()
     if not isinstance(application, QGuiApplication):
@@ -83,6 +84,7 @@ def _application() -> QGuiApplication:
 
     One that can have windows, since Qt allows no second one: it costs 5 ms and 5 MB more.
     """
+    require_qt()
     from PySide6.QtWidgets import QApplication
 
     return QApplication(["forcelab"])

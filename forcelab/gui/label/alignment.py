@@ -66,21 +66,20 @@ class AlignmentPlot(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw everything."""
         c = colours()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        box = self._box()
-        painter.fillRect(self.rect(), QColor(c.panel))
-        painter.fillRect(box, QColor(c.background))
-        if self._proposal is None:
-            painter.setPen(QColor(c.muted))
-            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(box.adjusted(12, 4, -12, -4), int(flags), self._note)
-        else:
-            self._paint_signals(painter, box, self._proposal)
-        painter.setPen(QPen(QColor(c.frame), 1))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(box)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            box = self._box()
+            painter.fillRect(self.rect(), QColor(c.panel))
+            painter.fillRect(box, QColor(c.background))
+            if self._proposal is None:
+                painter.setPen(QColor(c.muted))
+                flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+                painter.drawText(box.adjusted(12, 4, -12, -4), int(flags), self._note)
+            else:
+                self._paint_signals(painter, box, self._proposal)
+            painter.setPen(QPen(QColor(c.frame), 1))
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.drawRect(box)
 
     def changeEvent(self, event: QEvent) -> None:
         """Another font makes another size."""

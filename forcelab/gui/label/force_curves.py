@@ -145,9 +145,8 @@ def _tint(
 
 def _flat(pixels: NDArray[np.uint32]) -> NDArray[np.uint32]:
     """The pixels row after row, the very same."""
-    flat = pixels.view()
-    flat.shape = (pixels.size,)  # refuses, where a reshape would copy
-    return flat
+    assert pixels.flags.c_contiguous  # of others a reshape would be a copy
+    return pixels.reshape(-1)
 
 
 @lru_cache(maxsize=64)

@@ -123,12 +123,11 @@ class OverviewPicture(QWidget):
         size, ratio = self.size(), self.devicePixelRatioF()
         curves = self._curves.picture(size, ratio, None, self._draw)
         whole = self._whole.picture(size, ratio, None, partial(self._draw_with_track, curves))
-        painter = QPainter(self)
-        painter.drawPixmap(0, 0, whole)
-        if self.document.demonstration is not None:
-            painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
-            self._paint_window(painter)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.drawPixmap(0, 0, whole)
+            if self.document.demonstration is not None:
+                painter.setClipRect(self.plot.adjusted(-1, 0, 1, 0))
+                self._paint_window(painter)
 
     def _draw(self, painter: QPainter) -> None:
         """Draw everything but the track."""

@@ -126,20 +126,20 @@ class PictureView(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the picture or a sentence, and the caption."""
         look, stage = colours(), self._stage
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(look.panel))
-        words = self.message
-        if self._image is not None and not words:
-            self._paint_picture(painter, stage)
-        elif words:
-            self._paint_words(painter, stage, words)
-        below = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
-        below.setBottom(float(self.height()))
-        painter.setPen(QColor(look.muted))
-        text = self.fontMetrics().elidedText(
-            self.caption, Qt.TextElideMode.ElideRight, int(below.width())
-        )
-        painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(look.panel))
+            words = self.message
+            if self._image is not None and not words:
+                self._paint_picture(painter, stage)
+            elif words:
+                self._paint_words(painter, stage, words)
+            below = QRectF(MARGIN, stage.bottom(), self.width() - 2 * MARGIN, self.height())
+            below.setBottom(float(self.height()))
+            painter.setPen(QColor(look.muted))
+            text = self.fontMetrics().elidedText(
+                self.caption, Qt.TextElideMode.ElideRight, int(below.width())
+            )
+            painter.drawText(below, Qt.AlignmentFlag.AlignCenter, text)
 
     def _paint_words(self, painter: QPainter, stage: QRectF, words: str) -> None:
         """Write a sentence in place of the picture; a long path is broken anywhere."""

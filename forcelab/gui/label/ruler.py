@@ -123,19 +123,18 @@ class Ruler(TimePanel):
         label = self.cursor_text()
         wide = text.width(label, face) + 10
         left = min(max(x - wide / 2, self.plot.left()), self.plot.right() - wide)
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setPen(Qt.PenStyle.NoPen)
-        ground = QColor(now.cursor)
-        painter.setBrush(QColor(now.panel))
-        tag = QRectF(left, 2, wide, 16)
-        near = tag.adjusted(-3, 0, 3, 0)  # half a number beside the tag would be misread
-        painter.drawRects([place for place in self._places if place.intersects(near)])
-        painter.setBrush(ground)
-        painter.drawRoundedRect(tag, 3, 3)
-        ink = text.ink_on(ground)
-        text.put(painter, left + wide / 2, 10.0, label, face=face, ink=ink, align=0.5)
-        painter.end()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.setPen(Qt.PenStyle.NoPen)
+            ground = QColor(now.cursor)
+            painter.setBrush(QColor(now.panel))
+            tag = QRectF(left, 2, wide, 16)
+            near = tag.adjusted(-3, 0, 3, 0)  # half a number beside the tag would be misread
+            painter.drawRects([place for place in self._places if place.intersects(near)])
+            painter.setBrush(ground)
+            painter.drawRoundedRect(tag, 3, 3)
+            ink = text.ink_on(ground)
+            text.put(painter, left + wide / 2, 10.0, label, face=face, ink=ink, align=0.5)
 
     def cursor_text(self) -> str:
         """The cursor's time, to the millisecond or finer where a pixel is finer."""

@@ -89,16 +89,15 @@ class StoredIndicator(QWidget):
         if not self.text:
             return
         theme = colours()
-        painter = QPainter(self)
-        side = self.fontMetrics().height()
-        sign = QRectF(2, (self.height() - side) / 2, side, side)
-        ink = QColor(theme.trouble if self.trouble else theme.muted)
-        paint_icon(painter, sign, "warning" if self.trouble else "stored", ink)
-        room = QRectF(self.rect()).adjusted(side + 6, 0, 0, 0)
-        if room.width() >= self.fontMetrics().horizontalAdvance(self.text):
-            painter.setPen(ink)
-            painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, self.text)
-        painter.end()
+        with QPainter(self) as painter:
+            side = self.fontMetrics().height()
+            sign = QRectF(2, (self.height() - side) / 2, side, side)
+            ink = QColor(theme.trouble if self.trouble else theme.muted)
+            paint_icon(painter, sign, "warning" if self.trouble else "stored", ink)
+            room = QRectF(self.rect()).adjusted(side + 6, 0, 0, 0)
+            if room.width() >= self.fontMetrics().horizontalAdvance(self.text):
+                painter.setPen(ink)
+                painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, self.text)
 
     def _say(self, text: str, about: str) -> None:
         """Show a text and more about it."""

@@ -38,9 +38,8 @@ def swatch_icon(colour: str, texture: int = 0) -> QIcon:
     picture = QPixmap(32, 32)
     picture.setDevicePixelRatio(2.0)
     picture.fill(Qt.GlobalColor.transparent)
-    painter = QPainter(picture)
-    paint_swatch(painter, QRectF(1, 1, 14, 14), Look("", QColor(colour), texture))
-    painter.end()
+    with QPainter(picture) as painter:
+        paint_swatch(painter, QRectF(1, 1, 14, 14), Look("", QColor(colour), texture))
     return QIcon(picture)
 
 

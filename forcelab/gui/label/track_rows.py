@@ -223,9 +223,8 @@ class TrackRows(TimePanel):
             picture = QPixmap(self.size() * ratio)
             picture.setDevicePixelRatio(ratio)
             picture.fill(Qt.GlobalColor.transparent)
-            drawing = QPainter(picture)
-            self._paint_row(drawing, row, row.segments)
-            drawing.end()
+            with QPainter(picture) as drawing:
+                self._paint_row(drawing, row, row.segments)
             self._kept[row.author] = kept = (now, picture)
         painter.drawPixmap(0, 0, kept[1])
 

@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui import settings
+from forcelab.gui.arranging import allow
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.readouts import Counter, Readout, TimeEdit
@@ -195,7 +196,7 @@ class Transport(QWidget):
         there = self.document.demonstration is not None
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):
-            widget.setEnabled(there)
+            allow(widget, "" if there else self.tr("Open a demonstration first."))
         self.length.setText(self.tr("/ {0:.3f} s").format(self.document.bounds[1]) if there else "")
         self._show_playing()
         self._show_snapping()

@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent, QShowEvent
 from PySide6.QtWidgets import QApplication, QCompleter, QHBoxLayout, QLineEdit, QMenu, QToolButton
 
 from forcelab.errors import ForcelabError, InputError
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import allow, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.label.renaming import rename
@@ -224,8 +224,9 @@ class VocabularyView(SideList):
             self._suggested = task
         self.suggestions.leave_out(names)
         self._show_parts()
-        self.entry.setEnabled(there)
-        self.plus.setEnabled(there)
+        obstacle = "" if there else self.tr("Open a demonstration first: its task gets the action.")
+        allow(self.entry, obstacle)
+        allow(self.plus, obstacle)
         self._count_soon()
 
     def _show_parts(self) -> None:

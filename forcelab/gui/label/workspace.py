@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PySide6.QtGui import QAction, QShowEvent
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStackedWidget, QWidget
+from PySide6.QtWidgets import QDockWidget, QStackedWidget, QWidget
 
 from forcelab.gui import settings
-from forcelab.gui.arranging import placeholder
+from forcelab.gui.arranging import Dock, DockedWindow, placeholder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.cameras import Cameras
@@ -36,7 +36,7 @@ __all__ = ["LabelWorkspace"]
 LAYOUT = 1
 
 
-class LabelWorkspace(QMainWindow):
+class LabelWorkspace(DockedWindow):
     """Everything for labelling one demonstration.
 
     Parameters
@@ -122,6 +122,7 @@ class LabelWorkspace(QMainWindow):
             self.video.show()
             self.restoreState(self._before_lending, LAYOUT)
             self._show_docks()
+            self.widen()  # the window may have been smaller then
 
     # Layout
 
@@ -160,6 +161,8 @@ class LabelWorkspace(QMainWindow):
         if not self._shared_out:
             self._shared_out = True
             QTimer.singleShot(0, self, self._share_out)  # not once it is gone
+        elif not self._widths:  # a layout was remembered
+            QTimer.singleShot(0, self, self.note_widths)
 
     # Inside
 
@@ -169,7 +172,7 @@ class LabelWorkspace(QMainWindow):
 
     def _add_dock(self, name: str, text: str, content: QWidget) -> None:
         """Put a list beside the panels; its action shows and hides it."""
-        dock = QDockWidget(text)
+        dock = Dock(text)
         dock.setObjectName(name)
         dock.setWidget(content)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
@@ -206,7 +209,7 @@ class LabelWorkspace(QMainWindow):
         video, actions, segments, _ = self._docks.values()
         width = min(max(self.width() // 4, 230), 420)
         # All of them: one that is hidden, as the video may be, has no say.
-        self.resizeDocks([video, actions, segments], [width] * 3, Qt.Orientation.Horizontal)
+        self.set_widths([video, actions, segments], width)
         rest = max(self.height() - width * 3 // 4, 2)
         heights = [width * 3 // 4, rest // 2, rest // 2]
         self.resizeDocks([video, actions, segments], heights, Qt.Orientation.Vertical)

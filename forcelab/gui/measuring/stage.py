@@ -22,6 +22,7 @@ from forcelab.gui.label.overview import Overview
 from forcelab.gui.memory import tidy_between_demonstrations
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.picture import without_chatter
+from forcelab.gui.platform import require_qt
 from forcelab.gui.window import Window
 
 __all__ = ["AUTHOR", "SIZE", "Lateness", "Painted", "shown", "stage", "time_panels", "until"]
@@ -48,6 +49,7 @@ def stage() -> Iterator[Path]:
         The folder.
     """
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    require_qt()
     running = QApplication.instance()
     application = running if isinstance(running, QApplication) else QApplication(["forcelab"])
     without_chatter()

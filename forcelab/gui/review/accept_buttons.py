@@ -10,6 +10,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from forcelab.gui import settings
+from forcelab.gui.arranging import allow
 from forcelab.gui.document import Document
 from forcelab.gui.shortcuts import keys
 
@@ -137,12 +138,14 @@ class AcceptButtons(QWidget):
     def _follow_cursor(self, cursor: float) -> None:
         """Offer what lies at the cursor."""
         if self.isVisible():
-            self.here.setEnabled(self._is_there(cursor, cursor + MOMENT))
+            there = self._is_there(cursor, cursor + MOMENT)
+            allow(self.here, "" if there else self.tr("Nothing is predicted at the cursor."))
 
     def _follow_span(self, start: float, end: float) -> None:
         """Offer what is in view."""
         if self.isVisible():
-            self.in_view.setEnabled(self._is_there(start, end))
+            there = self._is_there(start, end)
+            allow(self.in_view, "" if there else self.tr("Nothing is predicted in view."))
 
     def _follow(self, *_: object) -> None:
         """Offer what can be accepted."""
@@ -152,7 +155,8 @@ class AcceptButtons(QWidget):
         self._follow_cursor(document.cursor)
         self._follow_span(document.start, document.end)
         count = self._count(*document.bounds, self.at_least.value())
-        self.above.setEnabled(count > 0)
+        none = self.tr("No predicted segment of the open demonstration is that probable.")
+        allow(self.above, "" if count else none)
         self.above.setToolTip(
             self.tr("{0} segments of the open demonstration are that probable").format(count)
         )

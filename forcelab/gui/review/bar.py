@@ -16,7 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import toned
+from forcelab.gui.arranging import allow, toned
 from forcelab.gui.document import Document
 from forcelab.gui.icons import icon
 from forcelab.gui.naming import verbatim
@@ -174,7 +174,7 @@ class TrainBar(QWidget):
         self.automatic.blockSignals(True)
         self.automatic.setChecked(learning.automatic)
         self.automatic.blockSignals(False)
-        self.train.setEnabled(learning.ready and not learning.training)
+        allow(self.train, self._obstacle(training=learning.training))
         self._show_labels()
         self._show_preset()
         self._show_progress()
@@ -183,6 +183,13 @@ class TrainBar(QWidget):
         self._fit()
         if held and QApplication.focusWidget() is not now:  # which is hidden from now on
             (self.cancel if learning.training else self.train).setFocus()
+
+    def _obstacle(self, *, training: bool = False) -> str:
+        """Why nothing can be trained now; empty where it can."""
+        if training:
+            return self.tr("A training goes on; wait for it or cancel it.")
+        none = self.tr("There is nothing to train on yet; import demonstrations and label them.")
+        return "" if self.learning.ready else self.learning.trouble or none
 
     def _show_labels(self) -> None:
         """Name the coder whose labels are trained on, among several, and what was trained on."""
@@ -204,7 +211,7 @@ class TrainBar(QWidget):
             name = told.format(preset)
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
-        self.settings.setEnabled(self.learning.ready)
+        allow(self.settings, self._obstacle())
 
     def _show_progress(self) -> None:
         """Show how far the training is."""
@@ -271,7 +278,8 @@ class TrainBar(QWidget):
 
     def _count_runs(self) -> None:
         """Two runs can be compared, one cannot."""
-        self.compare.setEnabled(len(self.learning.runs) > 1)
+        few = self.tr("Train a second time, with other settings or labels, and compare then.")
+        allow(self.compare, "" if len(self.learning.runs) > 1 else few)
 
     def _name_keys(self) -> None:
         """Say the key where one looks for it, and whose labels are meant."""

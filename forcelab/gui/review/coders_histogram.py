@@ -78,22 +78,21 @@ class OffsetHistogram(QWidget):
         """Draw bars, the axis in ms, zero and the median."""
         if not len(self.offsets):
             return
-        painter = QPainter(self)
-        theme, line = colours(), self.fontMetrics().height()
-        box = QRectF(self.rect()).adjusted(MARGIN, 1.2 * line, -MARGIN, -2.6 * line)
-        counts, edges = bins(self.offsets)
-        axis = Axis(float(edges[0]), float(edges[-1]), box.left(), box.right())
-        for count, left, right in zip(counts, edges, edges[1:], strict=False):
-            if count:
-                high = box.height() * float(count / counts.max())
-                x, end = axis.at(float(left)), axis.at(float(right))
-                bar = QRectF(x, box.bottom() - high, max(end - x - 1, 1), high)
-                painter.fillRect(bar, QColor(theme.curves[0]))
-        painter.setPen(QPen(QColor(theme.frame), 1))
-        painter.drawLine(QLineF(box.bottomLeft(), box.bottomRight()))
-        self._paint_axis(painter, axis, box)
-        self._paint_median(painter, axis, box)
-        painter.end()
+        with QPainter(self) as painter:
+            theme, line = colours(), self.fontMetrics().height()
+            box = QRectF(self.rect()).adjusted(MARGIN, 1.2 * line, -MARGIN, -2.6 * line)
+            counts, edges = bins(self.offsets)
+            axis = Axis(float(edges[0]), float(edges[-1]), box.left(), box.right())
+            for count, left, right in zip(counts, edges, edges[1:], strict=False):
+                if count:
+                    high = box.height() * float(count / counts.max())
+                    x, end = axis.at(float(left)), axis.at(float(right))
+                    bar = QRectF(x, box.bottom() - high, max(end - x - 1, 1), high)
+                    painter.fillRect(bar, QColor(theme.curves[0]))
+            painter.setPen(QPen(QColor(theme.frame), 1))
+            painter.drawLine(QLineF(box.bottomLeft(), box.bottomRight()))
+            self._paint_axis(painter, axis, box)
+            self._paint_median(painter, axis, box)
 
     def _paint_axis(self, painter: QPainter, axis: Axis, box: QRectF) -> None:
         """Draw the numbers below, and what they are."""
@@ -170,33 +169,32 @@ class ActionBars(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw swatch, name, bar and number of each action."""
-        painter = QPainter(self)
-        theme, metrics = colours(), self.fontMetrics()
-        line, side = self._line, metrics.height() * 0.8
-        numbers = metrics.horizontalAdvance("100 %") + MARGIN
-        widest = max((metrics.horizontalAdvance(name) for name in self.shares), default=0)
-        names = min(widest, round(0.35 * self.width()))
-        left = side + 2 * MARGIN + names + MARGIN
-        room = max(self.width() - left - numbers - MARGIN, 1.0)
-        upright = Qt.AlignmentFlag.AlignVCenter
-        for row, (name, share) in enumerate(self.shares.items()):
-            top = row * line
-            swatch = QRectF(MARGIN, top + (line - side) / 2, side, side)
-            paint_swatch(painter, swatch, self._looks[name])
-            painter.setPen(QColor(theme.text))
-            shown = metrics.elidedText(name, NAMES, names)
-            painter.drawText(QRectF(side + 2 * MARGIN, top, names, line), upright, shown)
-            bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
-            painter.fillRect(bar, QColor(theme.panel_edge))
-            if share is not None:
-                painter.fillRect(
-                    QRectF(bar.left(), bar.top(), share * room, bar.height()),
-                    QColor(theme.curves[0]),
-                )
-            painter.setPen(QColor(theme.text if share is not None else theme.muted))
-            number = QRectF(left + room, top, numbers, line)
-            painter.drawText(number, upright | Qt.AlignmentFlag.AlignRight, _percent(share))
-        painter.end()
+        with QPainter(self) as painter:
+            theme, metrics = colours(), self.fontMetrics()
+            line, side = self._line, metrics.height() * 0.8
+            numbers = metrics.horizontalAdvance("100 %") + MARGIN
+            widest = max((metrics.horizontalAdvance(name) for name in self.shares), default=0)
+            names = min(widest, round(0.35 * self.width()))
+            left = side + 2 * MARGIN + names + MARGIN
+            room = max(self.width() - left - numbers - MARGIN, 1.0)
+            upright = Qt.AlignmentFlag.AlignVCenter
+            for row, (name, share) in enumerate(self.shares.items()):
+                top = row * line
+                swatch = QRectF(MARGIN, top + (line - side) / 2, side, side)
+                paint_swatch(painter, swatch, self._looks[name])
+                painter.setPen(QColor(theme.text))
+                shown = metrics.elidedText(name, NAMES, names)
+                painter.drawText(QRectF(side + 2 * MARGIN, top, names, line), upright, shown)
+                bar = QRectF(left, top + 0.25 * line, room, 0.5 * line)
+                painter.fillRect(bar, QColor(theme.panel_edge))
+                if share is not None:
+                    painter.fillRect(
+                        QRectF(bar.left(), bar.top(), share * room, bar.height()),
+                        QColor(theme.curves[0]),
+                    )
+                painter.setPen(QColor(theme.text if share is not None else theme.muted))
+                number = QRectF(left + room, top, numbers, line)
+                painter.drawText(number, upright | Qt.AlignmentFlag.AlignRight, _percent(share))
 
 
 def _percent(share: float | None) -> str:

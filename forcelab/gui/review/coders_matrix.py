@@ -129,28 +129,27 @@ class CoderMatrix(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw names and cells."""
-        painter = QPainter(self)
-        theme, metrics = colours(), self.fontMetrics()
-        left, top, wide, high = self._layout()
-        middle = Qt.AlignmentFlag.AlignCenter
-        for i, name in enumerate(self.authors):
-            painter.setPen(QColor(theme.text))
-            row = QRectF(0, top + i * high, left - PADDING, high)
-            shown = metrics.elidedText(name, NAMES, int(row.width()))
-            painter.drawText(
-                row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
-            )
-            head = QRectF(left + i * wide, 0, wide, top)
-            room = int(wide - PADDING)
-            painter.drawText(head, middle, metrics.elidedText(name, NAMES, room))
-        for row_number in range(len(self.authors)):
-            for column in range(len(self.authors)):
-                self._paint_cell(painter, row_number, column)
-        if self.pair is not None:
-            painter.setPen(QPen(QColor(theme.text), 3 if self.hasFocus() else 2))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
-        painter.end()
+        with QPainter(self) as painter:
+            theme, metrics = colours(), self.fontMetrics()
+            left, top, wide, high = self._layout()
+            middle = Qt.AlignmentFlag.AlignCenter
+            for i, name in enumerate(self.authors):
+                painter.setPen(QColor(theme.text))
+                row = QRectF(0, top + i * high, left - PADDING, high)
+                shown = metrics.elidedText(name, NAMES, int(row.width()))
+                painter.drawText(
+                    row, Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignRight, shown
+                )
+                head = QRectF(left + i * wide, 0, wide, top)
+                room = int(wide - PADDING)
+                painter.drawText(head, middle, metrics.elidedText(name, NAMES, room))
+            for row_number in range(len(self.authors)):
+                for column in range(len(self.authors)):
+                    self._paint_cell(painter, row_number, column)
+            if self.pair is not None:
+                painter.setPen(QPen(QColor(theme.text), 3 if self.hasFocus() else 2))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(self.cell(*self.at).adjusted(1, 1, -1, -1))
 
     def _paint_cell(self, painter: QPainter, row: int, column: int) -> None:
         """Draw one cell: kappa and word; or on the diagonal how much the coder labelled."""

@@ -125,21 +125,19 @@ class MatrixCanvas(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the figure, kept as a picture, and the frames of cells over it."""
-        painter = QPainter(self)
-        if self.figure is None:
-            painter.end()
-            return
-        ratio = self.devicePixelRatioF()
-        if self._drawn is None or self._drawn.devicePixelRatio() != ratio:
-            self._drawn = self._picture(self.figure, ratio)
-        painter.drawPixmap(0, 0, self._drawn)
-        if self._hovered is not None:
-            self._frame(painter, self.figure.box(*self._hovered), 1.0)
-        if self.chosen is not None:
-            self._frame(painter, self.figure.box(*self.chosen), 2.0)
-        if self.hasFocus():
-            self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
-        painter.end()
+        with QPainter(self) as painter:
+            if self.figure is None:
+                return
+            ratio = self.devicePixelRatioF()
+            if self._drawn is None or self._drawn.devicePixelRatio() != ratio:
+                self._drawn = self._picture(self.figure, ratio)
+            painter.drawPixmap(0, 0, self._drawn)
+            if self._hovered is not None:
+                self._frame(painter, self.figure.box(*self._hovered), 1.0)
+            if self.chosen is not None:
+                self._frame(painter, self.figure.box(*self.chosen), 2.0)
+            if self.hasFocus():
+                self._frame(painter, self.figure.box(*self.focus), 2.0, dashed=True)
 
     # Inside
 
@@ -180,9 +178,8 @@ class MatrixCanvas(QWidget):
         pixmap = QPixmap(self.size() * ratio)
         pixmap.setDevicePixelRatio(ratio)
         pixmap.fill(QColor(figure.theme.background))
-        painter = QPainter(pixmap)
-        figure.draw(painter)
-        painter.end()
+        with QPainter(pixmap) as painter:
+            figure.draw(painter)
         return pixmap
 
     def _frame(self, painter: QPainter, box: QRectF, width: float, *, dashed: bool = False) -> None:

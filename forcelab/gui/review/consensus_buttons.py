@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from forcelab.gui.arranging import allow
 from forcelab.gui.figures.text import NAMES
 from forcelab.gui.naming import verbatim
 
@@ -186,16 +187,27 @@ class ConsensusButtons(QWidget):
         begun = consensus is not None and consensus.begun
         chosen = begun and current is not None
         for button in (self.take_a, self.take_b, self.leave, self.other):
-            button.setEnabled(chosen)
-        self.mean.setEnabled(chosen and current is not None and current.edge)
+            allow(button, "" if chosen else self._first_choose(begun))
+        edge = chosen and current is not None and current.edge
+        only = self.tr("Only where two edges differ is there a mean of them.")
+        allow(self.mean, "" if edge else only if chosen else self._first_choose(begun))
         waiting = () if consensus is None else consensus.undecided
         for part in (self.mean_all, self.tolerance):
-            part.setEnabled(begun and any(d.edge for d in waiting))
+            left = begun and any(d.edge for d in waiting)
+            allow(part, "" if left else self.tr("No edge that differs is left to decide on."))
         for button in (self.next, self.previous):
-            button.setEnabled(consensus is not None and bool(consensus.differences))
-        self.begin.setEnabled(consensus is not None)
+            differing = consensus is not None and bool(consensus.differences)
+            allow(button, "" if differing else self.tr("The coders do not differ anywhere here."))
+        two = self.tr("A demonstration that two coders have labelled is needed.")
+        allow(self.begin, two if consensus is None else "")
         self.undo.setEnabled(consensus is not None and consensus.can_undo)
         self.redo.setEnabled(consensus is not None and consensus.can_redo)
+
+    def _first_choose(self, begun: bool) -> str:
+        """What has to be done before a difference can be decided on."""
+        if begun:
+            return self.tr("Choose a place where the coders differ first.")
+        return self.tr("Begin the consensus first.")
 
     def does(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does; a number that is being typed does nothing."""

@@ -94,35 +94,35 @@ class LossCurves(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw axes and curves, or say why there are none."""
         theme = colours()
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.background))
-        if not self.curves:
-            self._paint_empty(painter)
-            return
-        plot = QRectF(self.rect()).adjusted(58, 12, -14, -38)
-        epochs = [epoch for _, _, points in self.curves for epoch, _ in points]
-        values = [loss for _, _, points in self.curves for _, loss in points]
-        right = max(*epochs, 2)
-        across = Axis(1.0 if min(epochs) else 0.0, right, plot.left(), plot.right())
-        up = self._upright(values, plot)
-        draw_bottom(painter, across, plot.bottom(), self.tr("epoch"), theme)
-        draw_left(painter, up, plot.left(), self.tr("loss"), theme)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        working = self._learning.training
-        for number, (final, _, points) in enumerate(self.curves):
-            current = working and number == len(self.curves) - 1
-            ink = QColor(theme.range if final else theme.text if current else theme.muted)
-            if not (final or current):
-                ink.setAlphaF(0.7)
-            width = 2.5 if current else 2.0 if final else 1.0
-            painter.setPen(QPen(ink, width))
-            spots = [QPointF(across.at(e), up.at(v)) for e, v in points]
-            if len(spots) == 1:
-                painter.setBrush(ink)
-                painter.drawEllipse(spots[0], 2, 2)
-            else:
-                painter.drawPolyline(QPolygonF(spots))
-        self._paint_legend(painter, plot)
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(theme.background))
+            if not self.curves:
+                self._paint_empty(painter)
+                return
+            plot = QRectF(self.rect()).adjusted(58, 12, -14, -38)
+            epochs = [epoch for _, _, points in self.curves for epoch, _ in points]
+            values = [loss for _, _, points in self.curves for _, loss in points]
+            right = max(*epochs, 2)
+            across = Axis(1.0 if min(epochs) else 0.0, right, plot.left(), plot.right())
+            up = self._upright(values, plot)
+            draw_bottom(painter, across, plot.bottom(), self.tr("epoch"), theme)
+            draw_left(painter, up, plot.left(), self.tr("loss"), theme)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            working = self._learning.training
+            for number, (final, _, points) in enumerate(self.curves):
+                current = working and number == len(self.curves) - 1
+                ink = QColor(theme.range if final else theme.text if current else theme.muted)
+                if not (final or current):
+                    ink.setAlphaF(0.7)
+                width = 2.5 if current else 2.0 if final else 1.0
+                painter.setPen(QPen(ink, width))
+                spots = [QPointF(across.at(e), up.at(v)) for e, v in points]
+                if len(spots) == 1:
+                    painter.setBrush(ink)
+                    painter.drawEllipse(spots[0], 2, 2)
+                else:
+                    painter.drawPolyline(QPolygonF(spots))
+            self._paint_legend(painter, plot)
 
     def _upright(self, values: list[float], plot: QRectF) -> Axis | LogAxis:
         """The axis of the losses."""

@@ -154,31 +154,31 @@ class PairsCanvas(QAbstractScrollArea):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the rows in view."""
         layout, area = self.arrangement, event.rect()
-        painter = QPainter(self.viewport())
-        offset = self.verticalScrollBar().value()
-        painter.fillRect(area, QColor(colours().background))
-        ratio, began = self.devicePixelRatioF(), perf_counter()
-        for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
-            opened = self.entries[row].id == self.document.id
-            picture = self.pictures.known(self.entries[row].id)
-            if picture is None and not self._scrolled and perf_counter() - began < BUDGET:
-                picture = self._painted(row)
-            if picture is None:
-                # It comes with an event of its own, so that scrolling never waits. That is noted:
-                # an event that shows a part of it may be the one in which it is painted.
-                self._skipped.add(self.entries[row].id)
-                continue
-            top = layout.tops[row] - offset
-            painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
-            if row == layout.first_proposal:
-                self._paint_heading(painter, top)
-            painter.save()
-            painter.translate(0, top)
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            self._paint_marked(painter, layout, row, opened)
-            painter.restore()
-        self._scrolled = False
-        self._ahead.start()
+        with QPainter(self.viewport()) as painter:
+            offset = self.verticalScrollBar().value()
+            painter.fillRect(area, QColor(colours().background))
+            ratio, began = self.devicePixelRatioF(), perf_counter()
+            for row in layout.visible(area.top() + offset, area.bottom() + 1 + offset):
+                opened = self.entries[row].id == self.document.id
+                picture = self.pictures.known(self.entries[row].id)
+                if picture is None and not self._scrolled and perf_counter() - began < BUDGET:
+                    picture = self._painted(row)
+                if picture is None:
+                    # It comes with an event of its own, so that scrolling never waits. That is
+                    # noted: an event that shows a part of it may be the one in which it is painted.
+                    self._skipped.add(self.entries[row].id)
+                    continue
+                top = layout.tops[row] - offset
+                painter.drawPixmap(QPointF(0, round(top * ratio) / ratio), picture)
+                if row == layout.first_proposal:
+                    self._paint_heading(painter, top)
+                painter.save()
+                painter.translate(0, top)
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                self._paint_marked(painter, layout, row, opened)
+                painter.restore()
+            self._scrolled = False
+            self._ahead.start()
 
     def _painted(self, row: int) -> QPixmap:
         """Paint a row's picture."""

@@ -68,9 +68,8 @@ class RowPictures:
         box = layout.row_box(row)
         picture = QPixmap(round(box.width() * ratio), round(box.height() * ratio))
         picture.setDevicePixelRatio(ratio)
-        painter = QPainter(picture)
-        paint_row(painter, layout, row, looks, opened, ratio, remark)
-        painter.end()
+        with QPainter(picture) as painter:
+            paint_row(painter, layout, row, looks, opened, ratio, remark)
         self._kept[layout.entries[row].id] = picture
         self.painted += 1
         while len(self._kept) > KEPT:

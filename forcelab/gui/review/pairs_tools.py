@@ -189,10 +189,10 @@ class LegendStrip(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the legend."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(colours().background))
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._legend.paint(painter, MARGIN, 6, colours())
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().background))
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            self._legend.paint(painter, MARGIN, 6, colours())
 
     @property
     def _legend(self) -> Legend:
@@ -257,12 +257,12 @@ class AxisStrip(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the axis."""
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(colours().background))
-        text.ready()
-        if self._axis is not None:
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            draw_bottom(painter, self._axis, 0.5, self.tr("time (s)"), colours())
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(colours().background))
+            text.ready()
+            if self._axis is not None:
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+                draw_bottom(painter, self._axis, 0.5, self.tr("time (s)"), colours())
 
 
 def _button(title: str, name: str) -> QToolButton:

@@ -118,14 +118,12 @@ class ProposalsView(QWidget):
 
     def _say_order(self) -> None:
         """Say which demonstration comes first, and why."""
-        from forcelab.review.proposing import weighed
-
         if self.rows and self.rows[0].id in self._done():
             text = self.tr("All of these are labelled by now. Train again with them.")
-        elif weighed(self._found):
+        elif self._weighed():
             text = self.tr(
                 "Label the first one next: the recogniser is uncertain of it, and many of the "
-                "others are like it."
+                "others are like it. The list is sorted by the product of the two."
             )
         else:
             text = self.tr(
@@ -133,6 +131,12 @@ class ProposalsView(QWidget):
                 "others are like it, so that odd ones do not come first."
             )
         self.order.setText(text)
+
+    def _weighed(self) -> bool:
+        """Whether they are ordered by how many are like each, too."""
+        from forcelab.review.proposing import weighed
+
+        return bool(self._found) and weighed(self._found)
 
     def _listing_changed(self) -> None:
         """Who is blind where may have changed."""
@@ -144,12 +148,14 @@ class ProposalsView(QWidget):
         seen = self._in_order()
         if seen != self.rows:
             self.rows = seen
-            columns = (
+            columns = [
                 Column(self.tr("demonstration"), number=False),
                 Column(self.tr("uncertainty"), number=False),
                 Column(self.tr("probably wrong")),
                 Column(self.tr("labelled")),
-            )
+            ]
+            if self._weighed():
+                columns.insert(UNCERTAINTY + 1, Column(self.tr("like others")))
             self.model.show(columns, self._told())
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY, WIDE)
@@ -168,12 +174,13 @@ class ProposalsView(QWidget):
 
     def _told(self) -> tuple[Row, ...]:
         """What is listed, as texts."""
-        labelled = self._labelled()
+        labelled, weighed = self._labelled(), self._weighed()
         return tuple(
             Row(
                 (
                     one.name,
                     f"{100 * one.uncertainty:.0f} %",
+                    *([f"{100 * (one.typicality or 0.0):.0f} %"] if weighed else []),
                     f"{one.wrong:.1f} s",
                     f"{100 * labelled[one.id]:.0f} %" if one.id in labelled else "–",
                 ),

@@ -6,6 +6,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
+from forcelab.gui.arranging import allow
 from forcelab.gui.shortcuts import keys
 
 __all__ = ["VerdictButtons"]
@@ -64,7 +65,7 @@ class VerdictButtons(QWidget):
         """Offer verdicts on what is open, or to withdraw the one on what is judged."""
         for button in self.verdicts.values():
             button.setHidden(judged)
-            button.setEnabled(open_)
+            allow(button, "" if open_ else self.tr("Choose a place in the queue first (N)."))
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -113,20 +113,19 @@ class ProbabilityChart(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw ground, place, lines, names and cursor."""
-        painter = QPainter(self)
-        axis = self.axis
-        if axis is not None and self.place is not None:
-            self._paint_ground(painter, axis, self.place)
-            if self.certainty is None:
-                face, ink = text.font(SMALL), QColor(colours().on_unlabelled)
-                box = self.plot
-                told = text.elided(self.missing, face, box.width() - 8)
-                x, y = box.center().x(), self._y(0.25)
-                text.put(painter, x, y, told, face=face, ink=ink, align=0.5)
-            else:
-                self._paint_lines(painter, axis, self.certainty)
-            self._paint_cursor(painter, axis, self.place)
-        painter.end()
+        with QPainter(self) as painter:
+            axis = self.axis
+            if axis is not None and self.place is not None:
+                self._paint_ground(painter, axis, self.place)
+                if self.certainty is None:
+                    face, ink = text.font(SMALL), QColor(colours().on_unlabelled)
+                    box = self.plot
+                    told = text.elided(self.missing, face, box.width() - 8)
+                    x, y = box.center().x(), self._y(0.25)
+                    text.put(painter, x, y, told, face=face, ink=ink, align=0.5)
+                else:
+                    self._paint_lines(painter, axis, self.certainty)
+                self._paint_cursor(painter, axis, self.place)
 
     # Inside
 

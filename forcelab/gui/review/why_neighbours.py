@@ -83,22 +83,22 @@ class Card(QAbstractButton):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the card."""
-        painter, theme = QPainter(self), colours()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        chosen = self.isChecked() or self.hasFocus()
-        painter.setPen(QPen(QColor(theme.accent if chosen else theme.panel_edge), 1 + chosen))
-        lit = self.underMouse() and self.isEnabled()
-        painter.setBrush(QColor(theme.panel_edge if lit else theme.background))
-        painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 4, 4)
-        painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-        inside = QRectF(self.rect()).adjusted(PADDING, PADDING, -PADDING, -PADDING)
-        self._paint_line(painter, inside)
-        lower = inside.adjusted(0, NAME + 5, 0, 0)
-        if self._frame is not None:
-            lower.setLeft(self._paint_frame(painter, lower, self._frame) + PADDING)
-        if self.trace is not None and self.span is not None:
-            self._paint_trace(painter, lower, self.trace, self.span)
-        painter.end()
+        theme = colours()
+        with QPainter(self) as painter:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            chosen = self.isChecked() or self.hasFocus()
+            painter.setPen(QPen(QColor(theme.accent if chosen else theme.panel_edge), 1 + chosen))
+            lit = self.underMouse() and self.isEnabled()
+            painter.setBrush(QColor(theme.panel_edge if lit else theme.background))
+            painter.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 4, 4)
+            painter.setOpacity(1.0 if self.isEnabled() else 0.35)
+            inside = QRectF(self.rect()).adjusted(PADDING, PADDING, -PADDING, -PADDING)
+            self._paint_line(painter, inside)
+            lower = inside.adjusted(0, NAME + 5, 0, 0)
+            if self._frame is not None:
+                lower.setLeft(self._paint_frame(painter, lower, self._frame) + PADDING)
+            if self.trace is not None and self.span is not None:
+                self._paint_trace(painter, lower, self.trace, self.span)
 
     def _paint_frame(self, painter: QPainter, box: QRectF, frame: QImage) -> float:
         """Draw the frame at the left; gives where it ends."""
@@ -160,17 +160,17 @@ class Heading(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw swatch, action and role."""
-        painter, theme = QPainter(self), colours()
-        painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-        paint_swatch(painter, QRectF(1, 4, 12, 12), self._look)
-        face, small = text.font(NAME, bold=True), text.font(SMALL)
-        name = text.elided_name(self.action, face, max(self.width() - 18, 20))
-        text.put(painter, 18, 10, name, face=face, ink=QColor(theme.text))
-        at = 18 + text.width(name, face) + 8
-        role = text.elided(self.role, small, self.width() - at)
-        if len(role) > 1:
-            text.put(painter, at, 10, role, face=small, ink=QColor(theme.muted))
-        painter.end()
+        theme = colours()
+        with QPainter(self) as painter:
+            painter.setOpacity(1.0 if self.isEnabled() else 0.35)
+            paint_swatch(painter, QRectF(1, 4, 12, 12), self._look)
+            face, small = text.font(NAME, bold=True), text.font(SMALL)
+            name = text.elided_name(self.action, face, max(self.width() - 18, 20))
+            text.put(painter, 18, 10, name, face=face, ink=QColor(theme.text))
+            at = 18 + text.width(name, face) + 8
+            role = text.elided(self.role, small, self.width() - at)
+            if len(role) > 1:
+                text.put(painter, at, 10, role, face=small, ink=QColor(theme.muted))
 
 
 class Neighbours(QWidget):

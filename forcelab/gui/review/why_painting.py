@@ -132,15 +132,14 @@ class BandMap(QWidget):
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the map, its axis, its legend and the bars."""
-        painter = QPainter(self)
-        if self.why is not None:
-            painter.setOpacity(1.0 if self.isEnabled() else 0.35)
-            painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
-            self._paint_cells(painter, self.why)
-            self._paint_axis(painter, self.why)
-            self._paint_bars(painter, self.why)
-            self._paint_legend(painter, self.why)
-        painter.end()
+        with QPainter(self) as painter:
+            if self.why is not None:
+                painter.setOpacity(1.0 if self.isEnabled() else 0.35)
+                painter.setRenderHint(QPainter.RenderHint.TextAntialiasing)
+                self._paint_cells(painter, self.why)
+                self._paint_axis(painter, self.why)
+                self._paint_bars(painter, self.why)
+                self._paint_legend(painter, self.why)
 
     def _paint_cells(self, painter: QPainter, why: Why) -> None:
         """One cell for each band, with its number where there is room."""

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from forcelab.gui.arranging import copyable
+from forcelab.gui.arranging import allow, copyable
 from forcelab.gui.review.elided import Elided
 from forcelab.gui.review.narrow_list import NarrowList
 from forcelab.gui.review.wanted import shown_task
@@ -98,7 +98,8 @@ class TradeoffBar(QWidget):
         state = self._measuring
         self._list_tasks()
         self.measure.setVisible(not state.running)
-        self.measure.setEnabled(state.labelled > 1)
+        few = self.tr("Label two demonstrations of the task first: one is recognised by the other.")
+        allow(self.measure, "" if state.labelled > 1 else few)
         self.progress.setVisible(state.running)
         self.cancel.setVisible(state.running)
         for drawn in self._drawn:

@@ -104,26 +104,26 @@ class TradeoffPlot(QWidget):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw axes, front, points and names."""
         theme = colours()
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(theme.background))
-        layout = self._laid_out()
-        if layout is None:
-            return
-        self._paint_axes(painter, layout)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._paint_front(painter, layout)
-        for i in self._from_back_to_front():
-            self._paint_point(painter, layout, i)
-        for i, place in layout.names.items():
-            self._paint_name(painter, i, place)
-        looked = self._index(self.looked_at)
-        if looked is not None and looked not in layout.names:
-            self._paint_name_over(painter, layout, looked)
-        if self.hasFocus():
-            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-            painter.setPen(QPen(QColor(theme.accent), 1.0))
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
+        with QPainter(self) as painter:
+            painter.fillRect(self.rect(), QColor(theme.background))
+            layout = self._laid_out()
+            if layout is None:
+                return
+            self._paint_axes(painter, layout)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            self._paint_front(painter, layout)
+            for i in self._from_back_to_front():
+                self._paint_point(painter, layout, i)
+            for i, place in layout.names.items():
+                self._paint_name(painter, i, place)
+            looked = self._index(self.looked_at)
+            if looked is not None and looked not in layout.names:
+                self._paint_name_over(painter, layout, looked)
+            if self.hasFocus():
+                painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+                painter.setPen(QPen(QColor(theme.accent), 1.0))
+                painter.setBrush(Qt.BrushStyle.NoBrush)
+                painter.drawRect(self.rect().adjusted(0, 0, -1, -1))
 
     def _paint_axes(self, painter: QPainter, layout: Layout) -> None:
         """Grid and axes."""

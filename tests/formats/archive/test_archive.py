@@ -22,7 +22,7 @@ from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.formats.archive import read, read_archive, sniff, write_archive
-from forcelab.formats.archive.members import LARGEST, VERSION
+from forcelab.formats.archive.members import LARGEST, LARGEST_EDITS, LARGEST_TEXT, VERSION
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
@@ -187,8 +187,8 @@ def test_an_archive_brings_everything_back(project, whole, tmp_path):
             ),
             st.integers(0, 2),
             st.sampled_from(["anna", "bert"]),
-            st.floats(0, 10),
-            st.floats(0.01, 5),
+            st.floats(0, 0.5),
+            st.floats(0.01, 0.5),
         ),
         max_size=25,
     ),
@@ -510,6 +510,55 @@ def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
         out.writestr(name, bytes(LARGEST + 1))
     assert "claim to unpack to" in refused(path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "why"),
+    [
+        ("verdicts.json", b"[" + b" " * LARGEST_TEXT + b"]", "bytes of text"),
+        ("edits.json", b"[" + b" " * LARGEST_EDITS + b"]", "bytes of text"),
+        ("runs.json", b"[" + b"[\n" * (LARGEST_TEXT // 2 + 9), "an entry of more than 32 MiB"),
+    ],
+)
+def test_text_that_means_gigabytes_when_parsed_is_refused(whole, tmp_path, name, text, why):
+    path = packed(whole, **{name: None})
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as out:
+        out.writestr(name, text)
+    assert why in refused(path, tmp_path)
+
+
+def test_more_actions_and_tasks_than_anybody_has_are_refused(whole, tmp_path):
+    action = {"colour": "#0072b2", "key": ""}
+    many = [action | {"name": f"a{i}", "texture": i} for i in range(20_000)]
+    path = packed(whole, **{"vocabularies.json": {"LEGO": many}})
+    assert "up to 1,000 actions, not 20,000" in refused(path, tmp_path)
+    path = packed(whole, **{"vocabularies.json": {f"task {i}": [] for i in range(5000)}})
+    assert "5,000 tasks" in refused(path, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"time": "0001-01-01T00:00:00+00:00"}, "of the year 1 "),
+        ({"time": "9999-12-31T23:59:59-23:59"}, "of the year 9999 "),
+        ({"inserted": [[0.0, 0.1, "a\0b"]]}, "is no name for an action"),
+        ({"inserted": [[0.0, 0.1, "x" * 1001]]}, "is no name for an action"),
+        ({"inserted": [[0.0, 234_466.6, "grab"]]}, "lies beyond its recording"),
+        ({"inserted": [[-50.0, 0.1, "grab"]]}, "lies beyond its recording"),
+    ],
+)
+def test_an_edit_that_nobody_can_have_made_is_refused(whole, tmp_path, change, why):
+    edits = loaded(whole, "edits.json")
+    edits[0] |= change
+    assert why in refused(packed(whole, **{"edits.json": edits}), tmp_path)
+
+
+def test_labels_beyond_the_recording_do_not_come_into_a_project_that_is_there(whole):
+    name = member(whole, "tracks.json")
+    tracks = loaded(whole, name)
+    tracks[-1]["segments"] = [[0.0, 234_466.6, "grab"]]
+    with pytest.raises(InputError, match="lies beyond its recording"):
+        read(packed(whole, **{name: tracks}), ReadOptions())
 
 
 def test_a_member_longer_than_it_claims_is_refused(whole, tmp_path):

@@ -62,6 +62,32 @@ def test_what_is_typical_comes_before_what_is_odd_and_the_window_says_so(view, d
     assert tip.endswith("It is 90 % like all that are listed.")
 
 
+def test_the_order_can_be_read_off_the_list(view, document, until):
+    def shown():
+        every = range(view.model.rowCount())
+        return [
+            [view.model.data(view.model.index(row, column)) for column in (1, 2)] for row in every
+        ]
+
+    def titles():
+        horizontal = Qt.Orientation.Horizontal
+        every = range(view.model.columnCount())
+        return [view.model.headerData(column, horizontal) for column in every]
+
+    outcome = proposed(document)
+    document.set_outcome(outcome)
+    until(lambda: len(view.rows) == 3)
+    assert "like others" not in titles()
+    shares = {"03": 0.9, "stylus 01": 0.8, "stylus 02": 0.2}
+    kept = tuple(replace(one, typicality=shares[one.name]) for one in outcome.proposals)
+    document.set_outcome(replace(outcome, proposals=kept))
+    until(lambda: "like others" in titles())
+    figures = [[float(text.removesuffix(" %")) for text in row] for row in shown()]
+    products = [uncertain * like for uncertain, like in figures]
+    assert products == sorted(products, reverse=True)
+    assert sorted(like for _, like in figures) == [20.0, 80.0, 90.0]
+
+
 def test_what_is_labelled_by_now_comes_last(view, document, until):
     document.set_outcome(proposed(document))
     until(lambda: len(view.rows) == 3)
