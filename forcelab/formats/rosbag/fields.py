@@ -22,6 +22,7 @@ from forcelab.formats.table.columns import is_label_name
 
 __all__ = [
     "Contents",
+    "Definitions",
     "Field",
     "Path",
     "address_of",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import sqlite3
+import struct
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +18,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions, Recording
 from forcelab.formats.rosbag.aligning import Held, Placed, placed
 from forcelab.formats.rosbag.choosing import chosen, left_numbers, some
-from forcelab.formats.rosbag.fields import Contents, address_of, contents, follow
+from forcelab.formats.rosbag.fields import Contents, Definitions, address_of, contents, follow
 from forcelab.formats.signatures import BAG_METADATA
 from forcelab.formats.table.labels import own_or_beside
 from forcelab.formats.table.roles import MOST_LABELS, is_unlabelled
@@ -124,14 +127,47 @@ def opened(path: Path) -> Iterator[Any]:
         for start, suffix in _SUFFIXES:
             if head.startswith(start) and path.suffix != suffix:
                 raise InputError(f"'{path}' is a ROS bag by its content; rename it to *{suffix}.")
+    _check_databases(path)
     with _damage_told(path):
         # Older bags of ROS 2 do not define their messages; the common ones never changed.
         bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         bag.open()
     try:
+        with _damage_told(path):
+            _check_count(path, int(bag.message_count))
+            if not all(
+                isinstance(c.topic, str) and isinstance(c.msgtype, str) for c in bag.connections
+            ):
+                raise TypeError("a topic or a type without a name")
         yield bag
     finally:
         bag.close()
+
+
+def _check_databases(path: Path) -> None:
+    """Refuse a ROS 2 bag in whose database anything but tables and indexes would answer."""
+    for file in (path, *path.glob("*.db3")):
+        if file.suffix == ".db3" and file.is_file():
+            uri = f"{file.absolute().as_uri()}?mode=ro&immutable=1"
+            with _damage_told(path), closing(sqlite3.connect(uri, uri=True)) as store:
+                odd = store.execute(
+                    "SELECT 1 FROM sqlite_schema WHERE type NOT IN ('table', 'index')"
+                ).fetchone()
+                if odd:
+                    raise ValueError("its database has views or triggers")
+
+
+def _check_count(path: Path, count: int) -> None:
+    """Refuse more messages than a bag has bytes: those of an empty type are never at an end."""
+    if count > (size := _size(path)):
+        raise InputError(
+            f"'{path}' has {count:,} messages in {size:,} bytes, which cannot be; {_CURE}."
+        )
+
+
+def _size(path: Path) -> int:
+    """Bytes of a bag's file, or of all files in its folder."""
+    return sum(file.stat().st_size for file in (path, *path.glob("*")) if file.is_file())
 
 
 @contextmanager
@@ -139,7 +175,17 @@ def _damage_told(path: Path) -> Iterator[None]:
     """Turn what the library says of a bag that it cannot read into a sentence."""
     try:
         yield
-    except Exception as error:  # what is damaged may fail in any line of the library
+    except RecursionError as error:
+        raise InputError(
+            f"The definitions of the messages in '{path}' contain themselves, which no program "
+            f"can read; record it anew, or without them."
+        ) from error
+    except MemoryError as error:
+        raise InputError(
+            f"'{path}' unpacks to more than there is memory for; split it (rosbag filter, or ROS "
+            f"2: ros2 bag convert)."
+        ) from error
+    except _damage() as error:
         if isinstance(error, OSError) and error.errno is not None:
             raise
         text = " ".join(str(error).split()).rstrip(".")
@@ -149,10 +195,76 @@ def _damage_told(path: Path) -> Iterator[None]:
         raise InputError(f"'{path}' is not a whole ROS bag ({reason}); {_CURE}.") from error
 
 
+def _damage() -> tuple[type[Exception], ...]:
+    """What the library, and those that it unpacks with, raise over a damaged bag."""
+    import apsw
+    from rosbags.highlevel.anyreader import AnyReaderError, ReaderErrors
+    from rosbags.rosbag2.reader import zstd  # Python's own, or that for older ones
+    from rosbags.serde import SerdeError
+    from rosbags.typesys import TypesysError
+    from ruamel.yaml.error import YAMLError
+
+    own = (AnyReaderError, *ReaderErrors, SerdeError, TypesysError, YAMLError, zstd.ZstdError)
+    # Damaged lengths, names and code made of definitions; lz4 has nothing of its own.
+    plain = (ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, RuntimeError)
+    odd = (SyntaxError, TypeError, ValueError, apsw.Error, sqlite3.Error, struct.error)
+    return (*own, *plain, *odd, OSError)
+
+
+#: A message has no more fields, all within one another counted, nor are they nested deeper.
+MOST_FIELDS, DEEPEST = 20_000, 32
+
+
+def _trouble(kind: str, definitions: Definitions) -> str | None:
+    """Why messages of a type cannot be read, before anything is made of them; None if they can."""
+    from rosbags.interfaces import Nodetype
+
+    known: dict[str, int] = {}  # fields of each type; 0 of what takes no bytes
+
+    def count(kind: str, above: tuple[str, ...]) -> int:
+        if kind in above:
+            raise _OddError(f"{kind} contains itself")
+        if len(above) > DEEPEST:
+            raise _OddError(f"messages are nested deeper than {DEEPEST}")
+        if kind not in definitions:
+            raise _OddError(f"{kind}, which the bag does not define")
+        if kind not in known:
+            known[kind] = sum(fields(desc, (*above, kind)) for _, desc in definitions[kind][1])
+        if known[kind] > MOST_FIELDS:
+            raise _OddError(f"more than {MOST_FIELDS:,} fields a message")
+        return known[kind]
+
+    def fields(desc: Any, above: tuple[str, ...]) -> int:
+        sort, inner = desc
+        if sort == Nodetype.NAME:
+            return count(inner, above)
+        if sort == Nodetype.BASE:
+            return 1
+        one, length = inner
+        several = fields(one, above)
+        if several == 0:
+            raise _OddError(f"a list of {one[1]}, which holds nothing")
+        if sort == Nodetype.SEQUENCE:
+            return 1 + several
+        return several if one[0] == Nodetype.BASE and one[1][0] != "string" else several * length
+
+    try:
+        count(kind, ())
+    except _OddError as error:
+        return str(error)
+    return None
+
+
+class _OddError(Exception):
+    """A definition that no message can have."""
+
+
 def _messages(bag: Any, connections: Sequence[Any]) -> Iterator[tuple[int, Any]]:
     """Time of arrival in nanoseconds and content of all messages of some connections."""
     coming = bag.messages(connections=connections)
-    while True:
+    for count in itertools.count(1):
+        if count % 100_000 == 0:
+            _check_count(bag.paths[0], count)
         with _damage_told(bag.paths[0]):
             entry = next(coming, None)
             if entry is None:
@@ -173,8 +285,8 @@ def survey(bag: Any) -> tuple[list[Contents], list[str]]:
             left.append(f"{name} (no messages)")
         elif len(kinds) > 1:
             left.append(f"{name} (messages of several types)")
-        elif not kinds <= bag.typestore.fielddefs.keys():
-            left.append(f"{name} ({kinds.pop()}, which the bag does not define)")
+        elif trouble := _trouble(kinds.pop(), bag.typestore.fielddefs):
+            left.append(f"{name} ({trouble})")
         else:
             for _, message in _messages(bag, connections):
                 topics.append(contents(name, message, bag.typestore.fielddefs))
