@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from functools import partial
+from threading import Thread
 
-from PySide6.QtCore import QByteArray, QEvent, Qt, QThreadPool, QTimer
+from PySide6.QtCore import QByteArray, QEvent, Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDragMoveEvent, QDropEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -268,7 +269,7 @@ class Window(DockedWindow):
         self._listing.timeout.connect(document.refresh_info)
         self._look.timeout.connect(self._look_elsewhere)
         self._look.start(LOOK_MS)
-        self._tidy.timeout.connect(lambda: QThreadPool.globalInstance().start(_return_memory))
+        self._tidy.timeout.connect(lambda: Thread(target=_return_memory).start())
         self._tidy.start()
         self._check_snapping()
 

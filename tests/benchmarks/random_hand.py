@@ -39,6 +39,7 @@ LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 PLAIN = Qt.KeyboardModifier.NoModifier
 #: Commands that would end the program or leave its folder.
 LEFT_OUT = {"quit", "close", "new_window", "full_screen"}
+PLACES = ("label", "review", "capture", "tradeoff")
 #: Seconds between trainings, and between opening demonstrations.
 TRAIN, OPEN = 60.0, 0.7
 
@@ -68,7 +69,10 @@ class Hand(QObject):
         self.kinds: Counter[str] = Counter()
         self.troubles: list[str] = []
         self.began = time.monotonic()
-        self.minute = self.opened = self.trained = self.began
+        self.minute = self.opened = self.began
+        # What is loaded once is loaded in the first minute.
+        self.trained = self.began - TRAIN
+        self.places = list(PLACES)
         self.first: tuple[float, int, int] | None = None
         self.last = self.first
         self.classes = self.classes_first = Counter[str]()
@@ -107,6 +111,8 @@ class Hand(QObject):
         elif now - self.trained > TRAIN:
             self.trained = now
             self.press(QKeySequence("F5")[0])
+        elif self.places and self.done % 200 == 100:
+            self.window.show_workspace(self.places.pop())
         elif now - self.opened > OPEN:
             self.opened = now
             self.open_another()
@@ -144,7 +150,7 @@ class Hand(QObject):
             document.open_demonstration(self.chance.choice(document.infos).id)
 
     def switch(self) -> None:
-        self.window.show_workspace(self.chance.choice(("label", "review", "capture", "tradeoff")))
+        self.window.show_workspace(self.chance.choice(PLACES))
 
     def key(self) -> None:
         document = self.window.document
@@ -225,6 +231,7 @@ class Hand(QObject):
         if not self.ending:
             self.ending = True
             self.window.review.learning.cancel()
+            self.window.jobs.close()
             self.go_on(5.0)
             return
         self.report()

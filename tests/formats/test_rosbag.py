@@ -11,7 +11,9 @@ import pytest
 
 pytest.importorskip("rosbags")
 
-from bags import BEGIN, WRENCH, stamp, wrench, wrenches, write
+from bags import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.typesys import Stores, get_typestore
 
 from forcelab.cli import main
 from forcelab.errors import InputError
@@ -376,6 +378,75 @@ def test_a_bag_that_was_never_closed_names_the_cure(tmp_path):
     (tmp_path / "a.bag").write_bytes(whole)
     with pytest.raises(InputError, match=r"not indexed.*rosbag reindex"):
         one(tmp_path / "a.bag")
+
+
+def odd(path, text, raw, count=3):
+    """A ROS 1 bag of messages of a type that is defined so."""
+    with Writer1(path) as writer:
+        connection = writer.add_connection("/force", ODD, msgdef=text, md5sum=digest(ODD, text))
+        for number in range(count):
+            writer.write(connection, BEGIN + number, raw)
+    return path
+
+
+ODD = "odd_msgs/msg/Odd"
+EMPTY = "\n" + "=" * 80 + "\nMSG: std_msgs/Empty\n"
+MANY = b"\xff\xff\xff\x7f"
+
+
+@pytest.mark.parametrize(
+    ("text", "raw", "why"),
+    [
+        ("odd_msgs/Odd[] inner\nfloat64 force", MANY, "contains? (itself|themselves)"),
+        ("std_msgs/Empty[] parts\nfloat64 force" + EMPTY, MANY, "which holds nothing"),
+        ("std_msgs/Empty[2147483647] parts\nfloat64 force" + EMPTY, bytes(8), "holds nothing"),
+        ("string[100000000] force", bytes(8), "more than 20,000 fields"),
+    ],
+)
+def test_a_definition_that_no_message_can_have_is_told_before_one_is_read(tmp_path, text, raw, why):
+    with pytest.raises(InputError, match=why) as refusal:
+        one(odd(tmp_path / "a.bag", text, raw))
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_topic_of_such_messages_costs_no_other_one(tmp_path):
+    path = tmp_path / "a.bag"
+    store = get_typestore(Stores.ROS1_NOETIC)
+    with Writer1(path) as writer:
+        text = "std_msgs/Empty[] parts" + EMPTY
+        odd_one = writer.add_connection("/odd", ODD, msgdef=text, md5sum=digest(ODD, text))
+        force = writer.add_connection("/force", "std_msgs/msg/Float64", typestore=store)
+        for number in range(20):
+            writer.write(odd_one, BEGIN + number * 10**7, MANY)
+            data = store.serialize_ros1(
+                store.types["std_msgs/msg/Float64"](number), "std_msgs/msg/Float64"
+            )
+            writer.write(force, BEGIN + number * 10**7, data)
+    recording = one(path)
+    assert recording.demonstration.signals.shape == (20, 1)
+    assert "a list of std_msgs/msg/Empty, which holds nothing" in told(recording)
+
+
+def test_a_view_that_never_ends_in_place_of_messages_is_refused(tmp_path):
+    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2, storage="db3")
+    (file,) = path.glob("*.db3")
+    with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as store:
+        store.execute("ALTER TABLE messages RENAME TO old")
+        store.execute(
+            "CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM "
+            "n) SELECT i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n"
+        )
+    with pytest.raises(InputError, match="its database has views or triggers"):
+        one(path)
+
+
+def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):
+    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    file = path / "metadata.yaml"
+    claimed = file.read_text().replace("message_count: 20", "message_count: 2147483648")
+    file.write_text(claimed)
+    with pytest.raises(InputError, match="2,147,483,648 messages in"):
+        one(path)
 
 
 def test_a_bag_under_another_name_says_what_to_call_it(tmp_path):

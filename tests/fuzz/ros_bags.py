@@ -22,6 +22,7 @@ from campaign import Finding, findings
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import TypesysError
 
 import forcelab.formats.importing  # noqa: F401 - so that no child has to
 
@@ -83,7 +84,7 @@ def odd_bag(place: Path, chance: random.Random) -> Path:
         writer = Writer1(path)
         with writer:
             connection = writer.add_connection(
-                "/force", "odd_msgs/msg/Odd", msgdef=text, md5sum=chance.choice(("*", "0" * 32))
+                "/force", "odd_msgs/msg/Odd", msgdef=text, md5sum=known_digest(text)
             )
             for number in range(count):
                 writer.write(connection, bags.BEGIN + number, raw)
@@ -100,6 +101,14 @@ def odd_bag(place: Path, chance: random.Random) -> Path:
         for number in range(count):
             writer.write(connection, bags.BEGIN + number, b"\0\1\0\0" + raw)
     return path
+
+
+def known_digest(text: str) -> str:
+    """The definition's own digest, or any where it has none."""
+    try:
+        return str(bags.digest("odd_msgs/msg/Odd", text))
+    except (TypesysError, KeyError, AssertionError):
+        return "0" * 32
 
 
 def change_bytes(file: Path, chance: random.Random) -> None:

@@ -142,7 +142,7 @@ def test_three_hundred_demonstrations_leave_nothing_behind(app, study, until):
                 document.open_demonstration(document.infos[0].id)
                 for _ in range(20):
                     yield
-                until(lambda: window.settled)
+                until(lambda: window.settled and not queue.reader.stale)
                 counts.append(there_is(window))
 
     drive(day())

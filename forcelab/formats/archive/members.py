@@ -10,6 +10,7 @@ import math
 import re
 import shutil
 import stat
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator
@@ -165,7 +166,7 @@ class Members:
             # A view of the bytes: the shape that the header claims reserves no memory.
             array: NDArray[np.float64] = np.frombuffer(data, "<f8", offset=stream.tell())
             return array.reshape(shape)
-        except ValueError as error:
+        except (ValueError, tokenize.TokenError) as error:
             raise InputError(f"{self.where(name)} is no array of 64-bit numbers.") from error
 
     def extract(self, name: str, folder: Path) -> Path:

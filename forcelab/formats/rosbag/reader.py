@@ -75,6 +75,10 @@ def read(path: Path, options: ReadOptions) -> list[Recording]:
     with opened(path) as bag:
         bag_path: Path = bag.paths[0]
         topics, left = survey(bag)
+        if not topics:
+            raise InputError(
+                f"Nothing can be read from '{bag_path}': {some(left) or 'it is empty'}."
+            )
         held = chosen(topics, options)
         _fill(held, bag)
         names = _constants(topics, held, bag)
@@ -211,6 +215,8 @@ def _damage() -> tuple[type[Exception], ...]:
     return (*own, *plain, *odd, OSError)
 
 
+#: What the library gives to a type without fields; in ROS 1 it takes no byte.
+_NO_FIELD: Final = "structure_needs_at_least_one_member"
 #: A message has no more fields, all within one another counted, nor are they nested deeper.
 MOST_FIELDS, DEEPEST = 20_000, 32
 
@@ -229,7 +235,11 @@ def _trouble(kind: str, definitions: Definitions) -> str | None:
         if kind not in definitions:
             raise _OddError(f"{kind}, which the bag does not define")
         if kind not in known:
-            known[kind] = sum(fields(desc, (*above, kind)) for _, desc in definitions[kind][1])
+            known[kind] = sum(
+                fields(desc, (*above, kind))
+                for name, desc in definitions[kind][1]
+                if name != _NO_FIELD
+            )
         if known[kind] > MOST_FIELDS:
             raise _OddError(f"more than {MOST_FIELDS:,} fields a message")
         return known[kind]
