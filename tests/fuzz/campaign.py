@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import resource
 import signal
+import sys
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -98,7 +99,9 @@ def findings(
     (canaries / "victim" / "canary.txt").write_text("untouched\n", "utf-8")
     (canaries / "canary.mp4").write_bytes(b"untouched")
     before = contents(canaries)
-    for name, write in cases:
+    for number, (name, write) in enumerate(cases):
+        if number and number % 500 == 0:
+            print(f"{number} so far", file=sys.stderr, flush=True)
         place = folder / "case"
         place.mkdir()
         why = fault_of_commands(write(place), folder / "output.txt")
