@@ -25,7 +25,7 @@ from forcelab.formats.archive.values import (
     verdict_of,
 )
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.labels import Segments, Track, overhang
+from forcelab.labels import Segments, Track, check_name, overhang
 from forcelab.project import AssignmentEvent, Edit, Incoming, LabelsUsed, Note, Project, Verdict
 from forcelab.project.loading import natural_order
 from forcelab.project.records import check_length
@@ -108,7 +108,10 @@ def read_archive(path: str | Path, project_path: str | Path) -> Project:
             raise InputError(f"There are {len(known):,} tasks in {where}; {MOST_TASKS:,} at most.")
         for task, actions in known.items():
             check_length(task, "task")
-            project.set_vocabulary(task, Vocabulary.from_json(actions))
+            vocabulary = Vocabulary.from_json(actions)
+            for word in (task, *vocabulary.names):
+                check_name(word)
+            project.set_vocabulary(task, vocabulary)
         _read_assignments(members, project)
         _read_recognisers(members, project, numbers)
         for run in members.objects("runs.json"):
@@ -279,7 +282,8 @@ def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -
         if segment.start < start - slack or segment.end > end + slack:
             raise InputError(
                 f"'{segment.action}' from {segment.start:.6g} to {segment.end:.6g} s lies beyond "
-                f"its recording, which goes from {start:.6g} to {end:.6g} s, in {where}."
+                f"its recording, which goes from {start:.6g} to {end:.6g} s, in {where}; erase it "
+                "there and export again."
             )
 
 

@@ -51,6 +51,8 @@ def field(record: object, name: str, kind: type | tuple[type, ...], where: str) 
     # type() and not isinstance(): true and false are no numbers.
     if not isinstance(record, dict) or name not in record or type(record[name]) not in kinds:
         raise InputError(f"'{name}' is missing or wrong in {where}.")
+    if isinstance(record[name], str) and "\0" in record[name]:
+        raise InputError(f"'{name}' holds a NUL, which no table can hold, in {where}.")
     return record[name]
 
 

@@ -532,6 +532,10 @@ def test_more_actions_and_tasks_than_anybody_has_are_refused(whole, tmp_path):
     many = [action | {"name": f"a{i}", "texture": i} for i in range(20_000)]
     path = packed(whole, **{"vocabularies.json": {"LEGO": many}})
     assert "up to 1,000 actions, not 20,000" in refused(path, tmp_path)
+    path = packed(
+        whole, **{"vocabularies.json": {"LEGO": [action | {"name": "a\0b", "texture": 0}]}}
+    )
+    assert "is no name for an action" in refused(path, tmp_path)
     path = packed(whole, **{"vocabularies.json": {f"task {i}": [] for i in range(5000)}})
     assert "5,000 tasks" in refused(path, tmp_path)
 
@@ -543,6 +547,7 @@ def test_more_actions_and_tasks_than_anybody_has_are_refused(whole, tmp_path):
         ({"time": "9999-12-31T23:59:59-23:59"}, "of the year 9999 "),
         ({"inserted": [[0.0, 0.1, "a\0b"]]}, "is no name for an action"),
         ({"inserted": [[0.0, 0.1, "x" * 1001]]}, "is no name for an action"),
+        ({"author": "a\0b"}, "'author' holds a NUL"),
         ({"inserted": [[0.0, 234_466.6, "grab"]]}, "lies beyond its recording"),
         ({"inserted": [[-50.0, 0.1, "grab"]]}, "lies beyond its recording"),
     ],
