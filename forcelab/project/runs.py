@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
@@ -219,13 +220,32 @@ def _digest(front: str) -> dict[str, Any]:
 
 def _made(row: sqlite3.Row) -> dict[str, Any]:
     """How a thing was made, as stored."""
+    settings, labels, versions = (
+        json.loads(row[name], parse_float=_finite, parse_constant=_finite)
+        for name in ("settings", "labels", "versions")
+    )
+    used = tuple(LabelsUsed(*each) for each in labels)
+    for each in used:
+        if [type(part) for part in (each.demonstration, each.author, each.edit)] != [str, str, int]:
+            raise TypeError("labels without demonstration, author and edit")
+    if not isinstance(settings, dict) or not isinstance(versions, dict):
+        raise TypeError("settings or versions that are none")
+    if not isinstance(settings.get("choice", {}), dict):
+        raise TypeError("a choice of labels that is none")
     return {
         "time": datetime.fromisoformat(row["time"]),
-        "settings": json.loads(row["settings"]),
+        "settings": settings,
         "seed": row["seed"],
-        "labels": tuple(LabelsUsed(*used) for used in json.loads(row["labels"])),
-        "versions": json.loads(row["versions"]),
+        "labels": used,
+        "versions": versions,
     }
+
+
+def _finite(text: str) -> float:
+    """A number as JSON has them."""
+    if not math.isfinite(value := float(text)):
+        raise ValueError(f"{text} is no number")
+    return value
 
 
 def _json(value: list[list[str | int]] | dict[str, Any]) -> str:

@@ -95,6 +95,44 @@ def test_folders_that_are_links_are_not_followed(path, stored, canaries, name, c
     refused(path, f"{name}' is a link", capsys)
 
 
+@pytest.mark.parametrize("video", ["{}/canary.mp4", "../../../canaries/canary.mp4"])
+@pytest.mark.parametrize("form", ["elan", "archive", "boris"])
+def test_no_export_links_or_carries_a_file_of_elsewhere(
+    path, stored, canaries, video, form, capsys
+):
+    out = canaries.parent / "out"
+    change(path, f"UPDATE demonstration SET video = '{video.format(canaries)}'")
+    assert main(["export", str(path), "--format", form, "--out", str(out)]) == 1
+    assert not list(out.rglob("*"))
+    assert "canary" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("column", "text"),
+    [
+        ("settings", "[]"),
+        ("settings", '{"a": 1e999}'),
+        ("settings", '{"choice": [1]}'),
+        ("settings", "{" * 10_000),
+        ("labels", '[["a", "b", 1e999]]'),
+        ("labels", "[1]"),
+        ("labels", '[["a", 2, 3]]'),
+        ("versions", "[]"),
+        ("versions", '{"numpy": NaN}'),
+        ("time", "soon"),
+    ],
+)
+def test_how_a_run_was_made_is_read_with_suspicion(path, stored, column, text, capsys):
+    with Project.open(path) as project:
+        project.add_run("evaluate", result={}, settings={}, seed=0, labels=(), versions={})
+    change(path, f"UPDATE run SET {column} = '{text}'")
+    for command in (["runs", str(path)], ["runs", str(path), "--json"]):
+        assert main(command) == 1
+        printed = capsys.readouterr().err
+        assert "damaged" in printed
+        assert printed.count("\n") == 1
+
+
 @pytest.mark.parametrize("name", ["project.sqlite", "project.sqlite-wal", "project.sqlite-shm"])
 def test_a_store_that_is_a_link_is_not_followed(path, stored, canaries, name, capsys):
     (path / name).unlink(missing_ok=True)
