@@ -57,7 +57,7 @@ CHOREOGRAPHIES = ("none", "durations", "order")
 WINDOWS = (0.01, 0.04, 0.16, 0.64)
 #: Samples a second that a grid may have, and the samples that a running median may look at.
 RATES = (1e-3, 1e6)
-WIDEST = 1_000_000
+WIDEST = 10_000_000
 #: A wavelet of this scale, in samples, already lasts minutes at 1 kHz; its padding takes memory.
 LARGEST_SCALE = 2.0**17
 

@@ -18,7 +18,7 @@ from forcelab.recognition.changes import NEAR, fitting_changes, near_changes
 from forcelab.recognition.examples import Labelled, gathering, prepare
 from forcelab.recognition.folds import parted
 from forcelab.recognition.presets import preset
-from forcelab.recognition.storage import TRUSTED, dump, load, save
+from forcelab.recognition.storage import TRUSTED, load, pack, save
 from forcelab.recognition.training import fit_examples, train
 
 #: Small, so that a fit takes no time.
@@ -188,7 +188,7 @@ def test_best_is_the_same_to_the_bit_when_it_was_saved(best, tmp_path):
 
 
 def test_a_file_from_before_predicts_without(best, tmp_path):
-    content = skops_io.loads(dump(best), trusted=list(TRUSTED))
+    content = skops_io.loads(pack(best), trusted=list(TRUSTED))
     del content["changes"], content["settings"]["changes"]
     (tmp_path / "older").write_bytes(skops_io.dumps(content))
     assert load(tmp_path / "older").changes is None
@@ -198,7 +198,7 @@ def test_one_of_other_features_is_refused(best, clicks, tmp_path):
     fewer = [replace(prepare(item, QUICK), segments=item.segments) for item, _ in clicks]
     wide = [replace(e, features=np.repeat(e.features, 9, axis=1)) for e in fewer]
     other = taught(wide)
-    save(replace(best, changes=other), tmp_path / "one")
+    (tmp_path / "one").write_bytes(pack(replace(best, changes=other)))
     with pytest.raises(InputError, match="not a whole recogniser"):
         load(tmp_path / "one")
 
@@ -217,7 +217,7 @@ def test_one_of_other_features_is_refused(best, clicks, tmp_path):
     ],
 )
 def test_a_damaged_one_is_refused(best, tmp_path, damage):
-    content = skops_io.loads(dump(best), trusted=list(TRUSTED))
+    content = skops_io.loads(pack(best), trusted=list(TRUSTED))
     whole = isinstance(damage, dict) and damage
     content["changes"] = content["changes"] | damage if whole else damage
     (tmp_path / "one").write_bytes(skops_io.dumps(content))
