@@ -517,7 +517,11 @@ def test_a_bomb_is_refused_before_it_goes_off(whole, tmp_path):
     [
         ("verdicts.json", b"[" + b" " * LARGEST_TEXT + b"]", "bytes of text"),
         ("edits.json", b"[" + b" " * LARGEST_EDITS + b"]", "bytes of text"),
-        ("runs.json", b"[" + b"[\n" * (LARGEST_TEXT // 2 + 9), "an entry of more than 32 MiB"),
+        (
+            "runs.json",
+            b"[" + (b"[" * 1023 + b"\n") * (LARGEST_TEXT // 1024 + 9),
+            "an entry of more than 32 MiB",
+        ),
     ],
 )
 def test_text_that_means_gigabytes_when_parsed_is_refused(whole, tmp_path, name, text, why):
