@@ -1,6 +1,8 @@
 """ROS bags: forces of any message become channels on one clock, a tag beside them labels."""
 
 import contextlib
+import os
+import re
 import sqlite3
 import subprocess
 import sys
@@ -13,6 +15,7 @@ pytest.importorskip("rosbags")
 
 from bags import BEGIN, WRENCH, digest, stamp, wrench, wrenches, write
 from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2.reader import zstd
 from rosbags.typesys import Stores, get_typestore
 
 from forcelab.cli import main
@@ -427,17 +430,56 @@ def test_a_topic_of_such_messages_costs_no_other_one(tmp_path):
     assert "a list of std_msgs/msg/Empty, which holds nothing" in told(recording)
 
 
-def test_a_view_that_never_ends_in_place_of_messages_is_refused(tmp_path):
+ENDLESS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT "
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize(
+    ("table", "view"),
+    [
+        ("messages", "i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n"),
+        ("schema", "max(i) AS schema_version FROM n"),
+    ],
+)
+def test_a_view_that_never_ends_in_place_of_a_table_is_refused(tmp_path, table, view, packed):
     path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2, storage="db3")
     (file,) = path.glob("*.db3")
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as store:
-        store.execute("ALTER TABLE messages RENAME TO old")
-        store.execute(
-            "CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM "
-            "n) SELECT i AS id, 1 AS topic_id, i AS timestamp, x'00' AS data FROM n"
-        )
-    with pytest.raises(InputError, match="its database has views or triggers"):
+        store.execute(f"ALTER TABLE {table} RENAME TO old")
+        store.execute(f"CREATE VIEW {table} AS {ENDLESS}{view}")
+    # By another name, or packed, it is a database as well.
+    other = file.with_suffix(".zstd" if packed else ".bin")
+    other.write_bytes(zstd.compress(file.read_bytes()) if packed else file.read_bytes())
+    file.unlink()
+    metadata = (path / "metadata.yaml").read_text().replace(file.name, other.name)
+    if packed:
+        metadata = re.sub("compression_format:.*", "compression_format: zstd", metadata)
+        metadata = re.sub("compression_mode:.*", "compression_mode: FILE", metadata)
+    (path / "metadata.yaml").write_text(metadata)
+    with pytest.raises(InputError, match="its database has views"):
         one(path)
+
+
+def test_a_pipe_among_the_files_of_a_bag_is_refused(tmp_path):
+    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    (file,) = path.glob("*.mcap")
+    file.unlink()
+    os.mkfifo(file)
+    with pytest.raises(InputError, match=r"mcap' is a device or pipe; take it out"):
+        one(path)
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [("[" * 2000 + "]" * 2000, "nested too deep"), ("1, " * 2**20, "more than metadata can have")],
+)
+def test_metadata_that_would_not_end_to_be_parsed_is_refused(tmp_path, more, why):
+    path = write(tmp_path / "a", {"/ft": (WRENCH, wrenches(20))}, ros=2)
+    with (path / "metadata.yaml").open("a") as file:
+        file.write(f"\n  more: {more}\n")
+    with pytest.raises(InputError, match=why) as refusal:
+        one(path)
+    assert "definitions" not in str(refusal.value)
 
 
 def test_more_messages_than_bytes_are_refused(tmp_path, monkeypatch):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import sqlite3
 import struct
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -131,8 +130,8 @@ def opened(path: Path) -> Iterator[Any]:
         for start, suffix in _SUFFIXES:
             if head.startswith(start) and path.suffix != suffix:
                 raise InputError(f"'{path}' is a ROS bag by its content; rename it to *{suffix}.")
-    _check_databases(path)
-    with _damage_told(path):
+    _check_files(path)
+    with _damage_told(path), _plain_databases():
         # Older bags of ROS 2 do not define their messages; the common ones never changed.
         bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
         bag.open()
@@ -148,17 +147,44 @@ def opened(path: Path) -> Iterator[Any]:
         bag.close()
 
 
-def _check_databases(path: Path) -> None:
-    """Refuse a ROS 2 bag in whose database anything but tables and indexes would answer."""
-    for file in (path, *path.glob("*.db3")):
-        if file.suffix == ".db3" and file.is_file():
-            uri = f"{file.absolute().as_uri()}?mode=ro&immutable=1"
-            with _damage_told(path), closing(sqlite3.connect(uri, uri=True)) as store:
-                odd = store.execute(
-                    "SELECT 1 FROM sqlite_schema WHERE type NOT IN ('table', 'index')"
-                ).fetchone()
-                if odd:
-                    raise ValueError("its database has views or triggers")
+#: Bytes of metadata; a topic takes one or two thousand.
+MOST_METADATA: Final = 2**21
+
+
+def _check_files(path: Path) -> None:
+    """Refuse pipes and devices in a folder, which never end, and metadata too long to parse."""
+    for file in path.iterdir() if path.is_dir() else ():
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise InputError(f"'{file}' is a device or pipe; take it out of the bag's folder.")
+    file = path / BAG_METADATA
+    if file.is_file() and (size := file.stat().st_size) > MOST_METADATA:
+        raise InputError(
+            f"'{file}' has {size:,} bytes, which is more than metadata can have "
+            f"({MOST_METADATA:,}); make it anew with ros2 bag reindex."
+        )
+
+
+@contextmanager
+def _plain_databases() -> Iterator[None]:
+    """Refuse databases in which anything but tables and indexes would answer.
+
+    They are looked at as the library opens them, whatever they are called or packed in.
+    """
+    import apsw
+
+    def check(store: Any) -> None:
+        odd = store.execute(
+            "SELECT 1 FROM sqlite_schema WHERE type NOT IN ('table', 'index') "
+            "OR sql LIKE 'CREATE VIRTUAL%'"
+        ).fetchone()
+        if odd:
+            raise ValueError("its database has views, triggers or virtual tables")
+
+    apsw.connection_hooks.append(check)
+    try:
+        yield
+    finally:
+        apsw.connection_hooks.remove(check)
 
 
 def _check_count(path: Path, count: int) -> None:
@@ -181,8 +207,8 @@ def _damage_told(path: Path) -> Iterator[None]:
         yield
     except RecursionError as error:
         raise InputError(
-            f"The definitions of the messages in '{path}' contain themselves, which no program "
-            f"can read; record it anew, or without them."
+            f"'{path}' is nested too deep to be read, in its metadata or by messages that contain "
+            f"themselves; record it anew."
         ) from error
     except MemoryError as error:
         raise InputError(
@@ -211,7 +237,7 @@ def _damage() -> tuple[type[Exception], ...]:
     own = (AnyReaderError, *ReaderErrors, SerdeError, TypesysError, YAMLError, zstd.ZstdError)
     # Damaged lengths, names and code made of definitions; lz4 has nothing of its own.
     plain = (ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, RuntimeError)
-    odd = (SyntaxError, TypeError, ValueError, apsw.Error, sqlite3.Error, struct.error)
+    odd = (SyntaxError, TypeError, ValueError, apsw.Error, struct.error)
     return (*own, *plain, *odd, OSError)
 
 
