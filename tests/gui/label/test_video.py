@@ -369,11 +369,11 @@ def test_neighbours_are_decoded_while_nothing_is_asked_for(app, video, monkeypat
     frames.want(150)
     wait(lambda: ready == [150])
     wait(lambda: frames.want(151, 1) is not None)
-    told = list(ready)
     wait(lambda: all(readers[0].kept(number) is not None for number in range(148, 164)))
     wait(lambda: frames.want(152, 1) is not None)
     breathe()
-    assert ready == told  # what was given is not told again
+    # What was given at once is not told again; of the first neighbour it depends on who was first.
+    assert ready in ([150], [150, 151])
     frames.close()
 
 
