@@ -3,12 +3,10 @@
 Run by hand: ``python tests/fuzz/archives.py --count 5000 --seed 0``.
 """
 
-import argparse
 import io
 import json
 import random
 import sys
-import tempfile
 import warnings
 import zipfile
 from collections.abc import Iterator
@@ -18,7 +16,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign import Finding, findings
+from campaign import Finding, findings, run
 from stores import make_project
 
 from forcelab.cli import main as forcelab
@@ -32,7 +30,7 @@ VALUES: tuple[Any, ...] = (
 )  # fmt: skip
 MEMBERS = (
     "../../canaries/victim/more.txt",
-    "/tmp/more",
+    "/more",
     "demonstrations/../../canaries/canary.mp4",
     "demonstrations/" + "0" * 32 + "/demonstration.json",
     "recognisers/" + "0" * 32 + ".skops",
@@ -176,18 +174,5 @@ def findings_of_archives(count: int, seed: int, folder: Path) -> Iterator[Findin
     yield from findings(archives(count, seed, file.read_bytes()), folder / "cases")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=5000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    number = 0
-    with tempfile.TemporaryDirectory() as folder:
-        found = findings_of_archives(given.count, given.seed, Path(folder))
-        for number, finding in enumerate(found, 1):  # noqa: B007
-            print(f"{finding.case}: {finding.why}", flush=True)
-    print(f"{given.count} archives, {number} findings")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, "archives", findings_of_archives)

@@ -4,12 +4,14 @@ What a hostile file may do at most: end a command with a sentence and a status o
 signal, a bound reached or a change outside the file's own folder is a finding.
 """
 
+import argparse
 import hashlib
 import multiprocessing
 import os
 import resource
 import signal
 import sys
+import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -111,6 +113,32 @@ def findings(
         if why:
             yield Finding(name, why)
         _remove(place)
+
+
+def run(
+    description: str | None, what: str, found: Callable[[int, int, Path], Iterator[Finding]]
+) -> None:
+    """Run a campaign as the command line says, and print what it finds.
+
+    Parameters
+    ----------
+    description : str
+        Of the command.
+    what : str
+        What is mutated, such as "archives".
+    found : callable
+        Gives the findings of so many cases with that seed, in a folder.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--count", type=int, default=5000)
+    parser.add_argument("--seed", type=int, default=0)
+    given = parser.parse_args()
+    number = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for finding in found(given.count, given.seed, Path(folder)):
+            number += 1
+            print(f"{finding.case}: {finding.why}", flush=True)
+    print(f"{given.count} {what}, {number} findings")
 
 
 def _remove(folder: Path) -> None:

@@ -3,12 +3,10 @@
 Run by hand: ``python tests/fuzz/recognisers.py --count 5000 --seed 0``.
 """
 
-import argparse
 import copy
 import io
 import random
 import sys
-import tempfile
 import zipfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -23,7 +21,7 @@ from skops import io as skops_io
 sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from campaign import Finding, findings
+from campaign import Finding, findings, run
 from synthetic import synthetic_set
 
 from forcelab.labels import Track
@@ -179,18 +177,5 @@ def findings_of_recognisers(count: int, seed: int, folder: Path) -> Iterator[Fin
     yield from findings(cases(count, seed, files, path), folder / "cases")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=5000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    number = 0
-    with tempfile.TemporaryDirectory() as folder:
-        found = findings_of_recognisers(given.count, given.seed, Path(folder))
-        for number, finding in enumerate(found, 1):  # noqa: B007
-            print(f"{finding.case}: {finding.why}", flush=True)
-    print(f"{given.count} recognisers, {number} findings")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, "recognisers", findings_of_recognisers)

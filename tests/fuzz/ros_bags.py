@@ -3,12 +3,10 @@
 Run by hand: ``python tests/fuzz/ros_bags.py --count 5000 --seed 0``.
 """
 
-import argparse
 import random
 import shutil
 import sqlite3
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -18,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import bags
-from campaign import Finding, findings
+from campaign import Finding, findings, run
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
@@ -203,18 +201,5 @@ def findings_of_bags(count: int, seed: int, folder: Path) -> Iterator[Finding]:
     yield from findings(cases(count, seed, found), folder / "cases")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=5000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    number = 0
-    with tempfile.TemporaryDirectory() as folder:
-        found = findings_of_bags(given.count, given.seed, Path(folder))
-        for number, finding in enumerate(found, 1):  # noqa: B007
-            print(f"{finding.case}: {finding.why}", flush=True)
-    print(f"{given.count} bags, {number} findings")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, "bags", findings_of_bags)

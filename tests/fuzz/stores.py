@@ -3,13 +3,11 @@
 Run by hand: ``python tests/fuzz/stores.py --count 5000 --seed 0``.
 """
 
-import argparse
 import os
 import random
 import shutil
 import sqlite3
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -19,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from campaign import Finding, findings
+from campaign import Finding, findings, run
 
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
@@ -238,19 +236,5 @@ def findings_of_stores(count: int, seed: int, folder: Path) -> Iterator[Finding]
     yield from findings(stores(count, seed, whole), folder / "cases")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=5000)
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        number = 0
-        for number, found in enumerate(  # noqa: B007
-            findings_of_stores(given.count, given.seed, Path(folder)), 1
-        ):
-            print(f"{found.case}: {found.why}", flush=True)
-    print(f"{given.count} projects, {number} findings")
-
-
 if __name__ == "__main__":
-    main()
+    run(__doc__, "projects", findings_of_stores)

@@ -268,9 +268,12 @@ def _edits(members: Members, bounds: Mapping[str, tuple[float, float]]) -> Itera
     where = members.where("edits.json")
     for item in members.objects("edits.json"):
         edit = edit_of(item, where, members.version)
-        _check_told(members, [edit], where)
-        for segments in (edit.removed, edit.inserted):
-            _check_bounds(segments, bounds[edit.demonstration], where)
+        if edit.demonstration not in bounds:
+            raise InputError(
+                f"The demonstration '{edit.demonstration}' is told but missing in {where}."
+            )
+        # What an edit removed, an earlier one has inserted.
+        _check_bounds(edit.inserted, bounds[edit.demonstration], where)
         yield edit
 
 
@@ -287,9 +290,7 @@ def _check_bounds(segments: Segments, bounds: tuple[float, float], where: str) -
             )
 
 
-def _check_told(
-    members: Members, told: Sequence[Edit | AssignmentEvent | Verdict], where: str
-) -> None:
+def _check_told(members: Members, told: Sequence[AssignmentEvent | Verdict], where: str) -> None:
     """Refuse what was done with a demonstration that is not there."""
     if missing := {one.demonstration for one in told} - set(members.ids()):
         raise InputError(f"The demonstration '{min(missing)}' is told but missing in {where}.")
