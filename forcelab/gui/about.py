@@ -62,12 +62,10 @@ class AboutDialog(QDialog):
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("About forcelab"))
-        title = QLabel(self.tr("forcelab {0}").format(__version__))
+        self.setWindowTitle("About forcelab")
+        title = QLabel(f"forcelab {__version__}")
         stress(title, 1.4)
-        what = QLabel(
-            self.tr("Labels, recognises and scores the actions of hands in recorded forces.")
-        )
+        what = QLabel("Labels, recognises and scores the actions of hands in recorded forces.")
         self._facts = facts()
         form = QFormLayout()
         for name, value in self._facts.items():
@@ -83,11 +81,11 @@ class AboutDialog(QDialog):
     def _buttons(self) -> QDialogButtonBox:
         """Copy, open the manual, close."""
         buttons = QDialogButtonBox()
-        self.copy_button = QPushButton(self.tr("Copy"))
-        self.copy_button.setAccessibleName(self.tr("Copy versions and places"))
+        self.copy_button = QPushButton("Copy")
+        self.copy_button.setAccessibleName("Copy versions and places")
         self.copy_button.clicked.connect(self._copy)
-        close = QPushButton(self.tr("Close"))
-        close.setAccessibleName(self.tr("Close"))
+        close = QPushButton("Close")
+        close.setAccessibleName("Close")
         close.setDefault(True)
         close.clicked.connect(self.accept)
         buttons.addButton(self.copy_button, QDialogButtonBox.ButtonRole.ActionRole)
@@ -98,7 +96,7 @@ class AboutDialog(QDialog):
         """Copy everything, for a message to whoever mends something."""
         lines = (f"{name}: {value}" for name, value in self._facts.items())
         QGuiApplication.clipboard().setText("\n".join(lines))
-        self.copy_button.setText(self.tr("Copied"))
+        self.copy_button.setText("Copied")
 
 
 class ManualDialog(QDialog):
@@ -112,9 +110,9 @@ class ManualDialog(QDialog):
 
     def __init__(self, text: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Manual of forcelab"))
+        self.setWindowTitle("Manual of forcelab")
         self.pages = QTextBrowser()
-        self.pages.setAccessibleName(self.tr("Manual"))
+        self.pages.setAccessibleName("Manual")
         self.pages.setOpenExternalLinks(True)
         self.pages.setMarkdown(text)
         _name_headings(self.pages.document())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication, QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
 from PySide6.QtGui import QHelpEvent, QMouseEvent, QPalette, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -289,11 +289,11 @@ def toned(tone: Literal["trouble", "warning"], text: str = "") -> QLabel:
 
 def use_or_cancel(dialog: QDialog, name: str) -> tuple[QDialogButtonBox, QPushButton]:
     """The buttons of a dialog, and the one that takes what is chosen; `name` says that aloud."""
-    roles, translate = QDialogButtonBox.ButtonRole, QCoreApplication.translate
+    roles = QDialogButtonBox.ButtonRole
     buttons = QDialogButtonBox()
-    use = buttons.addButton(translate("forcelab", "&Use"), roles.AcceptRole)
+    use = buttons.addButton("&Use", roles.AcceptRole)
     use.setAccessibleName(name)
-    cancel = buttons.addButton(translate("forcelab", "Cancel"), roles.RejectRole)
+    cancel = buttons.addButton("Cancel", roles.RejectRole)
     cancel.setAccessibleName(cancel.text())
     buttons.accepted.connect(dialog.accept)
     buttons.rejected.connect(dialog.reject)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMessageBox, QWidget
 
@@ -14,8 +14,6 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.shortcuts import keys
 
 __all__ = ["handlers", "show_manual", "unveiling_agreed"]
-
-translate = QCoreApplication.translate
 
 
 def handlers(
@@ -68,24 +66,19 @@ def unveiling_agreed(document: Document, ids: Collection[str], window: QWidget) 
     if not hidden:
         return True
     names = [f"'{info.name}'" for info in document.infos if info.id in hidden]
-    text = translate("forcelab", "Mark {0} as done and end blind coding?").format(names[0])
+    text = f"Mark {names[0]} as done and end blind coding?"
     if len(names) > 1:
-        text = translate(
-            "forcelab", "Mark {0} demonstrations as done and end blind coding of them?"
-        ).format(len(names))
+        text = f"Mark {len(names)} demonstrations as done and end blind coding of them?"
     box = QMessageBox(window)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle(translate("forcelab", "End blind coding"))
+    box.setWindowTitle("End blind coding")
     box.setTextFormat(Qt.TextFormat.PlainText)
     box.setText(text)
     box.setInformativeText(
-        translate(
-            "forcelab",
-            "You will see the labels and notes of others and the predictions. What has been seen "
-            "cannot be hidden again.",
-        )
+        "You will see the labels and notes of others and the predictions. What has been seen "
+        "cannot be hidden again."
     )
-    mark = box.addButton(translate("forcelab", "Mark as done"), QMessageBox.ButtonRole.AcceptRole)
+    mark = box.addButton("Mark as done", QMessageBox.ButtonRole.AcceptRole)
     cancel = box.addButton(QMessageBox.StandardButton.Cancel)
     box.setDefaultButton(cancel)
     box.setEscapeButton(cancel)
@@ -104,9 +97,9 @@ def _mark_done(document: Document, window: QWidget) -> None:
 def _say_stored(document: Document) -> None:
     """Say that there is nothing to save."""
     if document.project is None:
-        document.say(translate("forcelab", "No project is open."))
+        document.say("No project is open.")
         return
-    stored = translate("forcelab", "Everything is saved already: each change is, as it is made.")
+    stored = "Everything is saved already: each change is, as it is made."
     document.say(stored)
 
 
@@ -115,7 +108,7 @@ def _export(document: Document, jobs: Jobs, window: QWidget, shown: Sequence[str
     from forcelab.gui.exporting import ExportDialog
 
     if document.project is None or not document.infos:
-        document.say(translate("forcelab", "There are no labels to export yet."), True)
+        document.say("There are no labels to export yet.", True)
         return
     dialog = ExportDialog(document, jobs, shown, window)
     dialog.exec()
@@ -128,7 +121,7 @@ def _synchronise(document: Document, jobs: Jobs, window: QWidget) -> None:
 
     demonstration = document.demonstration
     if demonstration is None or demonstration.video is None:
-        document.say(translate("forcelab", "There is no video to synchronise here."), True)
+        document.say("There is no video to synchronise here.", True)
         return
     SynchroniseDialog(document, jobs, window).show()
 
@@ -166,7 +159,7 @@ def show_manual(document: Document, window: QWidget | None) -> None:
 
     text = manual()
     if not text:
-        document.say(translate("forcelab", "The manual is not installed here."), True)
+        document.say("The manual is not installed here.", True)
         return
     dialog = ManualDialog(text, window)
     dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)

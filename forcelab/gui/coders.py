@@ -24,7 +24,7 @@ class CoderChoice(QWidget):
         super().__init__()
         self._document = document
         self._box = NarrowList()
-        self._box.setAccessibleName(self.tr("Coder"))
+        self._box.setAccessibleName("Coder")
         self._box.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
         self._box.setMinimumContentsLength(10)
         self._box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
@@ -32,7 +32,7 @@ class CoderChoice(QWidget):
         self._box.activated.connect(self._chosen)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 2, 8, 2)
-        row.addWidget(QLabel(self.tr("Coder")))
+        row.addWidget(QLabel("Coder"))
         row.addWidget(self._box)
         document.project_changed.connect(self._list)
         document.author_changed.connect(self._list)
@@ -44,7 +44,7 @@ class CoderChoice(QWidget):
         if self.isVisible():
             self._box.showPopup()
         else:
-            self._document.say(self.tr("Open a project first."), True)
+            self._document.say("Open a project first.", True)
 
     def _list(self) -> None:
         """Offer the coders of the project, and a new one."""
@@ -53,9 +53,8 @@ class CoderChoice(QWidget):
         self._box.addItems(names)
         self._box.setCurrentIndex(names.index(self._document.author))
         self._box.insertSeparator(len(names))
-        self._box.addItem(self.tr("Another coder…"))
-        painted = self.tr("Whose labels are painted: {0}")
-        self._box.setToolTip(painted.format(self._document.author))
+        self._box.addItem("Another coder…")
+        self._box.setToolTip(f"Whose labels are painted: {self._document.author}")
 
     def _list_anew(self) -> None:
         """Offer whom something was assigned to, or who began to label, just now."""
@@ -75,7 +74,7 @@ class CoderChoice(QWidget):
         """Label as another coder, and remember it."""
         name = self._box.itemText(index)
         if index == self._box.count() - 1:
-            title, text = self.tr("Another coder"), self.tr("Name of the coder:")
+            title, text = "Another coder", "Name of the coder:"
             name, agreed = QInputDialog.getText(self, title, text)
             name = settled_name(self, name, self._names()) if agreed else ""
         self._document.set_author(name)

@@ -63,7 +63,7 @@ class DemonstrationList(QWidget):
         self.view = Tree(self)
         self.view.setModel(self.model)
         self.view.setItemDelegate(RowPainter(self.model, self.view))
-        self.view.setAccessibleName(self.tr("Demonstrations by task"))
+        self.view.setAccessibleName("Demonstrations by task")
         self.menu = ListingMenu(document, self)
         self._tools = Tools()
         self.search, self.shown = self._tools.search, self._tools.shown
@@ -106,7 +106,7 @@ class DemonstrationList(QWidget):
         if row is not None:
             self._document.open_demonstration(row.info.id)
             return
-        self._document.say(self.tr("Of the demonstrations shown, no other one is left to label."))
+        self._document.say("Of the demonstrations shown, no other one is left to label.")
 
     def ask_video(self) -> None:
         """Ask for a video of the open demonstration."""
@@ -114,7 +114,7 @@ class DemonstrationList(QWidget):
         if (info := next(opened, None)) is not None:
             self.menu.ask_video(info)
         else:
-            self._document.say(self.tr("Open a demonstration first; a video belongs to one."), True)
+            self._document.say("Open a demonstration first; a video belongs to one.", True)
 
     def ask_note(self) -> None:
         """Ask for a note on the open demonstration."""
@@ -122,7 +122,7 @@ class DemonstrationList(QWidget):
         if (row := next(opened, None)) is not None:
             self.menu.ask_note(row)
         else:
-            self._document.say(self.tr("Open a demonstration first; a note belongs to one."), True)
+            self._document.say("Open a demonstration first; a note belongs to one.", True)
 
     # Inside
 
@@ -224,7 +224,7 @@ class DemonstrationList(QWidget):
     def _tell_count(self) -> None:
         """Say how many are chosen where there are several, else how many are shown."""
         here, chosen = len(self.model.ids()), len(self._chosen())
-        several = self.tr("{0} chosen").format(chosen)
+        several = f"{chosen} chosen"
         self._count.setText(several if chosen > 1 else f"{here}/{len(self._rows)}")
         self._count.setHidden(chosen < 2 and here == len(self._rows))
 
@@ -295,7 +295,7 @@ class DemonstrationList(QWidget):
         """Open what stands below or above the open one, among what is shown."""
         ids = self.model.ids()
         if not ids:
-            self._document.say(self.tr("No demonstration is shown in the list."))
+            self._document.say("No demonstration is shown in the list.")
             return
         if self._document.id not in ids:
             target = 0 if step > 0 else len(ids) - 1
@@ -304,9 +304,9 @@ class DemonstrationList(QWidget):
         if 0 <= target < len(ids):
             self._document.open_demonstration(ids[target])
         elif step > 0:
-            self._document.say(self.tr("This is the last demonstration of the list."))
+            self._document.say("This is the last demonstration of the list.")
         else:
-            self._document.say(self.tr("This is the first demonstration of the list."))
+            self._document.say("This is the first demonstration of the list.")
 
     def _show_all(self) -> None:
         """Search for nothing any more."""

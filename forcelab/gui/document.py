@@ -142,7 +142,7 @@ class Document(Reviewing):
         if not name or name == self.author:
             return
         if is_model(name):
-            self.say(self.tr("'{0}' is a model's name; use a person's.").format(name), True)
+            self.say(f"'{name}' is a model's name; use a person's.", True)
             return
         if self.project is not None and self.demonstration is not None:
             with self._telling() as told:
@@ -171,7 +171,7 @@ class Document(Reviewing):
             old = self.demonstration
             self._behind = not self.reread()
             if old is not None and self.demonstration is None:
-                self.say(self.tr("'{0}' was removed elsewhere.").format(old.name))
+                self.say(f"'{old.name}' was removed elsewhere.")
 
     def refresh_listing(self) -> bool:
         """Read the list of demonstrations again; gives whether that could be done."""
@@ -268,8 +268,8 @@ class Document(Reviewing):
             self.project.set_done(self.id, self.author)
         self.reread()
         if not told:
-            shown = self.tr("Marked as done; the labels of others are shown.")
-            self.say(shown if blind else self.tr("Marked as done."))
+            shown = "Marked as done; the labels of others are shown."
+            self.say(shown if blind else "Marked as done.")
         return not told
 
     def other_authors(self) -> tuple[str, ...]:

@@ -244,20 +244,20 @@ class Editing(TaskActions):
     def copy_from(self, author: str, start: float, end: float) -> bool:
         """Take a stretch over from another track."""
         if self.coding_blind:
-            self.say(self.tr("Other labels are hidden until you are done; nothing copied."), True)
+            self.say("Other labels are hidden until you are done; nothing copied.", True)
             return False
         self.copied_from = author
-        same = self.tr("Your labels are the same as {0}'s there; nothing copied.").format(author)
+        same = f"Your labels are the same as {author}'s there; nothing copied."
         return self._edit(lambda track: track.copy_from(author, start, end), same)
 
     def undo(self) -> bool:
         """Take back the latest edit; a renaming in all demonstrations that it changed."""
-        nothing = self.tr("There is nothing to undo.")
+        nothing = "There is nothing to undo."
         return self._edit(lambda track: track.undo_everywhere(), nothing) and self._show_edit()
 
     def redo(self) -> bool:
         """Take back the latest undo; that of a renaming in all demonstrations."""
-        nothing = self.tr("There is nothing to redo.")
+        nothing = "There is nothing to redo."
         return self._edit(lambda track: track.redo_everywhere(), nothing) and self._show_edit()
 
     def history(self) -> tuple[Edit, ...]:
@@ -296,7 +296,7 @@ class Editing(TaskActions):
         at = min(max(at, low), high)
         self.stroke_changed.emit()
         if at == stroke.start:
-            self.say(self.tr("A segment needs time: move the cursor before you end it."), True)
+            self.say("A segment needs time: move the cursor before you end it.", True)
             return False
         done = self.paint(min(stroke.start, at), max(stroke.start, at), stroke.action)
         if not done and self.refused:

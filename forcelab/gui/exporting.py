@@ -46,42 +46,40 @@ class ExportDialog(QDialog):
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Export labels"))
+        self.setWindowTitle("Export labels")
         self._document, self._jobs = document, jobs
         # The name of a demonstration may be longer than the screen is wide.
         self.which = NarrowList()
         if document.demonstration is not None:
-            here = self.tr("The open one, '{0}'").format(document.demonstration.name)
+            here = f"The open one, '{document.demonstration.name}'"
             self.which.addItem(here, (document.id,))
         if shown:
-            listed = self.tr("Those shown in the list ({0})").format(len(shown))
+            listed = f"Those shown in the list ({len(shown)})"
             self.which.addItem(listed, tuple(shown))
         if len(shown) < len(document.infos):  # the list is searched or narrowed
-            all_ = self.tr("The whole project ({0})").format(len(document.infos))
+            all_ = f"The whole project ({len(document.infos)})"
             self.which.addItem(all_, tuple(info.id for info in document.infos))
         self.form = QComboBox()
         names = {
-            "csv": self.tr("CSV: start, end, action, author; a file a demonstration"),
-            "table": self.tr("One table for statistics: CSV, a line a segment"),
-            "elan": self.tr("ELAN: a file a demonstration, a tier a coder, with the video"),
-            "boris": self.tr("BORIS: one project, an observation per coder and demonstration"),
-            "audacity": self.tr("Audacity: a label track a coder and demonstration"),
-            "archive": self.tr("Archive: the whole project as one file, to be imported again"),
+            "csv": "CSV: start, end, action, author; a file a demonstration",
+            "table": "One table for statistics: CSV, a line a segment",
+            "elan": "ELAN: a file a demonstration, a tier a coder, with the video",
+            "boris": "BORIS: one project, an observation per coder and demonstration",
+            "audacity": "Audacity: a label track a coder and demonstration",
+            "archive": "Archive: the whole project as one file, to be imported again",
         }
         for kind in FORMATS:
             self.form.addItem(names[kind], kind)
         self.form.currentIndexChanged.connect(self._match)
-        self.replacing = QCheckBox(self.tr("Replace files that are there already"))
-        self._bar = ProgressBar(self.tr("Progress of the export"))
+        self.replacing = QCheckBox("Replace files that are there already")
+        self._bar = ProgressBar("Progress of the export")
         self._told = copyable()
         form = QFormLayout()
-        form.addRow(self.tr("Labels of"), self.which)
-        form.addRow(self.tr("Written as"), self.form)
+        form.addRow("Labels of", self.which)
+        form.addRow("Written as", self.form)
         form.addRow("", self.replacing)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self.go = buttons.addButton(
-            self.tr("Choose a folder…"), QDialogButtonBox.ButtonRole.ActionRole
-        )
+        self.go = buttons.addButton("Choose a folder…", QDialogButtonBox.ButtonRole.ActionRole)
         self.go.clicked.connect(self._choose)
         buttons.rejected.connect(self.reject)
         column = QVBoxLayout(self)
@@ -122,14 +120,14 @@ class ExportDialog(QDialog):
 
     def _choose(self) -> None:
         """Let the user choose a folder."""
-        chosen = ask_folder(self, self.tr("Folder to write into"), "export")
+        chosen = ask_folder(self, "Folder to write into", "export")
         if chosen is not None:
             self.export(chosen)
 
     def _written(self, files: tuple[Path, ...]) -> None:
         """Say what was written."""
-        more = self.tr(" and {0} more").format(len(files) - 1) if len(files) > 1 else ""
-        self._tell(self.tr("Written: {0}{1}").format(files[0], more))
+        more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+        self._tell(f"Written: {files[0]}{more}")
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way."""

@@ -39,7 +39,7 @@ class FaultDialog(QDialog):
     def __init__(self, details: str, log_file: Path, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self.setWindowTitle(self.tr("Something went wrong"))
+        self.setWindowTitle("Something went wrong")
         self._details = details
         self._further = 0
         layout = QVBoxLayout(self)
@@ -51,12 +51,12 @@ class FaultDialog(QDialog):
 
     def _words(self, log_file: Path) -> QHBoxLayout:
         """What is said, beside a sign."""
-        headline = _wrapped(self.tr("Something went wrong."))
+        headline = _wrapped("Something went wrong.")
         stress(headline, 1.2)
         lines = (
-            self.tr("Your labels are safe: every stroke was stored when it was made."),
-            self.tr("You can go on working. If it happens again, start forcelab anew."),
-            self.tr("What happened is written down in {file}").format(file=log_file),
+            "Your labels are safe: every stroke was stored when it was made.",
+            "You can go on working. If it happens again, start forcelab anew.",
+            f"What happened is written down in {log_file}",
         )
         self._more = _wrapped("")
         self._more.hide()
@@ -80,7 +80,7 @@ class FaultDialog(QDialog):
         text.setReadOnly(True)
         text.setFont(QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont))
         text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
-        text.setAccessibleName(self.tr("Details"))
+        text.setAccessibleName("Details")
         text.setTabChangesFocus(True)
         metrics = self.fontMetrics()
         text.setMinimumSize(metrics.averageCharWidth() * 80, metrics.lineSpacing() * 12)
@@ -90,12 +90,12 @@ class FaultDialog(QDialog):
     def _buttons(self) -> QHBoxLayout:
         """Unfold, copy, close."""
         buttons = QHBoxLayout()
-        self._show = QPushButton(self.tr("Show details"), self)
+        self._show = QPushButton("Show details", self)
         self._show.setCheckable(True)
         self._show.toggled.connect(self._show_details)
-        self._copy = QPushButton(self.tr("Copy details"), self)
+        self._copy = QPushButton("Copy details", self)
         self._copy.clicked.connect(self._copy_details)
-        close = QPushButton(self.tr("Close"))
+        close = QPushButton("Close")
         close.setDefault(True)
         close.clicked.connect(self.accept)
         buttons.addWidget(self._show)
@@ -110,20 +110,21 @@ class FaultDialog(QDialog):
     def add(self) -> None:
         """Say that something else went wrong while this is open."""
         self._further += 1
-        told = self.tr("Further errors since then, written down in the same file: {count}")
-        self._more.setText(told.format(count=self._further))
+        self._more.setText(
+            f"Further errors since then, written down in the same file: {self._further}"
+        )
         self._more.show()
 
     def _show_details(self, shown: bool) -> None:
         """Unfold what is meant for whoever mends it."""
         self._text.setVisible(shown)
-        self._show.setText(self.tr("Hide details") if shown else self.tr("Show details"))
+        self._show.setText("Hide details" if shown else "Show details")
         self.adjustSize()
 
     def _copy_details(self) -> None:
         """Copy the details, and say that it was done."""
         QGuiApplication.clipboard().setText(self._details)
-        self._copy.setText(self.tr("Copied"))
+        self._copy.setText("Copied")
 
 
 def _wrapped(text: str) -> QLabel:

@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.gui.arranging import resize_on_screen, search_field, stress
-from forcelab.gui.commands import translated
 from forcelab.gui.document import Document
 from forcelab.gui.gestures import MOUSE, PAINTING
 from forcelab.gui.shortcuts import COMMANDS, GROUPS, Keys, key_name
@@ -63,20 +62,20 @@ class HelpPage(QDialog):
     ) -> None:
         super().__init__(parent)
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
-        self.setWindowTitle(self.tr("Keys and mouse"))
+        self.setWindowTitle("Keys and mouse")
         self._document = document
         self._keys = keys
-        self._search = search_field(self.tr("Search"), self.tr("Search keys and gestures"))
+        self._search = search_field("Search", "Search keys and gestures")
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._fill)
         self._area = QScrollArea()
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self._area.setAccessibleName(self.tr("Keys and gestures"))
+        self._area.setAccessibleName("Keys and gestures")
         buttons = QDialogButtonBox()
-        close = QPushButton(self.tr("Close"))
-        close.setAccessibleName(self.tr("Close"))
+        close = QPushButton("Close")
+        close.setAccessibleName("Close")
         close.clicked.connect(self.accept)
         buttons.addButton(close, QDialogButtonBox.ButtonRole.AcceptRole)
         layout = QVBoxLayout(self)
@@ -129,18 +128,18 @@ class HelpPage(QDialog):
             for action in self._document.vocabulary
         )
         if actions:
-            sections.append(_Section(self.tr("Actions of this task"), actions, caps=True))
-        painting = tuple(((translated(how),), translated(what)) for how, what in PAINTING)
-        sections.append(_Section(self.tr("With the key of an action"), painting, caps=False))
+            sections.append(_Section("Actions of this task", actions, caps=True))
+        painting = tuple(((how,), what) for how, what in PAINTING)
+        sections.append(_Section("With the key of an action", painting, caps=False))
         for group in GROUPS:
             rows = tuple(
-                (tuple(map(key_name, self._keys[command.id])), command.shown.rstrip("…"))
+                (tuple(map(key_name, self._keys[command.id])), command.text.rstrip("…"))
                 for command in self._offered
                 if command.group == group and self._keys[command.id]
             )
-            sections += [_Section(translated(group), rows, caps=True)] if rows else []
-        mouse = tuple(((translated(how),), translated(what)) for how, what in MOUSE)
-        sections.append(_Section(self.tr("Mouse"), mouse, caps=False))
+            sections += [_Section(group, rows, caps=True)] if rows else []
+        mouse = tuple(((how,), what) for how, what in MOUSE)
+        sections.append(_Section("Mouse", mouse, caps=False))
         return sections
 
     def _matching(self) -> list[_Section]:
@@ -173,7 +172,7 @@ class HelpPage(QDialog):
             column.addStretch(1)
             across.addLayout(column, 1)
         if not sections:
-            nothing = self.tr("Nothing is called '{text}'.").format(text=self._search.text())
+            nothing = f"Nothing is called '{self._search.text()}'."
             label = QLabel(nothing)
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop)

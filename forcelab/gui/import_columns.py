@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -55,10 +55,8 @@ class ImportColumns(QWidget):
         self.heading = QLabel()
         self.heading.setWordWrap(True)
         self.table = QTableWidget(0, 3)
-        self.table.setAccessibleName(self.tr("Columns of the table"))
-        self.table.setHorizontalHeaderLabels(
-            [self.tr("Column"), self.tr("First cells"), self.tr("Read as")]
-        )
+        self.table.setAccessibleName("Columns of the table")
+        self.table.setHorizontalHeaderLabels(["Column", "First cells", "Read as"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -177,16 +175,15 @@ class ImportColumns(QWidget):
         name = self._path.name if self._path else ""
         kinds = [one.use for one in self.uses]
         if self._timed:
-            return self.tr("Columns of {0}, and what each is read as:").format(name)
+            return f"Columns of {name}, and what each is read as:"
         if "counter" in kinds:
-            return self.tr("{0} has no times but counts its samples; give their rate:").format(name)
+            return f"{name} has no times but counts its samples; give their rate:"
         if stuck := self._stuck():
-            return self.tr(
-                "{0} has in '{1}' one and the same time; choose a column, or give the sample rate:"
-            ).format(name, stuck)
-        return self.tr("{0} has no column of times; choose one, or give the sample rate:").format(
-            name
-        )
+            return (
+                f"{name} has in '{stuck}' one and the same time; choose a column, or give the "
+                "sample rate:"
+            )
+        return f"{name} has no column of times; choose one, or give the sample rate:"
 
     def _stuck(self) -> str:
         """The column of times that the importer leaves out, as they never change; "" without."""
@@ -201,7 +198,7 @@ class ImportColumns(QWidget):
         """What a column is read as, and what else it could be."""
         box = QComboBox()
         guard_from_wheel(box)  # it scrolls the table
-        box.setAccessibleName(self.tr("{0} is read as").format(one.name))
+        box.setAccessibleName(f"{one.name} is read as")
         taken = next((t.use for t in self._untouched if t.name == one.name), one.use)
         for use in dict.fromkeys((taken, one.use, *one.choices)):
             box.addItem(_word(use), use)
@@ -222,11 +219,11 @@ def _with_room(choice: QComboBox) -> QWidget:
 def _word(use: Use) -> str:
     """A use in the coder's language."""
     words = {
-        "signal": QCoreApplication.translate("forcelab", "signal"),
-        "times": QCoreApplication.translate("forcelab", "times"),
-        "counter": QCoreApplication.translate("forcelab", "sample counter"),
-        "labels": QCoreApplication.translate("forcelab", "labels"),
-        "left out": QCoreApplication.translate("forcelab", "left out"),
+        "signal": "signal",
+        "times": "times",
+        "counter": "sample counter",
+        "labels": "labels",
+        "left out": "left out",
     }
     return words[use]
 

@@ -61,11 +61,11 @@ class ImportDialog(QDialog):
         files: Sequence[Path] = (),
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Import demonstrations"))
+        self.setWindowTitle("Import demonstrations")
         resize_on_screen(self, QSize(680, 560))
         self._document, self._jobs = document, jobs
         self._files = QListWidget()
-        self._files.setAccessibleName(self.tr("Files to import"))
+        self._files.setAccessibleName("Files to import")
         # The end of a path tells files apart.
         self._files.setTextElideMode(NAMES)
         self._files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -73,7 +73,7 @@ class ImportDialog(QDialog):
         self.setAcceptDrops(True)
         self.columns = ImportColumns()
         self._files.currentTextChanged.connect(self._look_at)
-        self._bar = ProgressBar(self.tr("Progress of the import"))
+        self._bar = ProgressBar("Progress of the import")
         column = QVBoxLayout(self)
         column.addLayout(self._heading())
         column.addWidget(self._files, 1)
@@ -92,9 +92,9 @@ class ImportDialog(QDialog):
 
     def _heading(self) -> QHBoxLayout:
         """What can be imported, and the way to choose it."""
-        self._pick = QPushButton(self.tr("Choose files…"))
+        self._pick = QPushButton("Choose files…")
         self._pick.clicked.connect(self._choose)
-        kinds = self.tr(
+        kinds = (
             "Recordings, chosen or dropped here: tables (CSV, TSV), ROS bags, raw OptoForce "
             "dumps, *.pdl, archives of projects"
         )
@@ -110,7 +110,7 @@ class ImportDialog(QDialog):
         document = self._document
         self._task = QComboBox()
         self._task.setEditable(True)
-        self._task.setAccessibleName(self.tr("Task"))
+        self._task.setAccessibleName("Task")
         self._task.addItems(document.project.tasks() if document.project else ())
         # Of no task until one is chosen: the last one is seldom what is done in the next files.
         self._task.setCurrentText("")
@@ -118,36 +118,36 @@ class ImportDialog(QDialog):
         # Labels that are brought were seldom made by who sits here now.
         self._author = QComboBox()
         self._author.setEditable(True)
-        self._author.setAccessibleName(self.tr("Coder of labels, where a file names none"))
+        self._author.setAccessibleName("Coder of labels, where a file names none")
         coders = (ReadOptions().author, *self._coders(), document.author)
         self._author.addItems(list(dict.fromkeys(coders)))
         self._rate = QDoubleSpinBox()
         self._rate.setRange(0, 1e6)
-        self._rate.setSuffix(self.tr(" Hz"))
-        self._rate.setSpecialValueText(self.tr("as their times say"))
-        self._rate.setAccessibleName(self.tr("Sample rate of files without times"))
+        self._rate.setSuffix(" Hz")
+        self._rate.setSpecialValueText("as their times say")
+        self._rate.setAccessibleName("Sample rate of files without times")
         self._rate.valueChanged.connect(self.columns.set_rate)
         self.jitter = QDoubleSpinBox()
         self.jitter.setRange(0, 1e6)
         self.jitter.setDecimals(3)
-        self.jitter.setSuffix(self.tr(" ms"))
-        self.jitter.setSpecialValueText(self.tr("none"))
-        self.jitter.setAccessibleName(self.tr("Stamps may jitter by"))
+        self.jitter.setSuffix(" ms")
+        self.jitter.setSpecialValueText("none")
+        self.jitter.setAccessibleName("Stamps may jitter by")
         self.calibration = QLineEdit()
         self.calibration.setClearButtonEnabled(True)
-        self.calibration.setPlaceholderText(self.tr("none: forces stay in counts"))
-        self.calibration.setAccessibleName(self.tr("Calibration file of raw OptoForce dumps"))
-        choose = QPushButton(self.tr("Choose…"))
-        choose.setAccessibleName(self.tr("Choose the calibration file"))
+        self.calibration.setPlaceholderText("none: forces stay in counts")
+        self.calibration.setAccessibleName("Calibration file of raw OptoForce dumps")
+        choose = QPushButton("Choose…")
+        choose.setAccessibleName("Choose the calibration file")
         choose.clicked.connect(self._ask_calibration)
         calibration = QHBoxLayout()
         calibration.addWidget(self.calibration, 1)
         calibration.addWidget(choose)
-        self.videos = QCheckBox(self.tr("Attach videos beside them that have the same name"))
+        self.videos = QCheckBox("Attach videos beside them that have the same name")
         self.videos.setChecked(True)
         self._taskless = toned(
             "warning",
-            self.tr(
+            (
                 "Without a task, files that name none go under 'No task'. Name what is done in "
                 "them, such as stylus, and import each task by itself."
             ),
@@ -156,11 +156,11 @@ class ImportDialog(QDialog):
         keeping.setRetainSizeWhenHidden(True)
         self._taskless.setSizePolicy(keeping)
         form = QFormLayout()
-        form.addRow(self.tr("Task"), self._task)
-        form.addRow(self.tr("Coder of labels, where a file names none"), self._author)
-        form.addRow(self.tr("Sample rate, where files have no times"), self._rate)
-        form.addRow(self.tr("Stamps may jitter by"), self.jitter)
-        form.addRow(self.tr("Calibration of raw OptoForce dumps"), calibration)
+        form.addRow("Task", self._task)
+        form.addRow("Coder of labels, where a file names none", self._author)
+        form.addRow("Sample rate, where files have no times", self._rate)
+        form.addRow("Stamps may jitter by", self.jitter)
+        form.addRow("Calibration of raw OptoForce dumps", calibration)
         form.addRow("", self.videos)
         return form
 
@@ -178,7 +178,7 @@ class ImportDialog(QDialog):
     def _button_row(self) -> QDialogButtonBox:
         """Import and Close."""
         self._buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        self._go = QPushButton(self.tr("Import"))
+        self._go = QPushButton("Import")
         self._buttons.addButton(self._go, QDialogButtonBox.ButtonRole.ActionRole)
         self._go.clicked.connect(self._import)
         self._buttons.rejected.connect(self.reject)
@@ -201,12 +201,12 @@ class ImportDialog(QDialog):
         """Say plainly what becomes of recordings without a task; that is allowed."""
         missing = not self._task.currentText().strip()
         self._taskless.setVisible(missing)
-        self._go.setText(self.tr("Import without a task") if missing else self.tr("Import"))
+        self._go.setText("Import without a task" if missing else "Import")
 
     def _make_removable(self) -> None:
         """Let files be left out again, by Delete or the menu."""
         self._files.setSelectionMode(QListWidget.SelectionMode.ExtendedSelection)
-        remove = QAction(self.tr("Do not import it"), self)
+        remove = QAction("Do not import it", self)
         remove.setShortcut(QKeySequence.StandardKey.Delete)
         remove.setShortcutContext(Qt.ShortcutContext.WidgetShortcut)
         remove.triggered.connect(self._remove)
@@ -215,15 +215,15 @@ class ImportDialog(QDialog):
 
     def _choose(self) -> None:
         """Let the user choose files."""
-        chosen = ask_files(self, self.tr("Recordings"), "recordings")
+        chosen = ask_files(self, "Recordings", "recordings")
         self.add_files(chosen)
         if chosen:
             self._go.setFocus()
 
     def _ask_calibration(self) -> None:
         """Let a calibration file be chosen."""
-        kinds = self.tr("Calibration files (*.toml)")
-        file = ask_file(self, self.tr("Calibration file"), "calibration", kinds)
+        kinds = "Calibration files (*.toml)"
+        file = ask_file(self, "Calibration file", "calibration", kinds)
         if file is not None:
             self.calibration.setText(str(file))
 
@@ -291,11 +291,11 @@ class ImportDialog(QDialog):
             self._task.setCurrentText("")  # the next files may show something else
         self.add_files(later)
         counts = [report.count(status) for status in ("new", "updated", "unchanged")]
-        lines = [self.tr("{0} new, {1} updated, {2} unchanged.").format(*counts)]
+        lines = ["{} new, {} updated, {} unchanged.".format(*counts)]
         if unread:
-            lines.append(self.tr("Left out because they could not be read:"))
+            lines.append("Left out because they could not be read:")
             lines += report.unread.values()
-            lines.append(self.tr("Press Delete to remove the selected files from the list."))
+            lines.append("Press Delete to remove the selected files from the list.")
         self._tell("\n".join((*lines, *report.told())), trouble=bool(unread))
         self._document.reread()  # the open one may have new labels, its task other actions
         if not self._document.id and self._document.infos:
@@ -329,8 +329,8 @@ class ImportDialog(QDialog):
     def _tell(self, text: str, trouble: bool = False) -> None:
         """Show what became of the import, all of it: what was repaired is to be known."""
         # What is read from a shell with an option is chosen above here.
-        text = text.replace("(--signal)", self.tr("(Read as: signal)"))
-        self._told.setText(text.replace(" (--jitter)", self.tr(" (Stamps may jitter by)")))
+        text = text.replace("(--signal)", "(Read as: signal)")
+        self._told.setText(text.replace(" (--jitter)", " (Stamps may jitter by)"))
         self._told.setStyleSheet(f"color: {colours().trouble}" if trouble else "")
         self._report.setVisible(bool(text))
 

@@ -64,13 +64,11 @@ class KeysDialog(QDialog):
     ) -> None:
         super().__init__(parent)
         self._offered = [c for c in COMMANDS if offered is None or c.id in offered]
-        self.setWindowTitle(self.tr("Change keys"))
+        self.setWindowTitle("Change keys")
         self._document = document
         self._keys = keys
         self._groups: list[tuple[QTreeWidgetItem, list[QTreeWidgetItem]]] = []
-        self._search = search_field(
-            self.tr("Search for a command, an action or a key"), self.tr("Search keys")
-        )
+        self._search = search_field("Search for a command, an action or a key", "Search keys")
         self._search.setTextMargins(4, 2, 4, 2)
         self._search.textChanged.connect(self._filter)
         self._table = self._made_table()
@@ -95,8 +93,8 @@ class KeysDialog(QDialog):
         """Commands and actions, and their keys."""
         table = QTreeWidget()
         table.setColumnCount(2)
-        table.setHeaderLabels([self.tr("Command"), self.tr("Keys")])
-        table.setAccessibleName(self.tr("Commands and actions with their keys"))
+        table.setHeaderLabels(["Command", "Keys"])
+        table.setAccessibleName("Commands and actions with their keys")
         table.setRootIsDecorated(False)
         table.setItemsExpandable(False)
         table.setIndentation(self.fontMetrics().averageCharWidth() * 2)
@@ -115,7 +113,7 @@ class KeysDialog(QDialog):
         self._labels: list[QLabel] = []
         self._removers: list[QPushButton] = []
         form = QFormLayout()
-        for place, name in enumerate((self.tr("Key"), self.tr("Second key"))):
+        for place, name in enumerate(("Key", "Second key")):
             edit = QKeySequenceEdit()
             edit.setAccessibleName(name)
             edit.setMaximumSequenceLength(1)
@@ -123,8 +121,8 @@ class KeysDialog(QDialog):
             label = QLabel(name)
             label.setBuddy(edit)
             # Not the field's own clear button: the field also empties itself when a press begins.
-            remove = QPushButton(self.tr("Remove"))
-            remove.setAccessibleName(self.tr("Remove: {key}").format(key=name))
+            remove = QPushButton("Remove")
+            remove.setAccessibleName(f"Remove: {name}")
             remove.setAutoDefault(False)
             remove.clicked.connect(partial(self._remove, place))
             self._edits.append(edit)
@@ -134,13 +132,13 @@ class KeysDialog(QDialog):
             field.addWidget(edit, 1)
             field.addWidget(remove)
             form.addRow(label, field)
-        self._reset = QPushButton(self.tr("Default"))
-        self._reset.setAccessibleName(self.tr("Give this command its default keys back"))
+        self._reset = QPushButton("Default")
+        self._reset.setAccessibleName("Give this command its default keys back")
         self._reset.setAutoDefault(False)
         self._reset.clicked.connect(self._reset_one)
         self._trouble = toned("trouble")
         self._trouble.setTextFormat(Qt.TextFormat.PlainText)
-        self._trouble.setAccessibleName(self.tr("Why a key was refused"))
+        self._trouble.setAccessibleName("Why a key was refused")
         # Kept free, so that the table does not jump when a sentence comes.
         self._trouble.setMinimumHeight(self.fontMetrics().lineSpacing() * 2)
         self._trouble.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -155,12 +153,12 @@ class KeysDialog(QDialog):
     def _made_buttons(self) -> QDialogButtonBox:
         """All back, and done."""
         buttons = QDialogButtonBox()
-        everything = QPushButton(self.tr("All defaults"))
-        everything.setAccessibleName(self.tr("Give all commands their default keys back"))
+        everything = QPushButton("All defaults")
+        everything.setAccessibleName("Give all commands their default keys back")
         everything.setAutoDefault(False)
         everything.clicked.connect(self._keys.reset_all)
-        close = QPushButton(self.tr("Close"))
-        close.setAccessibleName(self.tr("Close"))
+        close = QPushButton("Close")
+        close.setAccessibleName("Close")
         close.setAutoDefault(False)
         close.clicked.connect(self.accept)
         buttons.addButton(everything, QDialogButtonBox.ButtonRole.ResetRole)
@@ -174,12 +172,12 @@ class KeysDialog(QDialog):
         self._table.clear()
         rows: dict[str, list[tuple[str, _Row]]] = {}
         if len(self._document.vocabulary):
-            rows[self.tr("Actions of this task")] = [
+            rows["Actions of this task"] = [
                 (name, _Row(name, is_action=True)) for name in self._document.vocabulary.names
             ]
         for command in self._offered:
-            members = rows.setdefault(command.shown_group, [])
-            members.append((command.shown.rstrip("…"), _Row(command.id, is_action=False)))
+            members = rows.setdefault(command.group, [])
+            members.append((command.text.rstrip("…"), _Row(command.id, is_action=False)))
         self._groups = [self._group(heading, members) for heading, members in rows.items()]
         again = [item for item in self._items() if item.data(0, _ROW) == chosen]
         self._table.setCurrentItem((again or self._items())[0])

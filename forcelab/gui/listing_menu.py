@@ -108,30 +108,30 @@ class ListingMenu(QObject):
     def _fill(self, menu: QMenu, row: Row) -> None:
         """The menu of a demonstration."""
         info, document = row.info, self._document
-        first = menu.addAction(self.tr("Open"), lambda: document.open_demonstration(info.id))
+        first = menu.addAction("Open", lambda: document.open_demonstration(info.id))
         first.setData("open")
         first.setEnabled(info.id != document.id)
         menu.addSeparator()
         if row.done:
-            menu.addAction(self.tr("Mark as not done"), lambda: self.set_done([info.id], False))
+            menu.addAction("Mark as not done", lambda: self.set_done([info.id], False))
         else:
-            menu.addAction(self.tr("Mark as done"), lambda: self._ask_done([info.id]))
-        menu.addAction(self.tr("Assign blind…"), lambda: self._ask_assign([info.id]))
+            menu.addAction("Mark as done", lambda: self._ask_done([info.id]))
+        menu.addAction("Assign blind…", lambda: self._ask_assign([info.id]))
         for one in row.assignments:
-            taking = self.tr("Withdraw the assignment ({0})").format(verbatim(one.author))
+            taking = f"Withdraw the assignment ({verbatim(one.author)})"
             menu.addAction(taking, self._taking([info.id], one.author))
         menu.addSeparator()
-        menu.addAction(self.tr("Note…"), lambda: self.ask_note(row))
-        menu.addAction(self.tr("Rename…"), lambda: self._ask_name(row))
-        video = self.tr("Replace video…") if info.has_video else self.tr("Attach video…")
+        menu.addAction("Note…", lambda: self.ask_note(row))
+        menu.addAction("Rename…", lambda: self._ask_name(row))
+        video = "Replace video…" if info.has_video else "Attach video…"
         menu.addAction(video, lambda: self.ask_video(info))
-        menu.addAction(self.tr("Task…"), lambda: self._ask_task([row]))
+        menu.addAction("Task…", lambda: self._ask_task([row]))
         before = self._left.get(info.id, info.task)
         if before != info.task:
-            back = self.tr("Back to task '{0}'").format(verbatim(before) or self.tr("No task"))
+            back = "Back to task '{}'".format(verbatim(before) or "No task")
             menu.addAction(back, lambda: self.set_task([info.id], before))
         menu.addSeparator()
-        menu.addAction(self.tr("Remove from the project…"), lambda: self._ask_remove([row]))
+        menu.addAction("Remove from the project…", lambda: self._ask_remove([row]))
 
     def _fill_many(self, menu: QMenu, rows: Sequence[Row]) -> None:
         """The menu of several demonstrations: what is of use to all of them at once."""
@@ -139,27 +139,27 @@ class ListingMenu(QObject):
         done = [row.info.id for row in rows if row.done]
         undone = [row.info.id for row in rows if not row.done]
         if undone:
-            text = self.tr("Mark {0} as done").format(len(undone))
+            text = f"Mark {len(undone)} as done"
             menu.addAction(text, lambda: self._ask_done(undone))
         if done:
-            text = self.tr("Mark {0} as not done").format(len(done))
+            text = f"Mark {len(done)} as not done"
             menu.addAction(text, lambda: self.set_done(done, False))
-        text = self.tr("Assign {0} blind…").format(len(ids))
+        text = f"Assign {len(ids)} blind…"
         menu.addAction(text, lambda: self._ask_assign(ids))
         held: dict[str, list[str]] = {}
         for row in rows:
             for one in row.assignments:
                 held.setdefault(one.author, []).append(row.info.id)
         for author, of in held.items():
-            text = self.tr("Withdraw {0} assignments ({1})").format(len(of), verbatim(author))
+            text = f"Withdraw {len(of)} assignments ({verbatim(author)})"
             if len(of) == 1:
-                text = self.tr("Withdraw the assignment ({0})").format(verbatim(author))
+                text = f"Withdraw the assignment ({verbatim(author)})"
             menu.addAction(text, self._taking(of, author))
         menu.addSeparator()
-        text = self.tr("Move {0} to another task…").format(len(ids))
+        text = f"Move {len(ids)} to another task…"
         menu.addAction(text, lambda: self._ask_task(rows))
         menu.addSeparator()
-        text = self.tr("Remove {0} from the project…").format(len(ids))
+        text = f"Remove {len(ids)} from the project…"
         menu.addAction(text, lambda: self._ask_remove(rows))
 
     def _taking(self, ids: list[str], author: str) -> Callable[[], object]:
@@ -198,8 +198,8 @@ class ListingMenu(QObject):
         names = list(dict.fromkeys([document.author, *project.people()]))
         name, agreed = QInputDialog.getItem(
             self._window,
-            self.tr("Assign blind"),
-            self.tr(
+            "Assign blind",
+            (
                 "Until it is done, the coder sees nobody else's labels or notes, and no "
                 "predictions.\nCoder:"
             ),
@@ -209,16 +209,16 @@ class ListingMenu(QObject):
         )
         coder = settled_name(self._window, name, names) if agreed else ""
         if agreed and self.assign(ids, coder):  # of which nothing is seen but by that coder
-            one = self.tr("The demonstration is assigned to {1}.")
-            many = self.tr("{0} demonstrations are assigned to {1}.")
+            one = "The demonstration is assigned to {1}."
+            many = "{0} demonstrations are assigned to {1}."
             document.say((one if len(ids) == 1 else many).format(len(ids), coder))
 
     def _ask_name(self, row: Row) -> None:
         """Ask for a demonstration's new name."""
         name, agreed = QInputDialog.getText(
             self._window,
-            self.tr("Rename demonstration"),
-            self.tr("Name:"),
+            "Rename demonstration",
+            "Name:",
             QLineEdit.EchoMode.Normal,
             row.info.name,
         )
@@ -231,8 +231,8 @@ class ListingMenu(QObject):
             return None
         author = self._document.author
         dialog = QInputDialog(self._window)
-        dialog.setWindowTitle(self.tr("Note on {0}").format(row.info.name))
-        dialog.setLabelText(self.tr("What others should know; leave it empty for no note."))
+        dialog.setWindowTitle(f"Note on {row.info.name}")
+        dialog.setLabelText("What others should know; leave it empty for no note.")
         dialog.setTextValue(next((note.text for note in row.notes if note.author == author), ""))
         dialog.resize(NOTE_WIDTH, dialog.sizeHint().height())
 
@@ -255,13 +255,13 @@ class ListingMenu(QObject):
         if project is None:
             return
         tasks = list(dict.fromkeys([rows[0].info.task, *project.tasks()]))
-        title = self.tr("Task of {0}").format(rows[0].info.name)
+        title = f"Task of {rows[0].info.name}"
         if len(rows) > 1:
-            title = self.tr("Task of these {0}").format(len(rows))
+            title = f"Task of these {len(rows)}"
         task, agreed = QInputDialog.getItem(
             self._window,
             title,
-            self.tr("Labels stay; the task gets the actions it lacks.\nTask:"),
+            "Labels stay; the task gets the actions it lacks.\nTask:",
             tasks,
             0,
             True,
@@ -286,21 +286,20 @@ class ListingMenu(QObject):
                 agreed.update(heads)
 
         if self._do((), ask) and agreed and self.remove(agreed):
-            told = self.tr("'{0}' was removed.").format(rows[0].info.name)
+            told = f"'{rows[0].info.name}' was removed."
             if len(rows) > 1:
-                told = self.tr("{0} demonstrations were removed.").format(len(rows))
+                told = f"{len(rows)} demonstrations were removed."
             self._document.say(told)
 
     def ask_video(self, info: DemonstrationInfo) -> None:
         """Ask for a video of a demonstration."""
         path = ask_file(
             self._window,
-            self.tr("Video of {0}").format(info.name),
+            f"Video of {info.name}",
             "video",
-            self.tr("Videos ({0});;All files (*)").format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
+            "Videos ({});;All files (*)".format("*.mp4 *.avi *.mkv *.mov *.webm *.m4v"),
         )
         if path is not None and self.attach_video(info.id, path):
-            told = self.tr(
-                "'{0}' has its video; Labelling > Synchronise the video puts it in time."
+            self._document.say(
+                f"'{info.name}' has its video; Labelling > Synchronise the video puts it in time."
             )
-            self._document.say(told.format(info.name))

@@ -8,7 +8,6 @@ from typing import Any
 
 from PySide6.QtCore import (
     QAbstractItemModel,
-    QCoreApplication,
     QModelIndex,
     QObject,
     Qt,
@@ -16,8 +15,6 @@ from PySide6.QtCore import (
 
 from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.listing_rows import Group, Row, percent
-
-translate = QCoreApplication.translate
 
 __all__ = ["ROW", "ListingModel"]
 
@@ -160,46 +157,28 @@ def _facts(item: Row | Group, open_: bool) -> list[str]:
     """What a row shows, in words."""
     if isinstance(item, Group):
         facts = [
-            item.task or translate("forcelab", "No task"),
-            translate("forcelab", "{0} of {1} done by you").format(item.finished, len(item.rows)),
+            item.task or "No task",
+            f"{item.finished} of {len(item.rows)} done by you",
         ]
         if item.labelled:
-            facts.append(translate("forcelab", "{0} started").format(item.labelled))
+            facts.append(f"{item.labelled} started")
         return facts
     facts = [item.info.name]
     if open_:
-        facts.append(translate("forcelab", "Open now"))
-    facts += [
-        translate("forcelab", "Note by {0}: {1}").format(note.author, note.text)
-        for note in item.notes
-    ]
-    facts.append(translate("forcelab", "Labelled by you: {0} %").format(percent(item.share)))
-    facts += [
-        translate("forcelab", "Labelled by {0}: {1} %").format(name, percent(share))
-        for name, share in item.others
-    ]
+        facts.append("Open now")
+    facts += [f"Note by {note.author}: {note.text}" for note in item.notes]
+    facts.append(f"Labelled by you: {percent(item.share)} %")
+    facts += [f"Labelled by {name}: {percent(share)} %" for name, share in item.others]
     if item.blind:
-        facts.append(
-            translate(
-                "forcelab", "Assigned to you, blind: the others' labels are hidden until it is done"
-            )
-        )
+        facts.append("Assigned to you, blind: the others' labels are hidden until it is done")
     elif item.done:
-        facts.append(translate("forcelab", "Done"))
+        facts.append("Done")
     elif item.assignment is not None:
-        facts.append(translate("forcelab", "Assigned to you"))
+        facts.append("Assigned to you")
     for one in item.assigned_to:
-        sentence = (
-            translate("forcelab", "Assigned to {0}")
-            if one.done is None
-            else translate("forcelab", "Done by {0}")
-        )
+        sentence = "Assigned to {0}" if one.done is None else "Done by {0}"
         facts.append(sentence.format(one.author))
-    facts.append(
-        translate("forcelab", "With video")
-        if item.info.has_video
-        else translate("forcelab", "No video")
-    )
+    facts.append("With video" if item.info.has_video else "No video")
     return facts
 
 
@@ -208,11 +187,7 @@ def _details(item: Row | Group) -> list[str]:
     if isinstance(item, Group):
         return []
     info = item.info
-    details = [
-        translate("forcelab", "{0:.2f} s, {1:.6g} Hz, {2} channels").format(
-            info.duration, info.rate, len(info.channels)
-        )
-    ]
+    details = [f"{info.duration:.2f} s, {info.rate:.6g} Hz, {len(info.channels)} channels"]
     if info.source:
-        details.append(translate("forcelab", "From {0}").format(info.source))
-    return [*details, translate("forcelab", "Id {0}").format(info.id)]
+        details.append(f"From {info.source}")
+    return [*details, f"Id {info.id}"]

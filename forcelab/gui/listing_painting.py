@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication, QObject, QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QObject, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem
 
@@ -97,7 +97,7 @@ def _paint_group(painter: QPainter, option: QStyleOptionViewItem, group: Group) 
         small,
         theme.muted,
     )
-    name = group.task or QCoreApplication.translate("forcelab", "No task")
+    name = group.task or "No task"
     where = QRectF(left, box.top(), right - room - GAP * height - left, box.height())
     put_line(painter, where, name, face, theme.text, elide=NAMES)
 
@@ -132,7 +132,7 @@ def _paint_row(painter: QPainter, option: QStyleOptionViewItem, row: Row, is_ope
     put_line(painter, where, f"{percent(row.share)} %", small, ink, Qt.AlignmentFlag.AlignRight)
     names = ", ".join(name for name, _ in row.others)
     if row.blind:
-        names = QCoreApplication.translate("forcelab", "others hidden")
+        names = "others hidden"
     start = where.right() + 1.5 * GAP * height
     put_line(
         painter,

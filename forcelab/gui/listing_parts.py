@@ -60,9 +60,9 @@ class OrderButton(QToolButton):
         self.setStyleSheet("QToolButton::menu-indicator { image: none; }")  # it lies on the icon
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         names: dict[Order, str] = {
-            "name": self.tr("By name"),
-            "share": self.tr("Least labelled by me first"),
-            "edit": self.tr("Last labelled by me first"),
+            "name": "By name",
+            "share": "Least labelled by me first",
+            "edit": "Last labelled by me first",
         }
         menu = QMenu(self)
         self._choices = QActionGroup(menu)
@@ -91,9 +91,9 @@ class OrderButton(QToolButton):
 
     def _tell(self) -> None:
         """Say what the list is sorted by."""
-        self.setAccessibleName(self.tr("Order of the demonstrations"))
+        self.setAccessibleName("Order of the demonstrations")
         chosen = self._choices.checkedAction().text()
-        self.setToolTip(self.tr("Order within each task: {0}").format(chosen))
+        self.setToolTip(f"Order within each task: {chosen}")
 
 
 class Tools(QWidget):
@@ -102,20 +102,20 @@ class Tools(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self.search, self.count, self.order = Search(), QLabel(), OrderButton()
-        self.search.setPlaceholderText(self.tr("Search names and tasks"))
-        self.search.setAccessibleName(self.tr("Search names, tasks, notes and ids"))
+        self.search.setPlaceholderText("Search names and tasks")
+        self.search.setAccessibleName("Search names, tasks, notes and ids")
         self.search.setToolTip(self.search.accessibleName())
         self.search.setClearButtonEnabled(True)
         self.shown = NarrowList()
         self.shown.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # after a click keys paint, as before
         self.shown.setMinimumContentsLength(NARROW)
-        self.shown.setAccessibleName(self.tr("Which demonstrations are shown"))
+        self.shown.setAccessibleName("Which demonstrations are shown")
         names: dict[Shown, str] = {
-            "all": self.tr("All"),
-            "unlabelled": self.tr("Not labelled by me"),
-            "begun": self.tr("Begun, not done"),
-            "assigned": self.tr("Assigned to me, to do"),
-            "done": self.tr("Done by me"),
+            "all": "All",
+            "unlabelled": "Not labelled by me",
+            "begun": "Begun, not done",
+            "assigned": "Assigned to me, to do",
+            "done": "Done by me",
         }
         for what, name in names.items():
             self.shown.addItem(name, what)
@@ -172,9 +172,9 @@ class Empty(QWidget):
         self._label = QLabel()
         self._label.setWordWrap(True)
         self._label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._import = QPushButton(self.tr("Import demonstrations…"))
+        self._import = QPushButton("Import demonstrations…")
         self._import.clicked.connect(self.importing)
-        self._all = QPushButton(self.tr("Show all"))
+        self._all = QPushButton("Show all")
         self._all.clicked.connect(self.showing_all)
         column = QVBoxLayout(self)
         column.setContentsMargins(16, 16, 16, 16)
@@ -190,16 +190,14 @@ class Empty(QWidget):
         self._import.setVisible(has_project and not has_demonstrations)
         self._all.setVisible(has_demonstrations)
         if has_demonstrations and search:
-            text = self.tr("Among those shown, no name, task, note or id has '{0}' in it.").format(
-                search
-            )
+            text = f"Among those shown, no name, task, note or id has '{search}' in it."
         elif has_demonstrations:
-            text = self.tr("No demonstration is of this kind.")
+            text = "No demonstration is of this kind."
         elif has_project:
-            text = self.tr(
+            text = (
                 "This project has no demonstrations yet. Import them: tables (CSV, TSV), ROS "
                 "bags, raw OptoForce dumps, *.pdl or archives."
             )
         else:
-            text = self.tr("No project is open. Open one, or make a new one, from the menu.")
+            text = "No project is open. Open one, or make a new one, from the menu."
         self._label.setText(text)

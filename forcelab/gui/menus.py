@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMainWindow, QMenu, QTabWidget
 
@@ -13,7 +12,6 @@ from forcelab.gui.shortcuts import COMMANDS
 
 __all__ = ["fill_menus", "follow_tabs", "follow_view"]
 
-translate = QCoreApplication.translate
 
 #: Commands that a line stands above: their menus are too long to be searched for one entry.
 _BEGINNING = frozenset(
@@ -56,7 +54,7 @@ def fill_menus(
         if command.id not in commands:
             continue
         if command.group not in menus:
-            menus[command.group] = window.menuBar().addMenu("&" + command.shown_group)
+            menus[command.group] = window.menuBar().addMenu("&" + command.group)
         if command.id in _BEGINNING:  # one that begins a menu shows no line
             menus[command.group].addSeparator()
         if not command.id.startswith("theme_"):
@@ -65,11 +63,11 @@ def fill_menus(
             menus[command.group].addMenu(recent)
     view = menus["View"]
     view.addSeparator()
-    view.addMenu(translate("forcelab", "Panels")).addActions(panels)
+    view.addMenu("Panels").addActions(panels)
     view.addMenu(shown_tracks)
     chosen = settings.text("window/theme", "system")
     themes = [commands[f"theme_{choice}"] for choice in ("light", "dark", "system")]
-    view.addMenu(translate("forcelab", "Theme")).addActions(themes)
+    view.addMenu("Theme").addActions(themes)
     _one_of(window, themes)
     commands[f"theme_{chosen}"].setChecked(True)
 

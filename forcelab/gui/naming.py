@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from forcelab.names import name_alike, tidy_name
 
 __all__ = ["settled_name", "verbatim"]
-
-translate = QCoreApplication.translate
 
 
 def verbatim(name: str) -> str:
@@ -37,18 +34,14 @@ def settled_name(parent: QWidget | None, name: str, known: Iterable[str]) -> str
         return name
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle(translate("forcelab", "Nearly the same name"))
-    box.setText(translate("forcelab", "There is '{0}' already.").format(there))
-    box.setInformativeText(
-        translate("forcelab", "'{0}' would be another name beside it.").format(name)
-    )
+    box.setWindowTitle("Nearly the same name")
+    box.setText(f"There is '{there}' already.")
+    box.setInformativeText(f"'{name}' would be another name beside it.")
     use = box.addButton(
-        translate("forcelab", "Use '{0}'").format(verbatim(there)),
+        f"Use '{verbatim(there)}'",
         QMessageBox.ButtonRole.AcceptRole,
     )
-    other = box.addButton(
-        translate("forcelab", "Add '{0}'").format(verbatim(name)), QMessageBox.ButtonRole.ActionRole
-    )
+    other = box.addButton(f"Add '{verbatim(name)}'", QMessageBox.ButtonRole.ActionRole)
     box.setDefaultButton(use)
     box.setEscapeButton(use)
     box.exec()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication, QObject, QStandardPaths, Qt, Signal
+from PySide6.QtCore import QObject, QStandardPaths, Qt, Signal
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
@@ -18,8 +18,6 @@ from forcelab.names import name_alike, tidy_name
 from forcelab.project import Project
 
 __all__ = ["Opening", "sample_place"]
-
-translate = QCoreApplication.translate
 
 
 class Opening(QObject):
@@ -90,11 +88,11 @@ class Opening(QObject):
             return self.open(path)
         box = QMessageBox(self._window)
         box.setIcon(QMessageBox.Icon.Question)
-        box.setWindowTitle(self.tr("Project not found"))
+        box.setWindowTitle("Project not found")
         box.setTextFormat(Qt.TextFormat.PlainText)
         box.setText(_not_found(path))
-        locate = box.addButton(self.tr("Locate…"), QMessageBox.ButtonRole.AcceptRole)
-        forget = box.addButton(self.tr("Remove from list"), QMessageBox.ButtonRole.ActionRole)
+        locate = box.addButton("Locate…", QMessageBox.ButtonRole.AcceptRole)
+        forget = box.addButton("Remove from list", QMessageBox.ButtonRole.ActionRole)
         box.setEscapeButton(box.addButton(QMessageBox.StandardButton.Cancel))
         box.setDefaultButton(locate)
         box.exec()
@@ -118,7 +116,7 @@ class Opening(QObject):
         nearest = next(
             (folder for folder in path.parents if settings.is_folder(folder)), Path.home()
         )
-        title = self.tr("Where is '{0}' now?").format(path.name)
+        title = f"Where is '{path.name}' now?"
         chosen = QFileDialog.getExistingDirectory(self._window, title, str(nearest))
         if not chosen or not self.open(Path(chosen)):
             return False
@@ -134,7 +132,7 @@ class Opening(QObject):
             self._author = ""
         self._document.set_author(name)
         if (there := name_alike(name, known)) is not None:
-            self._document.say(self.tr("'{0}' is a new coder beside '{1}'.").format(name, there))
+            self._document.say(f"'{name}' is a new coder beside '{there}'.")
 
     def remember_demonstration(self) -> None:
         """Keep which demonstration is open, for the next time."""
@@ -163,14 +161,14 @@ class Opening(QObject):
             if self._document.project is None:
                 self.open(path)
             else:
-                self._document.say(self.tr("The sample project is ready: {0}").format(path))
+                self._document.say(f"The sample project is ready: {path}")
 
         def failed(error: Exception) -> None:
             over(None)
             self._document.say(str(error), True)
 
         self._unasked = not asked
-        self.sampling.emit(Progress(0, 1, self.tr("making the sample project")))
+        self.sampling.emit(Progress(0, 1, "making the sample project"))
         job = making(path, os.cpu_count() or 1)
         self._jobs.run(job, made, failed, progress=self.sampling.emit, key="sample")
 
@@ -188,7 +186,7 @@ class Opening(QObject):
     def ask_open(self) -> None:
         """Let the user choose a project's folder."""
         chosen = QFileDialog.getExistingDirectory(
-            self._window, self.tr("Open a project"), str(last_folder("project"))
+            self._window, "Open a project", str(last_folder("project"))
         )
         if chosen:
             self.open(Path(chosen))
@@ -201,7 +199,7 @@ class Opening(QObject):
         while suggested.exists():
             number += 1
             suggested = folder / f"study-{number}.forcelab"
-        title = self.tr("New project")
+        title = "New project"
         chosen, _ = QFileDialog.getSaveFileName(self._window, title, str(suggested))
         if not chosen:
             return
@@ -220,9 +218,7 @@ class Opening(QObject):
         from forcelab.gui.importing import ImportDialog
 
         if self._document.project is None:
-            self._document.say(
-                self.tr("Open or make a project first; recordings go into it."), True
-            )
+            self._document.say("Open or make a project first; recordings go into it.", True)
             return
         dialog = ImportDialog(self._document, self._jobs, self._window, files)
         dialog.exec()
@@ -231,11 +227,11 @@ class Opening(QObject):
 
 def _not_found(path: Path) -> str:
     """Say that a project is not where it was."""
-    return translate(
-        "forcelab",
-        "The project '{0}' is no longer in '{1}': it was moved, renamed or deleted, or its disk "
-        "is not connected.",
-    ).format(path.name, path.parent)
+    return (
+        f"The project '{path.name}' is no longer in '{path.parent}': it was moved, renamed "
+        "or deleted, or its disk "
+        "is not connected."
+    )
 
 
 def sample_place() -> Path:

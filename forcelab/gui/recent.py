@@ -25,7 +25,7 @@ class RecentProjects(QMenu):
 
     def __init__(self, opening: Callable[[Path], object], parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setTitle(self.tr("Open recent"))
+        self.setTitle("Open recent")
         self.setToolTipsVisible(True)
         self._opening = opening
         self.aboutToShow.connect(self._list)
@@ -34,12 +34,8 @@ class RecentProjects(QMenu):
         """Offer the projects, and say which are not found."""
         self.clear()
         for path in settings.recent_projects():
-            text = (
-                path.name
-                if settings.is_folder(path)
-                else self.tr("{0} (not found)").format(path.name)
-            )
+            text = path.name if settings.is_folder(path) else f"{path.name} (not found)"
             action = self.addAction(verbatim(text), partial(self._opening, path))
             action.setToolTip(str(path))
         if self.isEmpty():
-            self.addAction(self.tr("No project was open before")).setEnabled(False)
+            self.addAction("No project was open before").setEnabled(False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QDialog,
@@ -23,7 +23,6 @@ from forcelab.wording import amount
 
 __all__ = ["Removal", "removal_agreed", "removal_of", "removal_of_run"]
 
-translate = QCoreApplication.translate
 #: How many things are named one by one.
 NAMED = 3
 #: How many letters of a note are shown.
@@ -50,9 +49,7 @@ class Removal(QDialog):
         self.others = QCheckBox(verbatim(others), self)  # alone it would be a window for a moment
         self.others.setVisible(bool(others))
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Cancel)
-        self.remove = buttons.addButton(
-            translate("forcelab", "Remove"), QDialogButtonBox.ButtonRole.DestructiveRole
-        )
+        self.remove = buttons.addButton("Remove", QDialogButtonBox.ButtonRole.DestructiveRole)
         self.remove.setAutoDefault(False)
         self.remove.setEnabled(not others)
         self.remove.clicked.connect(self.accept)
@@ -104,49 +101,41 @@ def removal_of(
     changed : bool
         Whether it is asked again, as notes were written meanwhile.
     """
-    title, told = translate("forcelab", "Remove from the project"), _told(rows, author)
+    title, told = "Remove from the project", _told(rows, author)
     if changed:
-        told = translate("forcelab", "Notes have changed meanwhile.") + "\n\n" + told
+        told = "Notes have changed meanwhile." + "\n\n" + told
     return Removal(title, told, _others(rows), parent)
 
 
 def _told(rows: Sequence[Row], author: str) -> str:
     """What goes and what stays."""
     if len(rows) == 1:
-        return translate(
-            "forcelab",
-            "Remove '{0}' for good? With it go: {1}.\n\nThis cannot be undone. The file that it "
-            "was imported from stays, and so do runs and recognisers.",
+        return (
+            "Remove '{}' for good? With it go: {}.\n\nThis cannot be undone. The file that it "
+            "was imported from stays, and so do runs and recognisers."
         ).format(rows[0].info.name, ", ".join(_goes(rows[0], author)))
     names = [f"'{row.info.name}'" for row in rows[:NAMED]]
     if len(rows) > NAMED:
-        names.append(translate("forcelab", "and {0} more").format(len(rows) - NAMED))
-    return translate(
-        "forcelab",
-        "Remove these {0} demonstrations for good: {1}? With them go: {2}.\n\nThis cannot be "
-        "undone. The files that they were imported from stay, and so do runs and recognisers.",
+        names.append(f"and {len(rows) - NAMED} more")
+    return (
+        "Remove these {} demonstrations for good: {}? With them go: {}.\n\nThis cannot be "
+        "undone. The files that they were imported from stay, and so do runs and recognisers."
     ).format(len(rows), ", ".join(names), ", ".join(_all_go(rows, author)))
 
 
 def _goes(row: Row, author: str) -> list[str]:
     """What goes with a demonstration."""
-    goes = [translate("forcelab", "the recording ({0:.2f} s)").format(row.info.duration)]
+    goes = [f"the recording ({row.info.duration:.2f} s)"]
     if row.info.has_video:
-        goes.append(translate("forcelab", "its video"))
+        goes.append("its video")
     if row.share:
-        goes.append(translate("forcelab", "your labels ({0} %)").format(percent(row.share)))
+        goes.append(f"your labels ({percent(row.share)} %)")
     elif author in row.info.labelled:
-        goes.append(translate("forcelab", "the history of your labels"))
-    goes += [
-        translate("forcelab", "the labels of {0} ({1} %)").format(name, percent(share))
-        for name, share in row.others
-    ]
+        goes.append("the history of your labels")
+    goes += [f"the labels of {name} ({percent(share)} %)" for name, share in row.others]
     if row.assignments:
-        goes.append(translate("forcelab", "assignments"))
-    goes += [
-        translate("forcelab", "the note of {0}: “{1}”").format(note.author, _beginning(note.text))
-        for note in row.notes
-    ]
+        goes.append("assignments")
+    goes += [f"the note of {note.author}: “{_beginning(note.text)}”" for note in row.notes]
     return goes
 
 
@@ -158,22 +147,19 @@ def _beginning(text: str) -> str:
 def _all_go(rows: Sequence[Row], author: str) -> list[str]:
     """What goes with several demonstrations, on how many of them it is."""
     seconds = sum(row.info.duration for row in rows)
-    goes = [translate("forcelab", "the recordings ({0:.0f} s)").format(seconds)]
+    goes = [f"the recordings ({seconds:.0f} s)"]
     videos = sum(row.info.has_video for row in rows)
     if videos:
-        goes.append(translate("forcelab", "videos ({0})").format(videos))
+        goes.append(f"videos ({videos})")
     own = sum(bool(row.share) or author in row.info.labelled for row in rows)
     if own:
-        goes.append(translate("forcelab", "your labels (on {0})").format(own))
+        goes.append(f"your labels (on {own})")
     every = [name for row in rows for name, _ in row.others]
-    goes += [
-        translate("forcelab", "the labels of {0} (on {1})").format(name, every.count(name))
-        for name in dict.fromkeys(every)
-    ]
+    goes += [f"the labels of {name} (on {every.count(name)})" for name in dict.fromkeys(every)]
     if any(row.assignments for row in rows):
-        goes.append(translate("forcelab", "assignments"))
+        goes.append("assignments")
     if notes := sum(len(row.notes) for row in rows):
-        goes.append(translate("forcelab", "notes ({0})").format(notes))
+        goes.append(f"notes ({notes})")
     return goes
 
 
@@ -181,13 +167,13 @@ def _others(rows: Sequence[Row]) -> str:
     """What is to be agreed to about others' labels; the same to whoever codes blind."""
     if any(row.blind for row in rows):
         if len(rows) == 1:
-            return translate("forcelab", "Remove it whatever others have labelled on it")
-        return translate("forcelab", "Remove them whatever others have labelled on them")
+            return "Remove it whatever others have labelled on it"
+        return "Remove them whatever others have labelled on them"
     every = dict.fromkeys(name for row in rows for name, _ in row.others)
     names = [name for name in every if not is_model(name)]
     if not names:
         return ""
-    return translate("forcelab", "Remove the labels of {0} too").format(", ".join(names))
+    return "Remove the labels of {} too".format(", ".join(names))
 
 
 def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Removal:
@@ -199,30 +185,20 @@ def removal_of_run(name: str, use: RunUse, parent: QWidget | None = None) -> Rem
         As the list has it.
     use : RunUse
     """
-    goes = translate("forcelab", "With it go its predictions and scores ({0}).")
+    goes = "With it go its predictions and scores ({0})."
     if use.recogniser:
-        goes = translate(
-            "forcelab", "With it go its predictions, its scores and its recogniser ({0})."
-        )
-    told = [
-        translate("forcelab", "Remove the run '{0}' for good?").format(name)
-        + " "
-        + goes.format(amount(use.bytes))
-    ]
+        goes = "With it go its predictions, its scores and its recogniser ({0})."
+    told = [f"Remove the run '{name}' for good?" + " " + goes.format(amount(use.bytes))]
     if use.accepted:
         told.append(
-            translate(
-                "forcelab",
-                "Predictions of it were accepted as labels ({0} edits); these labels stay, and "
-                "still tell what proposed them.",
-            ).format(use.accepted)
+            f"Predictions of it were accepted as labels ({use.accepted} edits); these "
+            "labels stay, and "
+            "still tell what proposed them."
         )
     if use.verdicts:
         told.append(
-            translate(
-                "forcelab",
-                "Verdicts were given on it ({0}); they stay, but no longer tell on which run.",
-            ).format(use.verdicts)
+            f"Verdicts were given on it ({use.verdicts}); they stay, but no longer tell on "
+            "which run."
         )
-    told.append(translate("forcelab", "This cannot be undone. No label changes."))
-    return Removal(translate("forcelab", "Remove a run"), "\n\n".join(told), "", parent)
+    told.append("This cannot be undone. No label changes.")
+    return Removal("Remove a run", "\n\n".join(told), "", parent)

@@ -90,19 +90,19 @@ class Reviewing(Editing):
         """
         reviewed, outcome = self.reviewed, self.outcome
         if reviewed is None or outcome is None:
-            blind = self.tr("Predictions are hidden until you are done; nothing accepted.")
-            none = self.tr("There is no prediction to accept here; train a recogniser.")
+            blind = "Predictions are hidden until you are done; nothing accepted."
+            none = "There is no prediction to accept here; train a recogniser."
             self.say(blind if self.coding_blind else none, True)
             return False
         from forcelab.review.differences import spelt_as_coded
         from forcelab.review.proposing import acceptable
 
         if at_least and reviewed.certainty is None:
-            self.say(self.tr("This run kept no probabilities; train again to have them."), True)
+            self.say("This run kept no probabilities; train again to have them.", True)
             return False
         chosen = acceptable(reviewed, start, end, at_least)
         if not chosen:
-            self.say(self.tr("Nothing is predicted here that could be accepted."))
+            self.say("Nothing is predicted here that could be accepted.")
             return False
         return self.adopt(*spelt_as_coded(chosen, outcome, reviewed), replace=replace)
 
@@ -143,5 +143,5 @@ class Reviewing(Editing):
         proposer = outcome.proposer
         return self._edit(
             lambda track: track.accept(segments, proposer, replace=replace),
-            self.tr("It is labelled like this already."),
+            "It is labelled like this already.",
         )

@@ -20,10 +20,10 @@ class SampleProgress(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.bar = ProgressBar(self.tr("Progress of the sample project"))
+        self.bar = ProgressBar("Progress of the sample project")
         self.bar.setMinimumWidth(480)
-        self.cancel = QPushButton(self.tr("Cancel"))
-        self.cancel.setAccessibleName(self.tr("Cancel the sample project"))
+        self.cancel = QPushButton("Cancel")
+        self.cancel.setAccessibleName("Cancel the sample project")
         self.cancel.clicked.connect(self.cancelled)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -36,5 +36,5 @@ class SampleProgress(QWidget):
         """Show how far it is; None when it is over."""
         self.setVisible(progress is not None)
         if progress is not None:
-            told = self.tr("Sample project: {0}").format(progress.text)
+            told = f"Sample project: {progress.text}"
             self.bar.show_progress(replace(progress, text=f"{told} · %p %"))

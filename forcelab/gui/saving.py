@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Generator
 from pathlib import Path
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from forcelab.gui.choosing import last_folder, remember_folder
@@ -28,7 +27,7 @@ def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
     name : str
         Of the file, as it is suggested; without a suffix the file gets ``.svg``.
     """
-    kinds = QCoreApplication.translate("forcelab", "Pictures (*.svg *.pdf *.png)")
+    kinds = "Pictures (*.svg *.pdf *.png)"
     suggested = str(last_folder("pictures") / name)
     chosen, _ = QFileDialog.getSaveFileName(parent, title, suggested, kinds)
     if not chosen:
@@ -40,7 +39,7 @@ def ask_picture(parent: QWidget, title: str, name: str) -> Path | None:
 
 def save_picture(figure: Figure, path: Path, document: Document, jobs: Jobs) -> None:
     """Save a figure in the background as its suffix says, and say what became of it."""
-    saved = QCoreApplication.translate("forcelab", "Saved '{0}'.").format(path.name)
+    saved = f"Saved '{path.name}'."
     jobs.run(
         _saving(figure, path),
         lambda _: document.say(saved),

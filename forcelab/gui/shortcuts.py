@@ -10,7 +10,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
-from PySide6.QtCore import QCoreApplication, QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QWidget
 
@@ -24,7 +24,6 @@ from forcelab.vocabulary import KEYS, Vocabulary
 __all__ = ["COMMANDS", "GROUPS", "Keys", "bind", "collision", "key_name", "keys"]
 
 log = logging.getLogger(__name__)
-translate = QCoreApplication.translate
 _BY_ID = {command.id: command for command in COMMANDS}
 
 
@@ -58,27 +57,24 @@ def collision(keys: Mapping[str, Sequence[str]], vocabulary: Vocabulary | None =
         for key in bound:
             spelt = _spelt(key)
             if not spelt:
-                return translate("forcelab", "'{key}' is no key; press another one.").format(
-                    key=key
-                )
+                return f"'{key}' is no key; press another one."
             plain = spelt.lower()
             if plain in painting:
-                return translate(
-                    "forcelab",
-                    "The key {key} paints '{action}'; choose another one for '{command}'.",
-                ).format(key=key_name(key), action=painting[plain], command=command.shown)
+                return (
+                    f"The key {key_name(key)} paints '{painting[plain]}'; choose another one "
+                    f"for '{command.text}'."
+                )
             if len(plain) == 1 and plain in KEYS:
-                return translate(
-                    "forcelab",
-                    "The key {key} is kept for painting actions; choose another one for "
-                    "'{command}', such as {key} together with Ctrl.",
-                ).format(key=key_name(key), command=command.shown)
+                return (
+                    f"The key {key_name(key)} is kept for painting actions; choose another one for "
+                    f"'{command.text}', such as {key_name(key)} together with Ctrl."
+                )
             owner = owners.setdefault(spelt, id_)
             if owner != id_:
-                return translate(
-                    "forcelab",
-                    "The key {key} already means '{other}'; give that another key first.",
-                ).format(key=key_name(key), other=_BY_ID[owner].shown)
+                return (
+                    f"The key {key_name(key)} already means '{_BY_ID[owner].text}'; give that "
+                    "another key first."
+                )
     return ""
 
 
@@ -223,14 +219,14 @@ class _Following(QObject):
             action.setShortcuts([_parsed(key) for key in self._bound[id_]])
             tip = action.text().rstrip("…")
             if shown := self._bound.shown(id_):
-                tip = translate("forcelab", "{command} ({keys})").format(command=tip, keys=shown)
+                tip = f"{tip} ({shown})"
             action.setToolTip(tip)
             action.setStatusTip(tip)
 
 
 def _action(widget: QWidget, command: Command, handler: Callable[[], object]) -> QAction:
     """The action of one command, still without keys."""
-    action = QAction(command.shown, widget)
+    action = QAction(command.text, widget)
     action.setObjectName(command.id)
     action.setCheckable(command.checkable)
     action.setAutoRepeat(command.repeats)

@@ -17,7 +17,7 @@ class ShownTracks(QMenu):
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setTitle(self.tr("Other tracks"))
+        self.setTitle("Other tracks")
         self._document = document
         self.aboutToShow.connect(self._list)
 
@@ -26,7 +26,7 @@ class ShownTracks(QMenu):
         self.clear()
         document = self._document
         if document.coding_blind:
-            self.addAction(self.tr("Hidden until your blind coding is done")).setEnabled(False)
+            self.addAction("Hidden until your blind coding is done").setEnabled(False)
             return
         for author in document.other_authors():
             action = self.addAction(verbatim(author))
@@ -34,7 +34,7 @@ class ShownTracks(QMenu):
             action.setChecked(author not in document.hidden_authors)
             action.toggled.connect(partial(self._show, author))
         if self.isEmpty():
-            self.addAction(self.tr("Nobody else has labelled this")).setEnabled(False)
+            self.addAction("Nobody else has labelled this").setEnabled(False)
 
     def _show(self, author: str, shown: bool) -> None:
         """Show or hide one author's tracks."""

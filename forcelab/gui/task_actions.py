@@ -61,9 +61,7 @@ class TaskActions(Looking):
             else:
                 now = self.vocabulary
                 self._list_actions(self.project.vocabulary(task), now.names, now)
-                self.say(
-                    self.tr("The actions were changed elsewhere; look at them and repeat it."), True
-                )
+                self.say("The actions were changed elsewhere; look at them and repeat it.", True)
             self.vocabulary_changed.emit()
         return done
 

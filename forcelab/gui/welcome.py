@@ -38,33 +38,31 @@ class Welcome(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        title = QLabel(self.tr("Label and recognise force actions"))
+        title = QLabel("Label and recognise force actions")
         face = title.font()
         face.setPointSizeF(face.pointSizeF() * 1.7)
         title.setFont(face)
-        self._say = QLabel(
-            self.tr("A project is a folder of demonstrations with everybody's labels.")
-        )
+        self._say = QLabel("A project is a folder of demonstrations with everybody's labels.")
         self._say.setWordWrap(True)
         self._trouble = copyable()
         self._trouble.setProperty("tone", "trouble")
         self._trouble.setVisible(False)
         self._buttons = [
             self._button(
-                self.tr("Try the sample project"),
-                self.tr("Thirty simulated demonstrations with video; made once, in a minute."),
+                "Try the sample project",
+                "Thirty simulated demonstrations with video; made once, in a minute.",
                 self.sampling.emit,
                 "play",
             ),
             self._button(
-                self.tr("Open a project…"),
-                self.tr("A folder that forcelab made, such as study.forcelab."),
+                "Open a project…",
+                "A folder that forcelab made, such as study.forcelab.",
                 self.opening.emit,
                 "folder",
             ),
             self._button(
-                self.tr("New project…"),
-                self.tr("An empty one; recordings are imported into it."),
+                "New project…",
+                "An empty one; recordings are imported into it.",
                 self.creating.emit,
                 "plus",
             ),
@@ -95,7 +93,7 @@ class Welcome(QWidget):
         for path in projects[:SHOWN]:
             here, more = partial(self.chosen.emit, path), str(path.parent)
             if not settings.is_folder(path):
-                more = self.tr("Not found in {0}; click to locate it.").format(more)
+                more = f"Not found in {more}; click to locate it."
             self._recent.addWidget(self._button(path.name, more, here, "folder"))
 
     def show_trouble(self, sentence: str) -> None:

@@ -89,13 +89,13 @@ class Window(DockedWindow):
         self._welcome, self._coders = Welcome(), CoderChoice(self.document)
         self._sample = SampleProgress()
         self._line = StatusLine(self.document)
-        self._dock = Dock(self.tr("Demonstrations"), self)
+        self._dock = Dock("Demonstrations", self)
         self.commands = bind(self, self._handlers())
         self._tabs = QTabWidget()
         self._tabs.setDocumentMode(True)
         self._tabs.tabBar().setDrawBase(False)
-        self._tabs.setAccessibleName(self.tr("Workspaces"))
-        self._tabs.tabBar().setAccessibleName(self.tr("Workspaces"))
+        self._tabs.setAccessibleName("Workspaces")
+        self._tabs.tabBar().setAccessibleName("Workspaces")
         switches = [self.commands[f"workspace_{name}"] for name in WORKSPACES]
         pages = (self.label, self.review, self.capture, self.tradeoff)
         for page, switch in zip(pages, switches, strict=True):
@@ -363,7 +363,7 @@ class Window(DockedWindow):
         parts += [project.path.name] if project is not None else []
         if self.capture.recording:
             stuck = self.capture.stuck
-            said = self.tr("'{0}' is not kept yet") if stuck else self.tr("recording '{0}'")
+            said = "'{0}' is not kept yet" if stuck else "recording '{0}'"
             parts.insert(0, said.format(self.capture.recording))
         self.setWindowTitle(self.capture.title(" · ".join([*parts, "forcelab"])))
 

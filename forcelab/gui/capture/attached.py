@@ -105,7 +105,7 @@ class Attached(QObject):
         if self.phase is not Phase.APART or project is None:
             return
         if not devices:
-            self.say(self.tr("Tick a device, or write one such as optoforce:/dev/ttyACM0."), True)
+            self.say("Tick a device, or write one such as optoforce:/dev/ttyACM0.", True)
             return
         self.unsay()
         self._path = project.path
@@ -128,7 +128,7 @@ class Attached(QObject):
         """Let all devices take their present readings for zero."""
         if self._recorder is not None and self.phase not in WORKING:
             self._recorder.zero()
-            self.say(self.tr("The present readings are zero now."))
+            self.say("The present readings are zero now.")
 
     def latest(self, seconds: float) -> tuple[Any, ...]:
         """The last seconds of each device, as of ``Recorder.latest``."""
@@ -152,7 +152,7 @@ class Attached(QObject):
 
     def say(self, sentence: str, trouble: bool = False) -> None:
         """Say a sentence on the page and in the status line."""
-        sentence = sentence.replace(LOOK, self.tr("press Look again"))
+        sentence = sentence.replace(LOOK, "press Look again")
         self.sentences.append((sentence, trouble))
         self.document.say(sentence, trouble)
         self.said.emit()

@@ -98,8 +98,8 @@ class DeviceRows(QListWidget):
         kind, _, rest = name.partition(":")
         short, _, options = name.partition("?")
         raw = kind == "optoforce" and "calibration=" not in options
-        uncalibrated = self.tr("not calibrated: raw counts") if raw else ""
-        denied = "" if usable else self.tr("not yours to open")
+        uncalibrated = "not calibrated: raw counts" if raw else ""
+        denied = "" if usable else "not yours to open"
         lines = [short, what, options, denied, uncalibrated]
         item = QListWidgetItem("\n".join(line for line in lines if line))
         item.setToolTip("\n".join([name, *filter(None, (what, denied, uncalibrated))]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtWidgets import QMessageBox, QWidget
 
 from forcelab.gui.elsewhere_line import ElsewhereLine
@@ -23,7 +22,7 @@ class RecordingLine(ElsewhereLine):
     def __init__(self) -> None:
         super().__init__()
         self._name, self._seconds, self._stuck = "", 0.0, False
-        self.setToolTip(self.tr("Show what is being recorded"))
+        self.setToolTip("Show what is being recorded")
         themes().changed.connect(self._colour)
         self._colour()
 
@@ -45,10 +44,11 @@ class RecordingLine(ElsewhereLine):
         if not self._name:
             return ""
         if self._stuck:
-            return self.tr("{dot} '{name}' is not kept yet").format(dot=DOT, name=self._name)
+            return f"{DOT} '{self._name}' is not kept yet"
         minutes, seconds = divmod(int(self._seconds), 60)
-        told = self.tr("{dot} Recording '{name}'  {time}")
-        return told.format(dot=DOT, name=self._name, time=f"{minutes}:{seconds:02d}")
+        return "{dot} Recording '{name}'  {time}".format(
+            dot=DOT, name=self._name, time=f"{minutes}:{seconds:02d}"
+        )
 
     def _colour(self) -> None:
         self.setStyleSheet(f"padding: 0 0.5em; color: {colours().trouble};")
@@ -68,21 +68,20 @@ def asks_to_leave(name: str, parent: QWidget, *, stuck: bool = False, in_memory:
     in_memory : str
         How much of it the disk refuses, such as ``"12 kB"``; empty where it takes all.
     """
-    translate = QCoreApplication.translate
     box = QMessageBox(parent)
     box.setIcon(QMessageBox.Icon.Question)
-    box.setWindowTitle(translate("forcelab", "Recording"))
+    box.setWindowTitle("Recording")
     unsure = stuck or bool(in_memory)
-    said = translate("forcelab", "'{0}' is being recorded.")
-    goes_on = translate("forcelab", "Go on recording")
+    said = "'{0}' is being recorded."
+    goes_on = "Go on recording"
     if stuck:
-        said = translate("forcelab", "'{0}' was recorded and could not be kept.")
-        goes_on = translate("forcelab", "Stay")
+        said = "'{0}' was recorded and could not be kept."
+        goes_on = "Stay"
     box.setText(said.format(name))
     box.setInformativeText(_what_becomes(unsure, in_memory))
-    closes = translate("forcelab", "Keep it and close")
+    closes = "Keep it and close"
     if unsure:
-        closes = translate("forcelab", "Try to keep it and close")
+        closes = "Try to keep it and close"
     stay = box.addButton(goes_on, QMessageBox.ButtonRole.RejectRole)
     leave = box.addButton(closes, QMessageBox.ButtonRole.AcceptRole)
     box.setDefaultButton(stay if unsure else leave)
@@ -94,19 +93,16 @@ def asks_to_leave(name: str, parent: QWidget, *, stuck: bool = False, in_memory:
 
 def _what_becomes(unsure: bool, in_memory: str) -> str:
     """What becomes of a recording if the window is closed."""
-    translate = QCoreApplication.translate
     if not unsure:
-        return translate("forcelab", "If the window is closed, the recording ends and is kept.")
-    told = translate(
-        "forcelab",
+        return "If the window is closed, the recording ends and is kept."
+    told = (
         "If the window is closed, it is tried to keep the recording. If that fails, what is on "
-        "the disk is offered the next time.",
+        "the disk is offered the next time."
     )
     if in_memory:
-        kept = translate(
-            "forcelab",
-            "{0} that the disk refuses are in memory: all of it is written elsewhere then, and you "
-            "are told where.",
+        told += (
+            f" {in_memory} that the disk refuses are in memory: all of it is written "
+            "elsewhere then, "
+            "and you are told where."
         )
-        told = f"{told} {kept.format(in_memory)}"
     return told

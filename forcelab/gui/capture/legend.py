@@ -43,9 +43,9 @@ class MarkLegend(QLabel):
         marking = [f"{a.key.upper()}{space}{a.name}" for a in self._session.vocabulary if a.key]
         self.setToolTip("\n".join(marking))
         shown = [self.fontMetrics().elidedText(f"{one}{space}·", NAMES, room) for one in marking]
-        how = [self.tr("hold a key, or tap to begin and tap to end")]
+        how = ["hold a key, or tap to begin and tap to end"]
         if forgets := keys().shown("cancel"):
-            how.append(self.tr("{0} forgets it").format(forgets))
-        told = self.tr("Mark: {0}. {1}").format("; ".join(how), " ".join(shown).rstrip(f"{space}·"))
+            how.append(f"{forgets} forgets it")
+        told = "Mark: {}. {}".format("; ".join(how), " ".join(shown).rstrip(f"{space}·"))
         self.setText(told if marking else "")
         self.setVisible(bool(marking))

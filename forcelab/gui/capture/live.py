@@ -47,7 +47,7 @@ class LiveView(QWidget):
         super().__init__()
         self._session = session
         self._scales: dict[tuple[int, int], Scale] = {}
-        self.setAccessibleName(self.tr("Live channels"))
+        self.setAccessibleName("Live channels")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         session.ticked.connect(self._ticked)
@@ -102,8 +102,8 @@ class LiveView(QWidget):
     def _invitation(self) -> str:
         """What stands where nothing is connected."""
         if self._session.phase is Phase.CONNECTING:
-            return self.tr("Connecting…")
-        return self.tr("Tick the devices at the left and connect them: what they measure is here.")
+            return "Connecting…"
+        return "Tick the devices at the left and connect them: what they measure is here."
 
     def _paint_centred(self, painter: QPainter, text: str, colour: str) -> None:
         painter.setPen(QColor(colour))

@@ -8,8 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.errors import InputError
 
 if TYPE_CHECKING:
@@ -124,12 +122,8 @@ class LiveTrack:
             figures = self._live.keep(path, kept)
         except Exception as error:  # noqa: BLE001 - as above
             return replace(kept, remarks=(*kept.remarks, _told(error)))
-        one = QCoreApplication.translate(
-            "forcelab", "Recognised by '{author}': 1 segment, {share:.0f} % labelled."
-        )
-        more = QCoreApplication.translate(
-            "forcelab", "Recognised by '{author}': {segments} segments, {share:.0f} % labelled."
-        )
+        one = "Recognised by '{author}': 1 segment, {share:.0f} % labelled."
+        more = "Recognised by '{author}': {segments} segments, {share:.0f} % labelled."
         told = (one if figures["segments"] == 1 else more).format(
             author=figures["author"],
             segments=figures["segments"],
@@ -143,9 +137,9 @@ def _told(error: Exception) -> str:
     if isinstance(error, InputError):
         return str(error)
     log.error("A live track is lost.", exc_info=error)
-    return QCoreApplication.translate(
-        "forcelab", "The recogniser failed ({fault}): the recording is kept without its track."
-    ).format(fault=f"{type(error).__name__}: {error}")
+    return "The recogniser failed ({fault}): the recording is kept without its track.".format(
+        fault=f"{type(error).__name__}: {error}"
+    )
 
 
 def _alike(one: LiveRecognition, other: LiveRecognition) -> bool:

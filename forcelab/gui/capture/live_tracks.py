@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from PySide6.QtCore import QCoreApplication, QRectF, Qt
+from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QBrush, QColor, QPainter
 
 from forcelab.gui.capture.session import Session
@@ -45,7 +45,7 @@ def paint_rows(painter: QPainter, session: Session, plot: QRectF, axis: Axis, no
     marked = session.marks.track(now, axis.start)
     box = QRectF(plot.left(), plot.bottom() + 1, plot.width(), ROW - 2)
     _paint(painter, session, box, axis, marked, ())
-    _name(painter, box, QCoreApplication.translate("forcelab", "Marks"))
+    _name(painter, box, "Marks")
     recognising = session.recognising
     if recognising.choice is None:
         return
@@ -64,7 +64,7 @@ def paint_rows(painter: QPainter, session: Session, plot: QRectF, axis: Axis, no
         if math.isnan(until) and seen:  # begun anew: what was said before stays
             until = seen[-1].end
         _paint_undecided(painter, box, axis, until)
-    _name(painter, box, QCoreApplication.translate("forcelab", "Predicted"))
+    _name(painter, box, "Predicted")
 
 
 def _paint(

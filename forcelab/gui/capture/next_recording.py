@@ -37,9 +37,9 @@ class NextRecording(QWidget):
         self.form = QFormLayout(self)
         self.form.setContentsMargins(0, 0, 0, 0)
         self.form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        self.form.addRow(self.tr("Task"), self.task)
-        self.form.addRow(self.tr("Name"), self.name)
-        self.form.addRow(self.tr("Countdown"), self.countdown)
+        self.form.addRow("Task", self.task)
+        self.form.addRow("Name", self.name)
+        self.form.addRow("Countdown", self.countdown)
         session.changed.connect(self.refresh)
         session.kept.connect(self.list_tasks)
         self._document.project_changed.connect(self._project_changed)
@@ -53,24 +53,22 @@ class NextRecording(QWidget):
         self.task = QComboBox()
         self.task.setEditable(True)
         self.task.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.task.setAccessibleName(self.tr("Task of the recordings"))
+        self.task.setAccessibleName("Task of the recordings")
         self.task.setSizeAdjustPolicy(
             QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon
         )
         edit = self.task.lineEdit()
         assert edit is not None
-        edit.setPlaceholderText(self.tr("such as LEGO"))
+        edit.setPlaceholderText("such as LEGO")
         edit.editingFinished.connect(self.take_task)
         self.task.activated.connect(self.take_task)
         self.name = QLineEdit()
-        self.name.setAccessibleName(
-            self.tr("Name of the next recording; empty for the next number")
-        )
+        self.name.setAccessibleName("Name of the next recording; empty for the next number")
         self.name.textEdited.connect(self._name_edited)
         self.countdown = QComboBox()
-        self.countdown.setAccessibleName(self.tr("Countdown before recording"))
+        self.countdown.setAccessibleName("Countdown before recording")
         for seconds in COUNTDOWNS:
-            text = self.tr("{0} s").format(seconds) if seconds else self.tr("none")
+            text = f"{seconds} s" if seconds else "none"
             self.countdown.addItem(text, seconds)
         self.countdown.currentIndexChanged.connect(self._countdown_chosen)
 

@@ -26,7 +26,7 @@ class CameraPicture(QWidget):
         self._image: QImage | None = None
         self._arrived = 0.0
         self._gone = False  # the camera gives no picture now
-        self.setAccessibleName(self.tr("Camera"))
+        self.setAccessibleName("Camera")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
         session.ticked.connect(self._look)
@@ -60,7 +60,7 @@ class CameraPicture(QWidget):
         painter.fillRect(self.rect(), veil)
         painter.setPen(QColor(colours().trouble))
         wrapped = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-        painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, self.tr("No picture comes"))
+        painter.drawText(self.rect().adjusted(6, 6, -6, -6), wrapped, "No picture comes")
 
     def _look(self) -> None:
         """Take the latest frame, if it is another one."""

@@ -36,10 +36,8 @@ class PresentAction(QWidget):
         self._session = session
         self._said = ""
         self.setToolTip(
-            self.tr(
-                "Large: the action of the latest label, as it is kept. Bars: how probable each "
-                "action is by itself, before the filters or the decoder decide."
-            )
+            "Large: the action of the latest label, as it is kept. Bars: how probable each "
+            "action is by itself, before the filters or the decoder decide."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.refresh()
@@ -89,17 +87,17 @@ class PresentAction(QWidget):
         if loaded.recogniser.actions[known.index(max(known))] == action:
             return ""
         if loaded.recogniser.settings.decodes:
-            return self.tr("as the decoder decides")
-        return self.tr("as the filters decide")
+            return "as the decoder decides"
+        return "as the filters decide"
 
     def _tell(self, action: str) -> None:
         """For those who do not see it."""
         if action != self._said or not self.accessibleName():
             self._said = action
-            self.setAccessibleName(self.tr("Present action: {0}").format(action or self._none()))
+            self.setAccessibleName(f"Present action: {action or self._none()}")
 
     def _none(self) -> str:
-        return self.tr("unlabelled")
+        return "unlabelled"
 
     def _paint_action(self, painter: QPainter, action: str, explained: str) -> None:
         box = QRectF(0, 1, LARGE - 16, self.height() - 2)

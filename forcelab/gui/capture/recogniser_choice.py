@@ -39,23 +39,22 @@ class RecogniserChoice:
     def __init__(self, session: Session, parent: QWidget) -> None:
         self._session, self._parent = session, parent
         self._offered: tuple[Choice, ...] = ()
-        tr = parent.tr
         self.which = NarrowList()
-        self.which.setAccessibleName(tr("Recogniser that labels what comes"))
+        self.which.setAccessibleName("Recogniser that labels what comes")
         self.which.activated.connect(self._chosen)
         self.latency = QSpinBox()
         self.latency.setRange(LATENCIES[0], LATENCIES[-1])
         self.latency.setSingleStep(STEP)
-        self.latency.setSuffix(tr(" ms"))
+        self.latency.setSuffix(" ms")
         self.latency.setValue(session.recognising.latency)
         self.latency.setKeyboardTracking(False)
-        self.latency.setAccessibleName(tr("Latency of the labels in milliseconds"))
+        self.latency.setAccessibleName("Latency of the labels in milliseconds")
         self.latency.setToolTip(
-            tr("How long a label waits for what follows its force: the longer, the surer")
+            "How long a label waits for what follows its force: the longer, the surer"
         )
         self.latency.valueChanged.connect(session.recognising.set_latency)
         self.nothing = QLabel(
-            tr("No recogniser is trained in this project; train one in Review, or choose a file."),
+            "No recogniser is trained in this project; train one in Review, or choose a file.",
             parent,  # alone it would be a window for a moment
         )
         self.nothing.setWordWrap(True)
@@ -67,13 +66,12 @@ class RecogniserChoice:
         """Offer what there is now."""
         recognising = self._session.recognising
         self._offered = recognising.choices()
-        tr = self._parent.tr
         self.which.clear()
-        self.which.addItem(tr("none"))
+        self.which.addItem("none")
         for choice in self._offered:
             self.which.addItem(choice.name)
             self.which.setItemData(self.which.count() - 1, choice.about or str(choice.path), TIP)
-        self.which.addItem(tr("From a file…"))
+        self.which.addItem("From a file…")
         chosen = recognising.choice
         paths = [one.path for one in self._offered]
         self.which.setCurrentIndex(0 if chosen is None else 1 + paths.index(chosen.path))
@@ -100,8 +98,7 @@ class RecogniserChoice:
 
     def _ask(self) -> None:
         """Let a file be chosen."""
-        tr = self._parent.tr
-        kinds = tr("Recognisers (*.skops)")
-        path = ask_file(self._parent, tr("Recogniser"), "recogniser", kinds)
+        kinds = "Recognisers (*.skops)"
+        path = ask_file(self._parent, "Recogniser", "recogniser", kinds)
         if path is not None:
             self._session.recognising.choose(Choice(path.stem, path))

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
@@ -45,7 +44,7 @@ class RecognitionPanel(QWidget):
         super().__init__()
         self._session = session
         self._told = -math.inf
-        self.setAccessibleName(self.tr("Live recognition"))
+        self.setAccessibleName("Live recognition")
         self.present = PresentAction(session)
         self.promise, self.figures = CalmLabel(), CalmLabel()
         column = QVBoxLayout(self)
@@ -69,7 +68,7 @@ class RecognitionPanel(QWidget):
         if trouble:
             _show(self.promise, trouble, colours().trouble)
         elif loaded is None:
-            _show(self.promise, self.tr("Reading the recogniser…"), colours().muted)
+            _show(self.promise, "Reading the recogniser…", colours().muted)
         else:
             _show(self.promise, promise_text(loaded), colours().muted)
         self._measure()
@@ -96,16 +95,13 @@ def promise_text(loaded: Loaded) -> str:
     ----------
     loaded : Loaded
     """
-    translate = QCoreApplication.translate
     promise = loaded.promise
     if not promise.scales:
         return _of_windows(promise)
     # The smallest scales ring for long, but so softly that nothing is left to be said of it.
     early = [one for one in promise.early if one.error >= LEAST]
     if not early:
-        sentence = translate(
-            "forcelab", "{ms:.0f} ms are enough for all {scales} scales of the wavelets."
-        )
+        sentence = "{ms:.0f} ms are enough for all {scales} scales of the wavelets."
         return sentence.format(ms=1000 * promise.latency, scales=promise.scales)
     shown = sorted(early, key=lambda one: -one.hertz)
     named = [f"{_hertz(one.hertz)} Hz ±{_percent(one.error)} %" for one in shown]
@@ -115,10 +111,7 @@ def promise_text(loaded: Loaded) -> str:
         mark = " … "
     else:
         mark = ", "
-    sentence = translate(
-        "forcelab",
-        "{early} of {scales} scales are estimated early, with an expected error: {named}.",
-    )
+    sentence = "{early} of {scales} scales are estimated early, with an expected error: {named}."
     return sentence.format(
         early=len(early),
         scales=promise.scales,
@@ -128,16 +121,13 @@ def promise_text(loaded: Loaded) -> str:
 
 def _of_windows(promise: Promise) -> str:
     """The same of a recogniser that looks at a stream in windows."""
-    translate = QCoreApplication.translate
-    sentence = translate(
-        "forcelab",
-        "Windows see {ahead:.0f} ms ahead, the decoder waits for {lag:.0f} ms more.",
-    ).format(ahead=1000 * promise.ahead, lag=1000 * promise.filters)
+    sentence = (
+        f"Windows see {1000 * promise.ahead:.0f} ms ahead, the decoder waits for "
+        f"{1000 * promise.filters:.0f} ms more."
+    )
     if promise.loss < 1.0:
         return sentence
-    cost = translate(
-        "forcelab", "So short a latency took {loss:.0f} points of accuracy on real recordings."
-    )
+    cost = "So short a latency took {loss:.0f} points of accuracy on real recordings."
     return f"{sentence} {cost.format(loss=promise.loss)}"
 
 
@@ -150,23 +140,19 @@ def measured(recognising: Recognising, now: float) -> str:
     now : float
         Seconds of the host's monotonic clock.
     """
-    translate = QCoreApplication.translate
     glimpse, delays = recognising.glimpse, recognising.delays
     if glimpse is None or math.isnan(glimpse.until):
         if recognising.loaded is None or recognising.trouble:
             return ""
-        return translate("forcelab", "Waiting for samples…")
+        return "Waiting for samples…"
     parts = []
     if delays:
         middle, most = np.percentile(delays, [50, 99])
-        sentence = translate(
-            "forcelab", "On the screen {middle:.0f} ms after the force (99 %: {most:.0f} ms)"
+        parts.append(
+            f"On the screen {1000 * middle:.0f} ms after the force (99 %: {1000 * most:.0f} ms)"
         )
-        parts.append(sentence.format(middle=1000 * middle, most=1000 * most))
-    lag = translate("forcelab", "now {lag:.0f} ms behind")
-    parts.append(lag.format(lag=max(0.0, 1000 * (now - glimpse.until))))
-    cost = translate("forcelab", "{cost:.0f} % of a core")
-    parts.append(cost.format(cost=100 * glimpse.cost))
+    parts.append(f"now {max(0.0, 1000 * (now - glimpse.until)):.0f} ms behind")
+    parts.append(f"{100 * glimpse.cost:.0f} % of a core")
     return " · ".join(parts)
 
 

@@ -46,5 +46,5 @@ class RecordedTime(QLabel):
             minutes, seconds = divmod(state.seconds, 60)
             text = f"{DOT} {int(minutes)}:{seconds:04.1f}"
         elif phase is Phase.READY:
-            text = self.tr("No device") if self._session.obstacle else self.tr("Ready")
+            text = "No device" if self._session.obstacle else "Ready"
         show_text(self, text)

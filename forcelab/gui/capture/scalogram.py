@@ -71,12 +71,10 @@ class LiveScalogramView(QWidget):
         self._tried: tuple[float, ...] = ()
         self._job: Job | None = None
         self._image: tuple[Strip, bool, QImage] | None = None
-        self.setAccessibleName(self.tr("Live scalogram"))
+        self.setAccessibleName("Live scalogram")
         self.setToolTip(
-            self.tr(
-                "Right of the line wavelets have not passed yet: what is seen there is estimated "
-                "0.1, 0.4 and 1.6 s after the force, each time better."
-            )
+            "Right of the line wavelets have not passed yet: what is seen there is estimated "
+            "0.1, 0.4 and 1.6 s after the force, each time better."
         )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.hide()
@@ -126,7 +124,7 @@ class LiveScalogramView(QWidget):
                 axis = live_axis(self._session.now, plot)
                 self._paint_picture(painter, plot, axis, strip)
                 self._paint_gutter(painter, plot, strip)
-            line = self._trouble or ("" if strip is not None else self.tr("Waiting for samples…"))
+            line = self._trouble or ("" if strip is not None else "Waiting for samples…")
             name = self.channel if not line else f"{self.channel}: {line}"
             corner = plot.topLeft() + QPointF(2, 2)
             drawing.plate(painter, corner, name, theme, plot, quiet=not self._trouble)
@@ -218,7 +216,7 @@ class LiveScalogramView(QWidget):
         painter.setPen(pen)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawPolyline(QPolygonF(edge))
-        said = self.tr("estimated")
+        said = "estimated"
         face = painter.fontMetrics()
         room = plot.right() - edge[-1].x()
         if room > face.horizontalAdvance(said) + 16:

@@ -22,7 +22,7 @@ class ScalogramChoice(NarrowList):
         super().__init__()
         self._session, self._view = session, view
         self._offered: tuple[str, ...] | None = None
-        self.setAccessibleName(self.tr("Channel of the live scalogram"))
+        self.setAccessibleName("Channel of the live scalogram")
         self.activated.connect(self._chosen)
         session.changed.connect(self._refresh)
         self._refresh()
@@ -41,7 +41,7 @@ class ScalogramChoice(NarrowList):
         if names != self._offered:
             self._offered = names
             self.clear()
-            self.addItem(self.tr("not shown"), "")
+            self.addItem("not shown", "")
             for name in names:
                 self.addItem(name, name)
         self.setCurrentIndex(self.findData(chosen))

@@ -116,7 +116,7 @@ class Session(Attached):
         """Record, after the countdown; or stop and keep what was recorded."""
         if self.phase is Phase.READY:
             if not (self.name or self.task):
-                self.say(self.tr("A recording needs a task; write one."), True)
+                self.say("A recording needs a task; write one.", True)
                 return
             if self.obstacle:
                 self.say(self.obstacle, True)
@@ -134,7 +134,7 @@ class Session(Attached):
             self.marks.end(time.monotonic())
             self._work(Phase.KEEPING, self._connection.stopping(), self._kept, self._not_ended)
         elif self.phase is Phase.APART:
-            self.say(self.tr("Connect the devices before recording."), True)
+            self.say("Connect the devices before recording.", True)
 
     def discard(self) -> None:
         """End what is recorded and keep nothing of it."""
@@ -150,10 +150,12 @@ class Session(Attached):
         """Discard what was kept last, once it was asked for twice."""
         kept, path, after = self.last.kept, self.last.path, self.phase
         if kept is None or path is None:
-            self.say(self.tr("Nothing is being recorded, and nothing was recorded just now."))
+            self.say("Nothing is being recorded, and nothing was recorded just now.")
         elif not self.last.asked_twice():
-            text = self.tr("'{name}' ({seconds:.1f} s) is discarded for good if you ask once more.")
-            self.say(text.format(name=kept.added.name, seconds=kept.seconds))
+            self.say(
+                f"'{kept.added.name}' ({kept.seconds:.1f} s) is discarded for good if you "
+                "ask once more."
+            )
         else:
             self._work(
                 Phase.DISCARDING,
@@ -178,7 +180,7 @@ class Session(Attached):
             return None
         action, since = grown
         self.mark(action, False, since)
-        self.say(self.tr("The mark '{0}' is forgotten.").format(action))
+        self.say(f"The mark '{action}' is forgotten.")
         return action
 
     def look_for_unfinished(self) -> None:
@@ -210,7 +212,7 @@ class Session(Attached):
         self.last.forget()
         self.marks = LiveMarks()
         self._to(Phase.RECORDING)
-        self.say(self.tr("Recording '{0}'.").format(name))
+        self.say(f"Recording '{name}'.")
         self._check_project()
 
     def _kept(self, kept: Kept) -> None:
@@ -219,18 +221,18 @@ class Session(Attached):
         self._to(Phase.READY)
         for remark in kept.remarks:
             self.say(remark)
-        self.say(_kept_text(self, kept))
+        self.say(_kept_text(kept))
         self._reread()
 
     def _discarded(self, _: None) -> None:
         self.marks = LiveMarks()
         self._to(Phase.READY)
-        self.say(self.tr("Discarded; nothing of it is kept."))
+        self.say("Discarded; nothing of it is kept.")
         self._check_project()
 
     def _discarded_last(self, name: str) -> None:
         self.last.forget()
-        self.say(self.tr("'{0}' is discarded; nothing of it is kept.").format(name))
+        self.say(f"'{name}' is discarded; nothing of it is kept.")
         self._reread()
 
     def _left(self, left: Left) -> None:
@@ -243,7 +245,7 @@ class Session(Attached):
             self.last.take(kept, self._path)
             for remark in kept.remarks:
                 self.say(remark)
-            self.say(_kept_text(self, kept))
+            self.say(_kept_text(kept))
         self._reread()
 
     def _recovered(self, found: tuple[Recovered, ...]) -> None:
@@ -251,7 +253,7 @@ class Session(Attached):
             if one.kept is None:
                 self.say(one.trouble, not one.removed)
             else:
-                self.say(_kept_text(self, one.kept))
+                self.say(_kept_text(one.kept))
         self._reread()
         self.look_for_unfinished()
 
@@ -277,8 +279,9 @@ class Session(Attached):
         said = super()._told(error)
         if self.phase is not Phase.STUCK:
             return said
-        text = self.tr("{trouble} '{name}' is not lost: mend that and press {key} once more.")
-        return text.format(trouble=said, name=self._recorded, key=keys().shown("record"))
+        return "{trouble} '{name}' is not lost: mend that and press {key} once more.".format(
+            trouble=said, name=self._recorded, key=keys().shown("record")
+        )
 
     def _count(self) -> None:
         """A second of the countdown has passed."""
@@ -297,7 +300,6 @@ class Session(Attached):
         super()._check_project()
 
 
-def _kept_text(session: Session, kept: Kept) -> str:
+def _kept_text(kept: Kept) -> str:
     """What became of a recording, in a sentence."""
-    text = session.tr("'{name}' is kept: {seconds:.1f} s, {samples} samples.")
-    return text.format(name=kept.added.name, seconds=kept.seconds, samples=thousands(kept.samples))
+    return f"'{kept.added.name}' is kept: {kept.seconds:.1f} s, {thousands(kept.samples)} samples."

@@ -55,24 +55,22 @@ class Sources(QWidget):
         self._first = True  # nobody has looked yet
         self._choosing = True
         self.rows = DeviceRows()
-        self.rows.setAccessibleName(self.tr("Devices and cameras"))
-        self.refresh_button = QPushButton(self.tr("Look again"))
-        self.refresh_button.setAccessibleName(self.tr("Look again what is plugged in"))
+        self.rows.setAccessibleName("Devices and cameras")
+        self.refresh_button = QPushButton("Look again")
+        self.refresh_button.setAccessibleName("Look again what is plugged in")
         self.refresh_button.clicked.connect(self.look)
         self.entry = QLineEdit()
-        self.entry.setPlaceholderText(self.tr("optoforce:PORT?calibration=FILE"))
+        self.entry.setPlaceholderText("optoforce:PORT?calibration=FILE")
         self.entry.setToolTip(
-            self.tr(
-                "A device by its name: optoforce:PORT, text:PORT or encoder:PORT with options "
-                "behind a question mark; or camera:NUMBER. Return adds it."
-            )
+            "A device by its name: optoforce:PORT, text:PORT or encoder:PORT with options "
+            "behind a question mark; or camera:NUMBER. Return adds it."
         )
-        self.entry.setAccessibleName(self.tr("Add a device by its name"))
+        self.entry.setAccessibleName("Add a device by its name")
         self.entry.returnPressed.connect(self._enter)
-        self.calibration_button = QPushButton(self.tr("Calibration…"))
-        self.calibration_button.setAccessibleName(self.tr("Choose the device's calibration file"))
+        self.calibration_button = QPushButton("Calibration…")
+        self.calibration_button.setAccessibleName("Choose the device's calibration file")
         self.calibration_button.setToolTip(
-            self.tr("A file that makes newtons of the counts of the chosen OptoForce DAQ")
+            "A file that makes newtons of the counts of the chosen OptoForce DAQ"
         )
         self.calibration_button.clicked.connect(self._ask_calibration)
         self.rows.currentItemChanged.connect(self._tell)
@@ -80,13 +78,11 @@ class Sources(QWidget):
         self.rows.customContextMenuRequested.connect(self._offer)
         self.rows.delete_pressed.connect(self._remove)
         self.nothing = QLabel(
-            self.tr(
-                "Nothing was found; plug a device in, or add one below. Without any, 'forcelab "
-                "replay' on the command line plays a demonstration as one; add the name it prints."
-            )
+            "Nothing was found; plug a device in, or add one below. Without any, 'forcelab "
+            "replay' on the command line plays a demonstration as one; add the name it prints."
         )
         self.nothing.setWordWrap(True)
-        heading = QLabel(self.tr("Devices"))
+        heading = QLabel("Devices")
         stress(heading)
         top = QHBoxLayout()
         top.addWidget(heading, 1)
@@ -184,8 +180,8 @@ class Sources(QWidget):
         if item is None or not counts(item):
             return
         name = self.rows.said(item)
-        kinds = self.tr("Calibration files (*.toml)")
-        file = ask_file(self, self.tr("Calibration file"), "calibration", kinds)
+        kinds = "Calibration files (*.toml)"
+        file = ask_file(self, "Calibration file", "calibration", kinds)
         if file is not None:
             self._rename(name, calibrated_by(name, file))
 
@@ -221,12 +217,12 @@ class Sources(QWidget):
 
         menu, item = QMenu(self), self.rows.currentItem()
         if item is not None and counts(item):
-            menu.addAction(self.tr("Calibration file…"), self._ask_calibration)
+            menu.addAction("Calibration file…", self._ask_calibration)
             name = self.rows.said(item)
             plain = calibrated_by(name, None)
-            bare = menu.addAction(self.tr("No calibration"), lambda: self._rename(name, plain))
+            bare = menu.addAction("No calibration", lambda: self._rename(name, plain))
             bare.setEnabled(plain != name)
-        remove = menu.addAction(self.tr("Remove"), self._remove)
+        remove = menu.addAction("Remove", self._remove)
         remove.setShortcut(QKeySequence(QKeySequence.StandardKey.Delete))
         remove.setEnabled(item is not None and found_as(item) is None)
         return menu
@@ -238,8 +234,9 @@ class Sources(QWidget):
             return
         name = self.rows.said(item)
         if found_as(item) is not None:
-            text = self.tr("{0} is plugged in; untick it to leave it out.")
-            self._session.say(text.format(name.partition("?")[0]))
+            self._session.say(
+                "{} is plugged in; untick it to leave it out.".format(name.partition("?")[0])
+            )
             return
         self.rows.takeItem(self.rows.row(item))
         for key in (BY_HAND, TICKED):

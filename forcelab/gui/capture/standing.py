@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette, QResizeEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
@@ -34,7 +34,7 @@ class Standing(QWidget):
     def __init__(self, session: Session) -> None:
         super().__init__()
         self._session = session
-        self.setAccessibleName(self.tr("Devices and alarms"))
+        self.setAccessibleName("Devices and alarms")
         self.alarms, self.facts, self.sentences = CalmLabel(), CalmLabel(), _Sentences()
         column = QVBoxLayout(self)
         column.setContentsMargins(8, 4, 8, 4)
@@ -112,15 +112,14 @@ def alarms_of(state: RecorderState) -> list[str]:
     ----------
     state : RecorderState
     """
-    translate = QCoreApplication.translate
     words = {
-        "unplugged": translate("forcelab", "{0} is unplugged; plug it in again."),
-        "stalled": translate("forcelab", "{0} sends nothing; look at its cable."),
-        "saturation": translate("forcelab", "{0} is saturated: the force is beyond its range."),
-        "lost samples": translate("forcelab", "{0} loses samples; they are gaps."),
-        "drift": translate("forcelab", "{0}: its clock and the computer's do not fit."),
-        "no picture": translate("forcelab", "{0} gives no picture; look at its cable."),
-        "not written": translate("forcelab", "{0}: its frames cannot be written to the disk."),
+        "unplugged": "{0} is unplugged; plug it in again.",
+        "stalled": "{0} sends nothing; look at its cable.",
+        "saturation": "{0} is saturated: the force is beyond its range.",
+        "lost samples": "{0} loses samples; they are gaps.",
+        "drift": "{0}: its clock and the computer's do not fit.",
+        "no picture": "{0} gives no picture; look at its cable.",
+        "not written": "{0}: its frames cannot be written to the disk.",
     }
     ones = [(device.name, device.alarms) for device in state.devices]
     ones += [(camera.name, camera.alarms) for camera in state.cameras]
@@ -130,7 +129,7 @@ def alarms_of(state: RecorderState) -> list[str]:
         for alarm in alarms
         if alarm != "zero"
     ]
-    cure = translate("forcelab", "disconnect it and choose its calibration file")
+    cure = "disconnect it and choose its calibration file"
     found += [
         "\N{WARNING SIGN} " + uncalibrated(_short(device.name), cure)
         for device in state.devices
@@ -138,19 +137,20 @@ def alarms_of(state: RecorderState) -> list[str]:
     ]
     found += [_wandered(device, state.recording) for device in state.devices if device.wandered]
     if state.in_memory:
-        text = translate("forcelab", "The disk refuses {0}; it is kept in memory.")
-        found.append("\N{WARNING SIGN} " + text.format(amount(state.in_memory)))
+        found.append(
+            "\N{WARNING SIGN} "
+            + f"The disk refuses {amount(state.in_memory)}; it is kept in memory."
+        )
     return found
 
 
 def _wandered(device: DeviceState, recording: bool) -> str:
     """What is said of a zero that wanders; in a recording zeroing would make a step."""
-    translate = QCoreApplication.translate
-    cure = translate("forcelab", "let go of everything and press Zero")
+    cure = "let go of everything and press Zero"
     if recording:
-        cure = translate("forcelab", "press Zero before the next recording")
+        cure = "press Zero before the next recording"
     parts = [f"{channel.name} {by:+.2g} {channel.unit}" for channel, by in device.wandered]
-    text = translate("forcelab", "{0}: its zero has wandered ({1}); {2}.")
+    text = "{0}: its zero has wandered ({1}); {2}."
     wandered = ", ".join(parts).replace("-", "\N{MINUS SIGN}")
     return "\N{WARNING SIGN} " + text.format(_short(device.name), wandered, cure)
 
@@ -162,15 +162,13 @@ def _facts(state: RecorderState) -> list[str]:
 
 def _device(device: DeviceState) -> str:
     """Rate, samples and clock."""
-    translate = QCoreApplication.translate
     parts = [_short(device.name)]
     if device.rate > 0:
         parts.append(f"{device.rate:.1f} Hz")
-    counts = translate("forcelab", "{samples} samples, {lost} lost")
-    parts.append(counts.format(samples=thousands(device.samples), lost=thousands(device.lost)))
+    parts.append(f"{thousands(device.samples)} samples, {thousands(device.lost)} lost")
     if math.isfinite(device.residual):
         # Its offset says nothing but when it was switched on; the rate says how fast it changes.
-        text = translate("forcelab", "clock {ppm:+d} ppm ±{ms:.2f} ms")
+        text = "clock {ppm:+d} ppm ±{ms:.2f} ms"
         ppm = round(1e6 * (device.clock_rate - 1)) if math.isfinite(device.clock_rate) else 0
         told = text.format(ppm=ppm, ms=1000 * device.residual)
         parts.append(told.replace("-", "\N{MINUS SIGN}"))
@@ -179,8 +177,7 @@ def _device(device: DeviceState) -> str:
 
 def _camera(camera: CameraState) -> str:
     """Rate and frames."""
-    text = QCoreApplication.translate("forcelab", "{frames} frames, {dropped} dropped")
-    counts = text.format(frames=thousands(camera.frames), dropped=thousands(camera.dropped))
+    counts = f"{thousands(camera.frames)} frames, {thousands(camera.dropped)} dropped"
     return " · ".join([camera.name, f"{camera.rate:.1f} Hz", counts])
 
 

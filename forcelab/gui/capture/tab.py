@@ -107,7 +107,7 @@ class CaptureTab(QWidget):
         if trouble:
             logging.getLogger("forcelab").error(trouble)
             if self._asked:  # somebody is there; where a signal ends it all, the log has to do
-                QMessageBox.warning(self.window(), self.tr("Recording"), trouble)
+                QMessageBox.warning(self.window(), "Recording", trouble)
 
     def handlers(self) -> dict[str, Callable[[], object]]:
         """What the commands of capturing do, by their id in the table."""
@@ -141,22 +141,22 @@ class CaptureTab(QWidget):
         from forcelab.capture.unfinished import unfinished
 
         if count := len(unfinished(project.path)):
-            text = self.tr(
-                "Recordings that a crash ended: {0}; the Capture workspace recovers them."
+            self.document.say(
+                f"Recordings that a crash ended: {count}; the Capture workspace recovers them.",
+                True,
             )
-            self.document.say(text.format(count), True)
 
     def _record(self) -> None:
         """Record or stop, whichever workspace is in front."""
         if self._built is None:
-            self.document.say(self.tr("Connect devices in the Capture workspace first."), True)
+            self.document.say("Connect devices in the Capture workspace first.", True)
         else:
             self._built.record()
 
     def _discard(self) -> None:
         """Discard what is being recorded."""
         if self._built is None:
-            self.document.say(self.tr("Nothing is being recorded."))
+            self.document.say("Nothing is being recorded.")
         else:
             self._built.session.discard()
 
@@ -164,7 +164,7 @@ class CaptureTab(QWidget):
         """Open the recording that was kept last, to be looked at."""
         kept = None if self._built is None else self._built.session.last.kept
         if kept is None:
-            self.document.say(self.tr("Nothing was recorded just now."))
+            self.document.say("Nothing was recorded just now.")
         else:
             self.document.open_demonstration(kept.added.id)
             self.label_wanted.emit()

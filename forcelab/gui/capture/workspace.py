@@ -116,9 +116,9 @@ class CaptureWorkspace(QWidget):
         """What can be pressed."""
         self.connect_button = QPushButton()
         self.connect_button.clicked.connect(self._connect_or_not)
-        self.zero_button = QPushButton(self.tr("Zero"))
-        self.zero_button.setToolTip(self.tr("Take the present readings of all devices for zero"))
-        self.zero_button.setAccessibleName(self.tr("Zero all devices"))
+        self.zero_button = QPushButton("Zero")
+        self.zero_button.setToolTip("Take the present readings of all devices for zero")
+        self.zero_button.setAccessibleName("Zero all devices")
         self.zero_button.clicked.connect(self.session.zero)
         self.record_button = QPushButton()
         self.record_button.clicked.connect(self.record)
@@ -147,10 +147,10 @@ class CaptureWorkspace(QWidget):
     def _left_side(self) -> QWidget:
         """Devices, their picture, and what to record."""
         form = self.fields.form
-        form.addRow(self.tr("Recogniser"), self.recogniser.which)
+        form.addRow("Recogniser", self.recogniser.which)
         form.addRow(self.recogniser.nothing)
-        form.addRow(self.tr("Latency"), self.recogniser.latency)
-        form.addRow(self.tr("Scalogram"), self.scalogram_channel)
+        form.addRow("Latency", self.recogniser.latency)
+        form.addRow("Scalogram", self.scalogram_channel)
         guard_from_wheel(
             self.fields.task,
             self.fields.countdown,
@@ -245,32 +245,32 @@ class CaptureWorkspace(QWidget):
         apart = phase is Phase.APART
         if phase is not Phase.RECORDING:
             self.held.forget_begun()
-        text = self.tr("Connect") if apart else self.tr("Disconnect")
+        text = "Connect" if apart else "Disconnect"
         under_way = {
-            Phase.CONNECTING: self.tr("Connecting…"),
-            Phase.LEAVING: self.tr("Disconnecting…"),
+            Phase.CONNECTING: "Connecting…",
+            Phase.LEAVING: "Disconnecting…",
         }
         _say_on(self.connect_button, under_way.get(phase, text))
         allow(self.connect_button, self._obstacle_to_connect(phase))
         self.sources.set_open(apart)
         zeroing = phase in (Phase.READY, Phase.COUNTING)
-        allow(self.zero_button, "" if zeroing else self.tr("Connect devices before zeroing them."))
+        allow(self.zero_button, "" if zeroing else "Connect devices before zeroing them.")
         words = {
-            Phase.COUNTING: self.tr("Do not record"),
-            Phase.STARTING: self.tr("Starting…"),
-            Phase.RECORDING: self.tr("Stop and keep"),
-            Phase.KEEPING: self.tr("Keeping…"),
-            Phase.DISCARDING: self.tr("Discarding…"),
-            Phase.RECOVERING: self.tr("Recovering…"),
-            Phase.STUCK: self.tr("Try to keep it again"),
+            Phase.COUNTING: "Do not record",
+            Phase.STARTING: "Starting…",
+            Phase.RECORDING: "Stop and keep",
+            Phase.KEEPING: "Keeping…",
+            Phase.DISCARDING: "Discarding…",
+            Phase.RECOVERING: "Recovering…",
+            Phase.STUCK: "Try to keep it again",
         }
-        _say_on(self.record_button, words.get(phase, self.tr("Record")), keys().shown("record"))
+        _say_on(self.record_button, words.get(phase, "Record"), keys().shown("record"))
         self._show_whether_recording_can_begin()
         self._show_discard()
         left = session.left_behind
-        _say_on(self.recover_button, self.tr("Recover unfinished recordings: {0}").format(left))
+        _say_on(self.recover_button, f"Recover unfinished recordings: {left}")
         self.recover_button.setToolTip(
-            self.tr("Make demonstrations of recordings that a crash or a power cut ended")
+            "Make demonstrations of recordings that a crash or a power cut ended"
         )
         self.recover_button.setVisible(left > 0)
         self.recover_button.setEnabled(phase in (Phase.APART, Phase.READY))
@@ -278,34 +278,34 @@ class CaptureWorkspace(QWidget):
     def _obstacle_to_connect(self, phase: Phase) -> str:
         """Why devices cannot be connected or disconnected now; empty where they can."""
         if self.document.project is None:
-            return self.tr("Open or make a project first; recordings go into it.")
+            return "Open or make a project first; recordings go into it."
         if phase is Phase.STUCK:
-            return self.tr("Keep or discard the last recording first.")
-        return self.tr("Wait until this is done.") if phase in WORKING else ""
+            return "Keep or discard the last recording first."
+        return "Wait until this is done." if phase in WORKING else ""
 
     def _show_whether_recording_can_begin(self) -> None:
         """Devices may be unplugged and plugged in again at any moment."""
         session, obstacle = self.session, self.session.obstacle
         can = session.phase not in WORKING and session.phase is not Phase.APART and not obstacle
         if self.record_button.isEnabled() != can or self.record_button.toolTip() != obstacle:
-            reason = obstacle or self.tr("Connect devices before recording.")
+            reason = obstacle or "Connect devices before recording."
             if session.phase in WORKING:
-                reason = self.tr("Wait until this is done.")
+                reason = "Wait until this is done."
             allow(self.record_button, "" if can else reason)
             self.record_button.setToolTip(obstacle)
 
     def _show_discard(self) -> None:
         """What would be discarded: what is recorded, or what was kept last."""
-        session, text = self.session, self.tr("Discard")
+        session, text = self.session, "Discard"
         can = session.phase in (Phase.COUNTING, Phase.RECORDING, Phase.STUCK)
         kept = session.last.kept
         if kept is not None and session.phase in (Phase.READY, Phase.APART):
             can = True
             name = self.fontMetrics().elidedText(kept.added.name, NAMES, SIDE // 3)
-            words = self.tr("Discard '{0}'"), self.tr("Really discard '{0}'")
+            words = "Discard '{0}'", "Really discard '{0}'"
             text = words[session.last.asked].format(name)
         _say_on(self.discard_button, text, keys().shown("discard_recording"))
-        allow(self.discard_button, "" if can else self.tr("There is no recording to discard."))
+        allow(self.discard_button, "" if can else "There is no recording to discard.")
 
 
 def _say_on(button: QPushButton, text: str, key: str = "") -> None:

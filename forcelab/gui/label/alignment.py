@@ -35,7 +35,7 @@ class AlignmentPlot(QWidget):
         self._clock = ClockMap()
         self._taps: tuple[float, ...] = ()
         self._note = ""
-        self.setAccessibleName(self.tr("Motion of the video and change of the force"))
+        self.setAccessibleName("Motion of the video and change of the force")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         document.cursor_moved.connect(self._repaint)
         themes().changed.connect(self._repaint)
@@ -124,9 +124,9 @@ class AlignmentPlot(QWidget):
         painter.restore()
         left = box.left() + 2.0
         for name, colour in (
-            (self.tr("up: motion in the video"), c.curves[0]),
-            (self.tr("down: change of the force"), c.curves[1]),
-            (self.tr("dashed: taps"), c.hint),
+            ("up: motion in the video", c.curves[0]),
+            ("down: change of the force", c.curves[1]),
+            ("dashed: taps", c.hint),
         ):
             left = self._paint_name(painter, left, name, colour)
 
@@ -147,7 +147,7 @@ class AlignmentPlot(QWidget):
             x = axis.at(time)
             painter.setPen(QPen(QColor(c.grid), 1))
             painter.drawLine(QLineF(x, box.top(), x, box.bottom()))
-            label = self.tr("{0} s").format(number)
+            label = f"{number} s"
             half = text.width(label, face) / 2  # at the ends they move inwards, not to be cut
             x = min(max(x, half), self.width() - half)
             text.put(painter, x, y, label, face=face, ink=QColor(c.muted), align=0.5)

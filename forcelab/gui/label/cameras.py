@@ -60,9 +60,9 @@ class Cameras(QObject):
         """Look through the next camera, after the last one through the first."""
         if self.all:
             self.show((self.shown + 1) % len(self.all))
-            self._document.say(self.tr("Camera: {0}").format(self.all[self.shown].name))
+            self._document.say(f"Camera: {self.all[self.shown].name}")
         else:
-            self._document.say(self.tr("No other camera filmed this demonstration."))
+            self._document.say("No other camera filmed this demonstration.")
 
     def _look(self) -> None:
         """Ask which cameras there are; the same one stays while the demonstration does."""
@@ -86,7 +86,7 @@ class CameraChoice(QComboBox):
     def __init__(self, cameras: Cameras, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self._cameras = cameras
-        self.setAccessibleName(self.tr("Camera"))
+        self.setAccessibleName("Camera")
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)  # a click leaves the keyboard where it is
         self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.activated.connect(cameras.show)

@@ -57,7 +57,7 @@ class ForcePanel(TimePanel):
 
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__(document)
-        self.setAccessibleName(self.tr("Forces"))
+        self.setAccessibleName("Forces")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMinimumHeight(80)
         self.source = ForceChannels(document, jobs, self)
@@ -76,10 +76,10 @@ class ForcePanel(TimePanel):
                 lambda shown, name=name: self.source.set_shown(name, shown)
             )
         menu.addSeparator()
-        menu.addAction(self.tr("Show all channels")).triggered.connect(self.source.show_all)
-        entry = self._entry(menu, self.tr("One axis for each unit"), self.source.overlaid)
+        menu.addAction("Show all channels").triggered.connect(self.source.show_all)
+        entry = self._entry(menu, "One axis for each unit", self.source.overlaid)
         entry.toggled.connect(self.source.set_overlaid)
-        entry = self._entry(menu, self.tr("Scale to what is visible"), self.source.autoscale)
+        entry = self._entry(menu, "Scale to what is visible", self.source.autoscale)
         entry.toggled.connect(self.source.set_autoscale)
         return menu
 
@@ -108,7 +108,7 @@ class ForcePanel(TimePanel):
         if not strips:
             self._axes = ()
             face = text.font(12)
-            sentence = self.tr("Every channel is hidden; the menu of this panel shows them again.")
+            sentence = "Every channel is hidden; the menu of this panel shows them again."
             sentence = text.elided(sentence, face, plot.width() - 16)
             at = plot.center()
             ink = QColor(now.muted)
@@ -193,7 +193,7 @@ class ForcePanel(TimePanel):
 
     def _sensor(self, group: str) -> str:
         """What a group is called."""
-        return self.tr("sensor {0}").format(group) if group.isdigit() else group
+        return f"sensor {group}" if group.isdigit() else group
 
     def _span(self, names: list[str], found: dict[str, Extremes]) -> tuple[float, float] | None:
         """The least and the greatest value that an axis has to hold."""
@@ -232,16 +232,16 @@ class ForcePanel(TimePanel):
         notes = []
         if wild:
             one, many = (
-                self.tr("1 sample is a glitch, beyond all axes"),
-                self.tr("{0} samples are glitches, beyond all axes"),
+                "1 sample is a glitch, beyond all axes",
+                "{0} samples are glitches, beyond all axes",
             )
             notes.append(one if wild == 1 else many.format(thousands(wild)))
         if columns.pyramid and self.source.read < 1.0:
             share = f"{100 * self.source.read:.0f}"
-            notes.append(self.tr("reading the channels: {0} %").format(share))
+            notes.append(f"reading the channels: {share} %")
         if columns.dense:
             count = f"{columns.crowd:.0f}"
-            notes.append(self.tr("min/max of {0} samples a pixel").format(count))
+            notes.append(f"min/max of {count} samples a pixel")
         self._noted_left = self._notes_left
         paint_notes(painter, plot, notes, now, at_left=self._noted_left)
 

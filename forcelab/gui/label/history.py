@@ -39,15 +39,15 @@ class HistoryView(SideList):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
-        self.setAccessibleName(self.tr("History"))
+        self.setAccessibleName("History")
         self.model = HistoryModel(document, self)
         self.list = RowList(self.model)
         self.list.setItemDelegate(_Delegate(self.model, self.list))
-        self.list.setAccessibleName(self.tr("Edits of your track, newest first"))
+        self.list.setAccessibleName("Edits of your track, newest first")
         self.list.doubleClicked.connect(self._chosen)
         self.list.opened.connect(self._chosen)
-        self.undo = self._button("undo", self.tr("Undo"), document.undo)
-        self.redo = self._button("redo", self.tr("Redo"), document.redo)
+        self.undo = self._button("undo", "Undo", document.undo)
+        self.redo = self._button("redo", "Redo", document.redo)
         self._reach = QLabel()
         self._reach.setForegroundRole(QPalette.ColorRole.PlaceholderText)
         self._pages = PageOrNote(self.list)
@@ -80,8 +80,10 @@ class HistoryView(SideList):
         if not 0 <= row < len(self.model.rows):
             return
         if self.model.standing(row) == Standing.ABANDONED:
-            text = self.tr("'{0}' was undone before a later edit, so redo cannot bring it back.")
-            self.document.say(text.format(self.model.rows[row].what))
+            self.document.say(
+                f"'{self.model.rows[row].what}' was undone before a later edit, so redo "
+                "cannot bring it back."
+            )
             return
         steps = self.model.steps_to(row)
         document, farther = self.document, []
@@ -118,17 +120,17 @@ class HistoryView(SideList):
     def _show_reach(self) -> None:
         """Say what undo and redo would do."""
         rows = range(len(self.model.rows))
-        nothing = self.tr("Nothing was edited here yet. Every edit can be undone.")
+        nothing = "Nothing was edited here yet. Every edit can be undone."
         self._pages.say("" if rows else nothing)
         done = next((row for row in rows if self.model.standing(row) == Standing.DONE), None)
         undone = [row for row in rows if self.model.standing(row) == Standing.UNDONE]
         self.undo.setEnabled(done is not None or self.model.canFetchMore(QModelIndex()))
         self.redo.setEnabled(bool(undone))
-        undo, redo = self.tr("Undo"), self.tr("Redo")
+        undo, redo = "Undo", "Redo"
         self.undo.setToolTip(undo if done is None else f"{undo}: {self.model.rows[done].what}")
         self.redo.setToolTip(f"{redo}: {self.model.rows[undone[-1]].what}" if undone else redo)
         count = len(undone)
-        self._reach.setText(self.tr("{0} undone").format(count) if count else "")
+        self._reach.setText(f"{count} undone" if count else "")
 
     def _button(self, name: str, text: str, verb: Callable[[], object]) -> QToolButton:
         """A button with an icon."""

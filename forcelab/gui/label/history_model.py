@@ -7,14 +7,12 @@ from datetime import date, datetime
 from enum import Enum
 from typing import Any
 
-from PySide6.QtCore import QAbstractListModel, QCoreApplication, QObject, Qt
+from PySide6.QtCore import QAbstractListModel, QObject, Qt
 
 from forcelab.errors import ForcelabError
 from forcelab.gui.document import Document
 from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.project import Edit
-
-translate = QCoreApplication.translate
 
 __all__ = ["HistoryModel", "Standing", "clock", "standings"]
 
@@ -201,8 +199,6 @@ def _fate(standing: Standing) -> str:
     """What has become of an edit, in words."""
     return {
         Standing.DONE: "",
-        Standing.UNDONE: translate("forcelab", "undone; redo brings it back"),
-        Standing.ABANDONED: translate(
-            "forcelab", "undone, and something else was edited after that"
-        ),
+        Standing.UNDONE: "undone; redo brings it back",
+        Standing.ABANDONED: "undone, and something else was edited after that",
     }[standing]

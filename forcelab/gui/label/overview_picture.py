@@ -52,7 +52,7 @@ class OverviewPicture(QWidget):
         self._curves, self._whole = Kept(), Kept()
         #: The span that is being chosen.
         self._band: tuple[float, float] | None = None
-        self.setAccessibleName(self.tr("Overview of the whole demonstration"))
+        self.setAccessibleName("Overview of the whole demonstration")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
         # Every pixel is painted here; what lies below need not be.
@@ -140,8 +140,8 @@ class OverviewPicture(QWidget):
             face = text.font(10)
             length = f"{high - low:.1f}"
             short = high - low <= LONGEST_IN_SECONDS
-            length = self.tr("{0} s").format(length) if short else clock_time(high - low)
-            lines = (self.tr("whole"), length)
+            length = f"{length} s" if short else clock_time(high - low)
+            lines = ("whole", length)
             for y, line in zip((HEIGHT / 2 - 11, HEIGHT / 2 + 3), lines, strict=True):
                 text.put(painter, 6.0, y, line, face=face, ink=QColor(now.muted))
         painter.setPen(QPen(QColor(now.panel_edge), 1))

@@ -269,11 +269,11 @@ class PictureView(QWidget):
         """What can be done with the picture."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        copy = menu.addAction(self.tr("Copy frame"), self.copy_frame)
+        copy = menu.addAction("Copy frame", self.copy_frame)
         menu.addSeparator()
-        closer = menu.addAction(self.tr("Zoom in"), lambda: self.zoom_by(NOTCH**2))
-        away = menu.addAction(self.tr("Zoom out"), lambda: self.zoom_by(NOTCH**-2))
-        fit = menu.addAction(self.tr("Fit"), self.fit)
+        closer = menu.addAction("Zoom in", lambda: self.zoom_by(NOTCH**2))
+        away = menu.addAction("Zoom out", lambda: self.zoom_by(NOTCH**-2))
+        fit = menu.addAction("Fit", self.fit)
         for action in (copy, closer):
             action.setEnabled(self._image is not None)
         for action in (away, fit):

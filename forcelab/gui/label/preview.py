@@ -44,19 +44,19 @@ class VideoPreview(QWidget):
         self._wanted = 0.0
         self._film, self._name = Path(), ""
         self.frames = Frames(self)
-        self.picture = _Picture(self.tr("Opening the video…"))
-        self.picture.setAccessibleName(self.tr("Frame of the video"))
+        self.picture = _Picture("Opening the video…")
+        self.picture.setAccessibleName("Frame of the video")
         self.slider = QSlider(Qt.Orientation.Horizontal)
-        self.slider.setAccessibleName(self.tr("Frame"))
+        self.slider.setAccessibleName("Frame")
         self.spin = QDoubleSpinBox()
         self.spin.setDecimals(3)
         self.spin.setSuffix(" s")
         self.spin.setKeyboardTracking(False)
-        self.spin.setAccessibleName(self.tr("Time on the video's own clock"))
+        self.spin.setAccessibleName("Time on the video's own clock")
         self.back, self.on = QToolButton(), QToolButton()
         for button, arrow, name, step in (
-            (self.back, Qt.ArrowType.LeftArrow, self.tr("Frame before"), -1),
-            (self.on, Qt.ArrowType.RightArrow, self.tr("Next frame"), 1),
+            (self.back, Qt.ArrowType.LeftArrow, "Frame before", -1),
+            (self.on, Qt.ArrowType.RightArrow, "Next frame", 1),
         ):
             button.setArrowType(arrow)
             button.setAutoRepeat(True)
@@ -64,7 +64,7 @@ class VideoPreview(QWidget):
             button.setAccessibleName(name)
             button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             button.clicked.connect(lambda _=False, step=step: self.show_frame(self.number + step))
-        label = QLabel(self.tr("&Video time"))
+        label = QLabel("&Video time")
         label.setBuddy(self.spin)
         row = QHBoxLayout()
         row.addWidget(label)
@@ -137,7 +137,7 @@ class VideoPreview(QWidget):
     def _shown(self, number: int, image: QImage) -> None:
         """A frame is there."""
         if number == self.number:
-            told = self.tr("frame {0} of {1}").format(number + 1, max(self.times.size, 1))
+            told = f"frame {number + 1} of {max(self.times.size, 1)}"
             self.picture.show_image(image, told)
 
     def _say(self, sentence: str) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication, QPointF, QRectF, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from forcelab.project import Origin
 
 __all__ = ["MARK", "origin_words", "paint_proposed"]
 
-translate = QCoreApplication.translate
 
 #: Room that the mark takes at the end of a cell.
 MARK = 14
@@ -22,8 +21,8 @@ def origin_words(origin: Origin | None) -> str:
     if origin is None:
         return ""
     if origin.changed:
-        return translate("forcelab", "proposed by {0}, changed since").format(origin.proposer)
-    return translate("forcelab", "proposed by {0}").format(origin.proposer)
+        return f"proposed by {origin.proposer}, changed since"
+    return f"proposed by {origin.proposer}"
 
 
 def paint_proposed(painter: QPainter, box: QRectF, ink: str, changed: bool) -> None:

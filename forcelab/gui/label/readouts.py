@@ -19,8 +19,8 @@ class TimeEdit(QLineEdit):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self._document = document
-        self.setAccessibleName(self.tr("Time in seconds; type one to jump there"))
-        self.setToolTip(self.tr("Time of the cursor; type another one to jump there"))
+        self.setAccessibleName("Time in seconds; type one to jump there")
+        self.setToolTip("Time of the cursor; type another one to jump there")
         self.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.setFixedWidth(self.fontMetrics().horizontalAdvance("00000.000") + 16)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -45,8 +45,7 @@ class TimeEdit(QLineEdit):
         try:
             self._document.seek(_seconds(typed))
         except ValueError:
-            text = self.tr("'{0}' is no time; type seconds such as 12.5, or 1:05.2.")
-            self._document.say(text.format(typed), True)
+            self._document.say(f"'{typed}' is no time; type seconds such as 12.5, or 1:05.2.", True)
         self.clearFocus()
 
     def _leave(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QMessageBox, QWidget
 
 from forcelab.errors import ForcelabError
@@ -13,8 +13,6 @@ from forcelab.gui.naming import verbatim
 from forcelab.project.renaming import Renaming
 
 __all__ = ["rename"]
-
-translate = QCoreApplication.translate
 
 
 def rename(document: Document, name: str, new: str, parent: QWidget) -> bool:
@@ -30,8 +28,7 @@ def rename(document: Document, name: str, new: str, parent: QWidget) -> bool:
     try:
         project.refuse_read_only()  # before anything is asked
         if name not in project.vocabulary(task) and name not in project.painted_actions(task):
-            told = translate("forcelab", "'{0}' is only predicted: train again, and it is gone.")
-            document.say(told.format(name), True)
+            document.say(f"'{name}' is only predicted: train again, and it is gone.", True)
             return False
         here = project.renaming(document.author, name, new, (task,))
         everywhere = project.renaming(document.author, name, new)
@@ -53,21 +50,21 @@ def _asked(here: Renaming, everywhere: Renaming, parent: QWidget) -> Collection[
     box.setTextFormat(Qt.TextFormat.PlainText)  # names are anybody's
     told = everywhere.sentences(done=False)
     if everywhere.merges:
-        box.setWindowTitle(translate("forcelab", "Merge actions"))
-        title = translate("forcelab", "Merge '{0}' into '{1}'?")
+        box.setWindowTitle("Merge actions")
+        title = "Merge '{0}' into '{1}'?"
     else:
-        box.setWindowTitle(translate("forcelab", "Rename action"))
-        title = translate("forcelab", "Rename '{0}' to '{1}' in other tasks, too?")
+        box.setWindowTitle("Rename action")
+        title = "Rename '{0}' to '{1}' in other tasks, too?"
     box.setText(title.format(everywhere.old, everywhere.new))
     box.setInformativeText(told)
     choices: dict[QAbstractButton, tuple[str, ...]] = {}
     if everywhere.tasks != here.tasks:
-        task = here.tasks[0] or translate("forcelab", "no task")
-        only = translate("forcelab", "Only in {0}").format(verbatim(task))
+        task = here.tasks[0] or "no task"
+        only = f"Only in {verbatim(task)}"
         choices[box.addButton(only, QMessageBox.ButtonRole.AcceptRole)] = here.tasks
-        words = translate("forcelab", "In all {0} tasks").format(len(everywhere.tasks))
+        words = f"In all {len(everywhere.tasks)} tasks"
     else:
-        words = translate("forcelab", "Merge")
+        words = "Merge"
     choices[box.addButton(words, QMessageBox.ButtonRole.AcceptRole)] = everywhere.tasks
     box.setDefaultButton(box.addButton(QMessageBox.StandardButton.Cancel))
     box.exec()

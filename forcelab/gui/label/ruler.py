@@ -64,10 +64,10 @@ class Ruler(TimePanel):
         super().__init__(document)
         #: Where the numbers are.
         self._places: list[QRectF] = []
-        self.setAccessibleName(self.tr("Time"))
+        self.setAccessibleName("Time")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(HEIGHT)
-        self.setToolTip(self.tr("Drag to move the cursor"))
+        self.setToolTip("Drag to move the cursor")
 
     def sizeHint(self) -> QSize:
         """As wide as the panels, of fixed height."""
@@ -102,7 +102,7 @@ class Ruler(TimePanel):
         """Say what the numbers are."""
         now = colours()
         painter.fillRect(box, QColor(now.panel))
-        unit = self.tr("min:s") if self._clock else self.tr("s")
+        unit = "min:s" if self._clock else "s"
         face = text.font(NUMBER)
         spot = box.right() - 8
         text.put(painter, spot, 10.0, unit, face=face, ink=QColor(now.muted), align=1.0)
@@ -141,7 +141,7 @@ class Ruler(TimePanel):
         decimals = min(max(3, math.ceil(-math.log10(self.seconds_per_pixel))), 6)
         if self._clock:
             return clock_time(self.document.cursor, decimals)
-        return self.tr("{0} s").format(text.signed(f"{self.document.cursor:.{decimals}f}"))
+        return "{} s".format(text.signed(f"{self.document.cursor:.{decimals}f}"))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of the cursor."""

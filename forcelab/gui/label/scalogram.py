@@ -57,7 +57,7 @@ class ScalogramPanel(TimePanel):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         self.picture: Scalogram | None = None
         super().__init__(document)
-        self.setAccessibleName(self.tr("Scalogram"))
+        self.setAccessibleName("Scalogram")
         self.channel = ""
         self._phase = False
         self._steady = True

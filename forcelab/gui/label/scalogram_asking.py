@@ -90,9 +90,7 @@ class Asking(QObject):
         def failed(error: Exception) -> None:
             self.wanted = self._timer.isActive()
             known = isinstance(error, ForcelabError)
-            self.refused.emit(
-                str(error) if known else self.tr("The scalogram failed; see the log.")
-            )
+            self.refused.emit(str(error) if known else "The scalogram failed; see the log.")
 
         def moved(step: object) -> None:
             picture = getattr(step, "picture", None)

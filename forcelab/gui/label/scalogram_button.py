@@ -31,7 +31,7 @@ class ScalogramButton(QToolButton):
         self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName(self.tr("Channel and kind of the scalogram"))
+        self.setAccessibleName("Channel and kind of the scalogram")
         face = self.font()
         face.setPixelSize(10)
         self.setFont(face)
@@ -46,7 +46,7 @@ class ScalogramButton(QToolButton):
         name = self.fontMetrics().elidedText(channel, NAMES, room)
         # The wide space keeps the name clear of the arrow.
         self.setText(verbatim(name) + "\N{EM SPACE}")
-        self.setToolTip(self.tr("{0}: choose channel, magnitude or phase").format(channel))
+        self.setToolTip(f"{channel}: choose channel, magnitude or phase")
         self.setVisible(bool(channels))
         menu = self._choices
         menu.clear()
@@ -54,12 +54,12 @@ class ScalogramButton(QToolButton):
             action = self._add(verbatim(name), name == channel, self._channels)
             action.triggered.connect(lambda _=False, name=name: self.channel_chosen.emit(name))
         menu.addSeparator()
-        magnitude = self._add(self.tr("Magnitude"), not phase, self._kinds)
+        magnitude = self._add("Magnitude", not phase, self._kinds)
         magnitude.triggered.connect(lambda: self.phase_chosen.emit(False))
-        angle = self._add(self.tr("Phase"), phase, self._kinds)
+        angle = self._add("Phase", phase, self._kinds)
         angle.triggered.connect(lambda: self.phase_chosen.emit(True))
         menu.addSeparator()
-        same = self._add(self.tr("Same colours for the whole demonstration"), steady)
+        same = self._add("Same colours for the whole demonstration", steady)
         same.setEnabled(not phase)
         same.triggered.connect(self.steady_chosen)
 

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication
 
 from forcelab.gui.figures.text import signed
 from forcelab.gui.label.scalogram_drawing import Rows, amount
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["ends", "note", "value"]
 
-translate = QCoreApplication.translate
 
 #: Decades beyond the last colour from which on something is a spike: impacts are less.
 SPIKE = 0.5
@@ -33,13 +31,13 @@ def value(picture: Scalogram, rows: Rows, time: float, y: float) -> str:
     k, c = picture.values.shape
     row = math.floor(math.log(scale / rows.smallest) / math.log(rows.largest / rows.smallest) * k)
     column = math.floor((time - picture.start) / (picture.end - picture.start) * c)
-    where = translate("forcelab", "{0:.3g} Hz at {1:.3f} s").format(rows.hertz(scale), time)
+    where = f"{rows.hertz(scale):.3g} Hz at {time:.3f} s"
     if not (0 <= row < k and 0 <= column < c) or not np.isfinite(picture.values[row, column]):
         return where
     here = float(picture.values[row, column])
     if picture.phase:
-        return translate("forcelab", "{0}: {1} rad").format(where, signed(f"{here:.2f}"))
-    return translate("forcelab", "{0}: |W| = {1:.3g}").format(where, 10.0**here)
+        return "{}: {} rad".format(where, signed(f"{here:.2f}"))
+    return f"{where}: |W| = {10.0**here:.3g}"
 
 
 def note(picture: Scalogram, high: float) -> str:
@@ -52,7 +50,7 @@ def note(picture: Scalogram, high: float) -> str:
         Decimal logarithm of the magnitude for the last colour.
     """
     if picture.coarse:
-        return translate("forcelab", "coarse picture; computing the exact one…")
+        return "coarse picture; computing the exact one…"
     return ", ".join(filter(None, (_fineness(picture), _left_out(picture, high))))
 
 
@@ -62,12 +60,12 @@ def _left_out(picture: Scalogram, high: float) -> str:
     number = source.left_out(source.place(picture.start), source.place(picture.end))
     if number:
         one, many = (
-            translate("forcelab", "1 glitch left out"),
-            translate("forcelab", "{0} glitches left out"),
+            "1 glitch left out",
+            "{0} glitches left out",
         )
         notes.append(one if number == 1 else many.format(thousands(number)))
     if not picture.phase and np.fmax.reduce(picture.values, axis=None) > high + SPIKE:
-        notes.append(translate("forcelab", "spikes share the last colour"))
+        notes.append("spikes share the last colour")
     return ", ".join(notes)
 
 
@@ -78,8 +76,8 @@ def _fineness(picture: Scalogram) -> str:
     if each < 2:
         return ""
     if picture.phase:
-        return translate("forcelab", "phase every {0:.3g} samples").format(each)
-    return translate("forcelab", "largest of {0:.0f} samples a pixel").format(each)
+        return f"phase every {each:.3g} samples"
+    return f"largest of {each:.0f} samples a pixel"
 
 
 def ends(low: float, high: float, phase: bool) -> tuple[str, str]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QCoreApplication, QObject, Qt
+from PySide6.QtCore import QAbstractTableModel, QObject, Qt
 
 from forcelab.gui.document import Document
 from forcelab.gui.indexes import NOWHERE, Index
@@ -19,8 +19,6 @@ from forcelab.gui.label.proposed import origin_words
 from forcelab.labels import Segment, Segments
 from forcelab.project import Origin
 from forcelab.splicing import splice
-
-translate = QCoreApplication.translate
 
 __all__ = ["ACTION", "DURATION", "END", "NUMBER", "START", "SegmentModel"]
 
@@ -177,14 +175,14 @@ class SegmentModel(QAbstractTableModel):
             side = Qt.AlignmentFlag.AlignLeft if section == ACTION else Qt.AlignmentFlag.AlignRight
             return side | Qt.AlignmentFlag.AlignVCenter
         if role == Qt.ItemDataRole.ToolTipRole and section >= START:
-            return translate("forcelab", "In seconds")
+            return "In seconds"
         if role == Qt.ItemDataRole.DisplayRole:
             return (
-                translate("forcelab", "#"),
-                translate("forcelab", "Action"),
-                translate("forcelab", "Start"),
-                translate("forcelab", "End"),
-                translate("forcelab", "Duration"),
+                "#",
+                "Action",
+                "Start",
+                "End",
+                "Duration",
             )[section]
         return None
 
@@ -237,8 +235,7 @@ class SegmentModel(QAbstractTableModel):
         try:
             time = float(typed.removesuffix("s"))
         except ValueError:
-            text = translate("forcelab", "'{0}' is no time in seconds; type a number such as 1.25.")
-            self.document.say(text.format(typed), True)
+            self.document.say(f"'{typed}' is no time in seconds; type a number such as 1.25.", True)
             return False
         return self._moved(number, index.column(), time)
 
@@ -249,10 +246,9 @@ class SegmentModel(QAbstractTableModel):
             time += segment.start
         low, high = self.document.bounds
         if not low <= time <= high:
-            text = translate(
-                "forcelab", "{0:.10g} s is outside the demonstration ({1:.3f} s to {2:.3f} s)."
+            self.document.say(
+                f"{time:.10g} s is outside the demonstration ({low:.3f} s to {high:.3f} s).", True
             )
-            self.document.say(text.format(time, low, high), True)
             return False
         return self.document.move_edge(number, "start" if column == START else "end", time)
 

@@ -11,14 +11,10 @@ from collections.abc import Callable
 from operator import attrgetter
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.document import Document
 from forcelab.gui.label.snapping import SAME
 from forcelab.gui.label.track_hits import index_at
 from forcelab.labels import Segment
-
-translate = QCoreApplication.translate
 
 __all__ = [
     "copy_from",
@@ -61,7 +57,7 @@ def on_segment(document: Document, segment: Segment, verb: Callable[[int], bool]
     """Do something to one of the coder's segments, whatever its number is by now."""
     index = document.index_of(segment)
     if index is None:
-        sentence = translate("forcelab", "That segment was changed elsewhere; look at it anew.")
+        sentence = "That segment was changed elsewhere; look at it anew."
         return say_no(document, sentence)
     return verb(index)
 
@@ -69,9 +65,7 @@ def on_segment(document: Document, segment: Segment, verb: Callable[[int], bool]
 def previous_segment(document: Document) -> bool:
     """Select the last segment that starts before the cursor, and go to its start."""
     index = bisect_left(document.segments, document.cursor - SAME, key=_start) - 1
-    return _go(document, index) or say_no(
-        document, translate("forcelab", "There is no segment before the cursor.")
-    )
+    return _go(document, index) or say_no(document, "There is no segment before the cursor.")
 
 
 def next_segment(document: Document) -> bool:
@@ -80,9 +74,7 @@ def next_segment(document: Document) -> bool:
     # At first the cursor may stand on the first segment without having been sent there.
     if index and document.selected is None and _starts_at(document, index - 1):
         index -= 1
-    return _go(document, index) or say_no(
-        document, translate("forcelab", "There is no segment after the cursor.")
-    )
+    return _go(document, index) or say_no(document, "There is no segment after the cursor.")
 
 
 def delete(document: Document) -> bool:
@@ -93,16 +85,14 @@ def delete(document: Document) -> bool:
         return erase_range(document)
     return say_no(
         document,
-        translate("forcelab", "Select the segment to delete: click it, or go to it with K and L."),
+        "Select the segment to delete: click it, or go to it with K and L.",
     )
 
 
 def erase_range(document: Document) -> bool:
     """Make the marked range unlabelled, and forget the range."""
     if document.range is None:
-        return say_no(
-            document, translate("forcelab", "Mark the range to erase first, with [ and ].")
-        )
+        return say_no(document, "Mark the range to erase first, with [ and ].")
     start, end = document.range
     done = document.erase(start, end)
     if not document.refused:
@@ -113,9 +103,7 @@ def erase_range(document: Document) -> bool:
 def fill_range(document: Document, action: str) -> bool:
     """Paint an action over the marked range, and forget the range."""
     if document.range is None:
-        return say_no(
-            document, translate("forcelab", "Mark the range to fill first, with [ and ].")
-        )
+        return say_no(document, "Mark the range to fill first, with [ and ].")
     start, end = document.range
     done = document.paint(start, end, action)
     if not document.refused:
@@ -133,18 +121,14 @@ def merge(document: Document) -> bool:
         if last <= first:
             return say_no(
                 document,
-                translate("forcelab", "The marked range must reach into two segments to merge."),
+                "The marked range must reach into two segments to merge.",
             )
         return document.merge(first, last)
     index = the_segment(document)
     if index is None:
-        return say_no(
-            document, translate("forcelab", "Select the first of the two segments to merge.")
-        )
+        return say_no(document, "Select the first of the two segments to merge.")
     if index + 1 >= len(segments):
-        return say_no(
-            document, translate("forcelab", "There is no segment after this one to merge with.")
-        )
+        return say_no(document, "There is no segment after this one to merge with.")
     return document.merge(index, index + 1)
 
 
@@ -156,7 +140,7 @@ def fill_gaps(document: Document, longest: float) -> bool:
     done = document.fill_gaps(longest, None, document.range)
     return done or say_no(
         document,
-        translate("forcelab", "There is no gap of at most {0:g} s to fill.").format(longest),
+        f"There is no gap of at most {longest:g} s to fill.",
         trouble=False,
     )
 
@@ -183,8 +167,7 @@ def copy_from(document: Document, author: str) -> bool:
     """Take over what another author has at the cursor (:func:`to_copy`)."""
     stretch = to_copy(document, author, document.cursor)
     if stretch is None:
-        sentence = translate("forcelab", "{0} has no segment at the cursor; mark a range to copy.")
-        return say_no(document, sentence.format(author))
+        return say_no(document, f"{author} has no segment at the cursor; mark a range to copy.")
     return document.copy_from(author, *stretch)
 
 
@@ -194,7 +177,7 @@ def start_to_cursor(document: Document) -> bool:
     if index is None:
         index = bisect_right(document.segments, document.cursor, key=_start)
     if index >= len(document.segments):
-        return say_no(document, translate("forcelab", "There is no segment after the cursor."))
+        return say_no(document, "There is no segment after the cursor.")
     return document.move_edge(index, "start", document.cursor)
 
 
@@ -204,7 +187,7 @@ def end_to_cursor(document: Document) -> bool:
     if index is None:
         index = bisect_right(document.segments, document.cursor, key=_end) - 1
     if index < 0:
-        return say_no(document, translate("forcelab", "There is no segment before the cursor."))
+        return say_no(document, "There is no segment before the cursor.")
     return document.move_edge(index, "end", document.cursor)
 
 
@@ -214,7 +197,7 @@ def nudge(document: Document, what: Literal["start", "end", "both"], count: int)
     if index is None:
         return say_no(
             document,
-            translate("forcelab", "Select the segment to change: click it, or use K and L."),
+            "Select the segment to change: click it, or use K and L.",
         )
     return document.nudge(index, what, count * (FINE_NUDGE if document.fine_nudges else NUDGE))
 
@@ -223,7 +206,7 @@ def set_fine_nudges(document: Document, fine: bool) -> bool:
     """Move edges and segments by finer steps from now on, or by the usual ones."""
     document.fine_nudges = fine
     step = 1000 * (FINE_NUDGE if fine else NUDGE)
-    document.say_here(translate("forcelab", "Edges move by {0:g} ms.").format(step))
+    document.say_here(f"Edges move by {step:g} ms.")
     return True
 
 
@@ -234,9 +217,7 @@ def zoom_selection(document: Document) -> bool:
         return True
     index = the_segment(document)
     if index is None:
-        return say_no(
-            document, translate("forcelab", "Select a segment or mark a range to zoom to.")
-        )
+        return say_no(document, "Select a segment or mark a range to zoom to.")
     zoom_to(document, document.segments[index].start, document.segments[index].end)
     return True
 

@@ -29,12 +29,12 @@ class SegmentTable(SideList):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
-        self.setAccessibleName(self.tr("Segments"))
+        self.setAccessibleName("Segments")
         self.model = SegmentModel(document, self)
-        self.filter = search_field(self.tr("Filter by action"), self.tr("Filter by action"))
+        self.filter = search_field("Filter by action", "Filter by action")
         self.filter.textChanged.connect(self._filter_changed)
         self.table = SegmentRows(self.model)
-        self.table.setAccessibleName(self.tr("Segments of your track"))
+        self.table.setAccessibleName("Segments of your track")
         self.table.selectionModel().currentRowChanged.connect(self._row_chosen)
         self.table.clicked.connect(self._row_clicked)
         self.table.horizontalHeader().sortIndicatorChanged.connect(self._show_selection)
@@ -100,12 +100,12 @@ class SegmentTable(SideList):
         if self.model.rows:
             text = ""
         elif self.document.demonstration is None:
-            text = self.tr("No demonstration is open.")
+            text = "No demonstration is open."
         elif self.document.segments and self.filter.text().strip():
-            text = self.tr("No segment's action contains '{0}'.").format(self.filter.text().strip())
+            text = f"No segment's action contains '{self.filter.text().strip()}'."
         else:
             # The track itself says how to begin.
-            text = self.tr("No segments yet: what you label is listed here.")
+            text = "No segments yet: what you label is listed here."
         self._pages.say(text)
 
     def _show_selection(self) -> None:
@@ -174,12 +174,12 @@ class SegmentTable(SideList):
         document, segment = self.document, self.document.segments[number]
         menu = QMenu(self)
         relabel_menu(menu, document, segment)
-        fill = menu.addAction(self.tr("Mark as range"))
+        fill = menu.addAction("Mark as range")
         fill.triggered.connect(lambda: document.set_range(segment.start, segment.end))
-        show_only = self.tr("Show only '{0}'").format(shown_name(menu, segment.action))
+        show_only = f"Show only '{shown_name(menu, segment.action)}'"
         only = menu.addAction(icon("search"), show_only)
         only.triggered.connect(lambda: self.filter.setText(segment.action))
         menu.addSeparator()
-        delete = menu.addAction(icon("trash"), self.tr("Delete"))
+        delete = menu.addAction(icon("trash"), "Delete")
         delete.triggered.connect(lambda: on_segment(document, segment, document.delete))
         return menu

@@ -45,7 +45,7 @@ class StoredIndicator(QWidget):
         """Say that the last edit was not stored, and why."""
         self.trouble = sentence
         self._looking.stop()
-        self._say(self.tr("Not stored"), sentence)
+        self._say("Not stored", sentence)
 
     def look(self) -> None:
         """Look up when the last edit was made."""
@@ -62,11 +62,11 @@ class StoredIndicator(QWidget):
         if self.trouble and newest == self._newest:
             return
         self.trouble, self._newest = "", newest
-        about = self.tr("Every edit is stored before it is shown; there is nothing to save.")
+        about = "Every edit is stored before it is shown; there is nothing to save."
         if last:
-            self._say(self.tr("Stored {0}").format(clock(last[0].time)), about)
+            self._say(f"Stored {clock(last[0].time)}", about)
         else:
-            self._say(self.tr("All stored"), about)
+            self._say("All stored", about)
 
     def sizeHint(self) -> QSize:
         """Sign and words."""

@@ -85,7 +85,7 @@ class KeyStrokes(QObject):
         action = self._action(key)
         if document.demonstration is not None and not document.vocabulary and key in KEYS:
             document.say_here(
-                self.tr("There is no action for a key to paint: add one under Actions first."), True
+                "There is no action for a key to paint: add one under Actions first.", True
             )
         if action is None or document.demonstration is None:
             return self._say_unknown(key)
@@ -182,8 +182,9 @@ class KeyStrokes(QObject):
             or isinstance(QApplication.focusWidget(), QAbstractItemView)
         ):
             return False
-        told = self.tr("No action has the key {0}; the list of actions shows their keys.")
-        document.say_here(told.format(key), True)
+        document.say_here(
+            f"No action has the key {key}; the list of actions shows their keys.", True
+        )
         return True
 
     def _action(self, key: str) -> str | None:

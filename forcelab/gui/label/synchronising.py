@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QTableWidgetItem, QWidget
 
@@ -70,7 +70,7 @@ class SynchroniseDialog(SynchroniseForm):
         self.candidate: ClockMap | None = None
         self.residual: float | None = None
         self.proposal: Proposal | None = None
-        self.setWindowTitle(self.tr("Synchronise video and force – {0}").format(demonstration.name))
+        self.setWindowTitle(f"Synchronise video and force – {demonstration.name}")
         for button, verb in (
             (self.frame_button, self.mark_frame),
             (self.force_button, self.mark_force),
@@ -230,7 +230,7 @@ class SynchroniseDialog(SynchroniseForm):
 
     def _show_hint(self) -> None:
         """Tell both ways to a clock in place of the curves, while nothing is proposed."""
-        hint = self.tr(
+        hint = (
             "Propose compares the motion in the video with the force. Or by hand: find a moment "
             "that is seen and felt, such as a tap; mark its frame, move the force time to it, and "
             "mark that."
@@ -274,20 +274,20 @@ class SynchroniseDialog(SynchroniseForm):
         if self.candidate is None or count == 0:
             return "–"
         if count == 1 and not proposed:
-            return self.tr("one tap: the rate stays")
+            return "one tap: the rate stays"
         if abs(self.candidate.rate - 1.0) > RARE:
-            return self.tr("no two clocks differ so much: check the taps, or leave the rate")
+            return "no two clocks differ so much: check the taps, or leave the rate"
         if self.residual is None or (count == 2 and self.residual < 1e-6):
-            return self.tr("two taps are met exactly; a third tells the error")
-        return self.tr("{0} ms, root mean square").format(f"{1000 * self.residual:.1f}")
+            return "two taps are met exactly; a third tells the error"
+        return "{} ms, root mean square".format(f"{1000 * self.residual:.1f}")
 
     def _confidence(self) -> str:
         """How far the proposal may be believed."""
         assert self.proposal is not None
         value = f"{self.proposal.confidence:.2f}"
         if self.proposal.doubtful:
-            return self.tr("{0} – low: compare the frames at a tap before accepting").format(value)
-        return self.tr("{0} of 1").format(value)
+            return f"{value} – low: compare the frames at a tap before accepting"
+        return f"{value} of 1"
 
 
 def _seconds(time: float | None) -> str:
@@ -297,5 +297,6 @@ def _seconds(time: float | None) -> str:
 
 def _told(clock: ClockMap) -> str:
     """A clock for people."""
-    words = QCoreApplication.translate("forcelab", "offset {0} s, rate {1} ppm")
-    return words.format(signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}"))
+    return "offset {} s, rate {} ppm".format(
+        signed(f"{clock.offset:+.4f}"), signed(f"{1e6 * (clock.rate - 1):+.1f}")
+    )

@@ -67,11 +67,11 @@ class SynchroniseForm(QDialog):
         self.force_time.setRange(*self.document.bounds)
         self.force_time.setSingleStep(0.001)
         self.force_time.setKeyboardTracking(False)
-        self.force_time.setAccessibleName(self.tr("Cursor on the force clock"))
+        self.force_time.setAccessibleName("Cursor on the force clock")
         self.force_time.valueChanged.connect(self.document.seek)
-        self.snap = _named(QCheckBox(self.tr("&Snap to contact events")))
+        self.snap = _named(QCheckBox("&Snap to contact events"))
         self.snap.setChecked(True)
-        label = QLabel(self.tr("F&orce time"))
+        label = QLabel("F&orce time")
         label.setBuddy(self.force_time)
         row = QHBoxLayout()
         for widget in (label, self.force_time, self.snap):
@@ -81,22 +81,20 @@ class SynchroniseForm(QDialog):
 
     def _taps_box(self) -> QGroupBox:
         """What was marked, with its buttons."""
-        self.frame_button = _named(QPushButton(self.tr("Mark this &frame")))
-        self.force_button = _named(QPushButton(self.tr("&Mark this force")))
-        self.remove_button = _named(QPushButton(self.tr("&Remove")))
-        self.fit_rate = _named(QCheckBox(self.tr("Fit the rate too, from &two taps on")))
+        self.frame_button = _named(QPushButton("Mark this &frame"))
+        self.force_button = _named(QPushButton("&Mark this force"))
+        self.remove_button = _named(QPushButton("&Remove"))
+        self.fit_rate = _named(QCheckBox("Fit the rate too, from &two taps on"))
         self.fit_rate.setChecked(True)
         self.table = QTableWidget(0, 3)
-        self.table.setAccessibleName(self.tr("Taps"))
-        self.table.setHorizontalHeaderLabels(
-            [self.tr("video, s"), self.tr("force, s"), self.tr("apart, ms")]
-        )
+        self.table.setAccessibleName("Taps")
+        self.table.setHorizontalHeaderLabels(["video, s", "force, s", "apart, ms"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         whole_rows(self.table)
         self.table.setMinimumHeight(round(5.4 * self.fontMetrics().height()))
-        box = QGroupBox(self.tr("Taps seen in both"))
+        box = QGroupBox("Taps seen in both")
         grid = QGridLayout(box)
         grid.addWidget(self.frame_button, 0, 0)
         grid.addWidget(self.force_button, 0, 1)
@@ -107,16 +105,16 @@ class SynchroniseForm(QDialog):
 
     def _clock_box(self) -> QGroupBox:
         """The clock that is stored, the new one, and how good that is."""
-        box = QGroupBox(self.tr("Clock of the video"))
+        box = QGroupBox("Clock of the video")
         grid = QGridLayout(box)
         grid.setColumnStretch(1, 1)
         self.stored_label, self.new_label = QLabel(), QLabel()
         self.residual_label, self.confidence_label = QLabel(), QLabel()
         named = (
-            (self.tr("stored"), self.stored_label, 1),
-            (self.tr("new"), self.new_label, 1),
-            (self.tr("taps are off by"), self.residual_label, 2),
-            (self.tr("confidence"), self.confidence_label, 2),
+            ("stored", self.stored_label, 1),
+            ("new", self.new_label, 1),
+            ("taps are off by", self.residual_label, 2),
+            ("confidence", self.confidence_label, 2),
         )
         for row, (name, value, lines) in enumerate(named):
             value.setWordWrap(True)
@@ -130,13 +128,13 @@ class SynchroniseForm(QDialog):
 
     def _button_row(self) -> QHBoxLayout:
         """What is done with all of it."""
-        self.propose_button = _named(QPushButton(self.tr("&Propose")))
-        self.reset_button = _named(QPushButton(self.tr("R&eset")))
+        self.propose_button = _named(QPushButton("&Propose"))
+        self.reset_button = _named(QPushButton("R&eset"))
         self.trouble = QLabel()
         self.trouble.setWordWrap(True)
         self.trouble.setStyleSheet(f"color: {colours().trouble}")
-        self.accept_button = _named(QPushButton(self.tr("&Accept")))
-        self.cancel_button = _named(QPushButton(self.tr("Cancel")))
+        self.accept_button = _named(QPushButton("&Accept"))
+        self.cancel_button = _named(QPushButton("Cancel"))
         buttons = QDialogButtonBox()
         buttons.addButton(self.accept_button, QDialogButtonBox.ButtonRole.AcceptRole)
         buttons.addButton(self.cancel_button, QDialogButtonBox.ButtonRole.RejectRole)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QInputDialog, QMenu, QWidget
 
@@ -17,8 +16,6 @@ from forcelab.gui.label.track_hits import gap_at, index_at
 from forcelab.gui.label.vocabulary_model import entries
 from forcelab.gui.naming import settled_name, verbatim
 from forcelab.labels import Segment
-
-translate = QCoreApplication.translate
 
 __all__ = [
     "ask_action",
@@ -44,22 +41,22 @@ def own_menu(
 
     `play` is called with the start and the end of a segment that is to be played.
     """
-    menu = QMenu(translate("forcelab", "Segment"), parent)
+    menu = QMenu("Segment", parent)
     index, gap = index_at(document.segments, time), gap_at(document.segments, time)
     if index is not None:
         _segment_entries(menu, document, index, time, play)
     elif gap is not None:
         start, end = gap
-        fill = menu.addMenu(translate("forcelab", "Fill this gap with"))
+        fill = menu.addMenu("Fill this gap with")
         _actions(fill, document, lambda name: document.paint(start, end, name))
     menu.addSeparator()
     if document.range is not None:
-        fill = menu.addMenu(translate("forcelab", "Fill the range with"))
+        fill = menu.addMenu("Fill the range with")
         _actions(fill, document, lambda name: verbs.fill_range(document, name))
-        _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
+        _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
     _entry(
         menu,
-        translate("forcelab", "Fill short gaps…"),
+        "Fill short gaps…",
         lambda: ask_longest_gap(menu.parentWidget(), document),  # the parent must not be kept alive
         len(document.segments) > 1,
     )
@@ -80,13 +77,13 @@ def other_menu(
     index = index_at(segments, time)
     segment = None if index is None else segments[index]
     if segment is not None:
-        label = translate("forcelab", "Copy this segment to mine")
+        label = "Copy this segment to mine"
         _entry(menu, label, lambda: document.copy_from(author, segment.start, segment.end))
     if document.range is not None:
         low, high = document.range
-        label = translate("forcelab", "Copy the range to mine")
+        label = "Copy the range to mine"
         _entry(menu, label, lambda: document.copy_from(author, low, high))
-    label = translate("forcelab", "Copy the whole track to mine")
+    label = "Copy the whole track to mine"
     _entry(menu, label, lambda: document.copy_from(author, *document.bounds))
     if segment is not None:
         _look_entries(menu, document, segment, play)
@@ -95,30 +92,30 @@ def other_menu(
 
 def range_menu(parent: QWidget, document: Document) -> QMenu:
     """The actions that a marked range can be filled with, or those to begin with; and a new one."""
-    menu = QMenu(translate("forcelab", "Fill the range with"), parent)
-    menu.addSection(translate("forcelab", "Fill with"))
+    menu = QMenu("Fill the range with", parent)
+    menu.addSection("Fill with")
     _actions(menu, document, lambda name: verbs.fill_range(document, name))
     names = document.vocabulary.names
     lacking = [name for name in entries() if name not in names]
-    more = menu.addMenu(translate("forcelab", "More actions")) if names and lacking else menu
+    more = menu.addMenu("More actions") if names and lacking else menu
     for name in lacking:
         _entry(more, shown_name(more, name), partial(verbs.fill_range, document, name))
     _entry(
         menu,
-        translate("forcelab", "Another action…"),
+        "Another action…",
         lambda: ask_action(menu.parentWidget(), document),  # as above
     )
     if document.range is not None and _labelled(document, *document.range):
         menu.addSeparator()
-        _entry(menu, translate("forcelab", "Erase the range"), lambda: verbs.erase_range(document))
+        _entry(menu, "Erase the range", lambda: verbs.erase_range(document))
     return menu
 
 
 def ask_action(parent: QWidget | None, document: Document) -> QInputDialog:
     """Ask for an action that is new, and fill the range with it; nothing waits for the answer."""
     dialog = QInputDialog(parent)
-    dialog.setWindowTitle(translate("forcelab", "Another action"))
-    dialog.setLabelText(translate("forcelab", "Fill the range with an action called:"))
+    dialog.setWindowTitle("Another action")
+    dialog.setLabelText("Fill the range with an action called:")
 
     def named(text: str) -> None:
         name = settled_name(parent, " ".join(text.split()), document.vocabulary.names)
@@ -137,13 +134,13 @@ def relabel_menu(menu: QMenu, document: Document, segment: Segment) -> None:
     def relabel(name: str) -> None:
         verbs.on_segment(document, segment, lambda now: document.relabel(now, name))
 
-    others = menu.addMenu(translate("forcelab", "Relabel with"))
+    others = menu.addMenu("Relabel with")
     _actions(others, document, relabel, but=segment.action)
 
 
 def copy_menu(parent: QWidget, document: Document, time: float) -> QMenu:
     """From whom to copy what lies at a time in seconds: Enter copies from the same as last."""
-    menu = QMenu(translate("forcelab", "Copy from another track"), parent)
+    menu = QMenu("Copy from another track", parent)
     found = _copies(menu, document, time)
     if found:
         menu.setDefaultAction(found.get(document.copied_from, next(iter(found.values()))))
@@ -154,13 +151,9 @@ def ask_longest_gap(parent: QWidget | None, document: Document) -> QInputDialog:
     """Ask how long gaps may be that are filled, and fill them; nothing waits for the answer."""
     dialog = QInputDialog(parent)
     dialog.setInputMode(QInputDialog.InputMode.DoubleInput)
-    dialog.setWindowTitle(translate("forcelab", "Fill short gaps"))
-    where = (
-        translate("forcelab", "in the marked range")
-        if document.range
-        else translate("forcelab", "in the whole demonstration")
-    )
-    label = translate("forcelab", "Fill gaps {0} that last at most so many seconds:").format(where)
+    dialog.setWindowTitle("Fill short gaps")
+    where = "in the marked range" if document.range else "in the whole demonstration"
+    label = f"Fill gaps {where} that last at most so many seconds:"
     dialog.setLabelText(label)
     dialog.setDoubleDecimals(3)
     dialog.setDoubleRange(0.001, 3600.0)
@@ -189,20 +182,20 @@ def _segment_entries(
     # Another window may have edited the track by the time that an entry is chosen.
     on_it = partial(verbs.on_segment, document, segment)
     relabel_menu(menu, document, segment)
-    _entry(menu, translate("forcelab", "Split here"), lambda: document.split(time))
+    _entry(menu, "Split here", lambda: document.split(time))
     _entry(
         menu,
-        translate("forcelab", "Merge with the previous"),
+        "Merge with the previous",
         lambda: on_it(lambda now: document.merge(now - 1, now)),
         index > 0,
     )
     _entry(
         menu,
-        translate("forcelab", "Merge with the next"),
+        "Merge with the next",
         lambda: on_it(lambda now: document.merge(now, now + 1)),
         index + 1 < len(document.segments),
     )
-    _entry(menu, translate("forcelab", "Delete"), lambda: on_it(document.delete))
+    _entry(menu, "Delete", lambda: on_it(document.delete))
     _look_entries(menu, document, segment, play)
 
 
@@ -212,8 +205,8 @@ def _look_entries(
     """How a segment can be looked at, whoever's it is."""
     start, end = segment.start, segment.end
     menu.addSeparator()
-    _entry(menu, translate("forcelab", "Play it"), partial(play, start, end))
-    _entry(menu, translate("forcelab", "Zoom to it"), partial(verbs.zoom_to, document, start, end))
+    _entry(menu, "Play it", partial(play, start, end))
+    _entry(menu, "Zoom to it", partial(verbs.zoom_to, document, start, end))
 
 
 def _actions(
@@ -237,7 +230,7 @@ def _copies(menu: QMenu, document: Document, time: float) -> dict[str, QAction]:
         stretch = verbs.to_copy(document, author, time)
         copy = _entry(
             menu,
-            translate("forcelab", "Copy from {0}").format(shown_name(menu, author)),
+            f"Copy from {shown_name(menu, author)}",
             partial(document.copy_from, author, *(stretch or ())),
             stretch is not None,
         )

@@ -46,7 +46,7 @@ class TrackRows(TimePanel):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
-        self.setAccessibleName(self.tr("Tracks of the coders"))
+        self.setAccessibleName("Tracks of the coders")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         # Other authors' rows stay the same while one paints: pictures of them are kept.
         self._kept: dict[str, tuple[tuple[object, ...], QPixmap]] = {}
@@ -186,9 +186,9 @@ class TrackRows(TimePanel):
     def _paint_invitation(self, painter: QPainter, box: QRectF) -> None:
         """Say how to begin, in a row that is empty."""
         words = (
-            self.tr("Drag here to paint, or press the key of an action to begin.")
+            "Drag here to paint, or press the key of an action to begin."
             if self.document.vocabulary
-            else self.tr("Drag here and choose an action, or add one under Actions.")
+            else "Drag here and choose an action, or add one under Actions."
         )
         face = text.font(OWN_NAME)
         words = text.elided(words, face, box.width() - 20)
@@ -263,10 +263,10 @@ class TrackRows(TimePanel):
     def _word(self, kind: str) -> str:
         """What a snap target is called on screen."""
         words = {
-            "contact": self.tr("contact"),
-            "edge": self.tr("edge"),
-            "frame": self.tr("frame"),
-            "sample": self.tr("sample"),
+            "contact": "contact",
+            "edge": "edge",
+            "frame": "frame",
+            "sample": "sample",
         }
         return words[kind]
 

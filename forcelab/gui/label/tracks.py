@@ -112,7 +112,7 @@ class TrackPanel(TrackRows):
             gesture.commit(self.document)
             if self.document.range is not None:
                 # It stays where the menu is shut without a choice.
-                said = self.tr("Choose an action for the marked range, here or under Actions.")
+                said = "Choose an action for the marked range, here or under Actions."
                 self.document.say(said)
                 self.show_menu(
                     track_menu.range_menu(self, self.document), event.globalPosition().toPoint()

@@ -39,19 +39,19 @@ class Transport(QWidget):
     def __init__(self, document: Document, player: Player) -> None:
         super().__init__()
         self.document, self.player = document, player
-        self.setAccessibleName(self.tr("Transport"))
+        self.setAccessibleName("Transport")
         self.buttons: dict[str, QToolButton] = {}
         self.speed = QComboBox()
         self.speed.addItems([_speed_text(speed) for speed in SPEEDS])
-        self.speed.setToolTip(self.tr("Speed of playback"))
-        self.speed.setAccessibleName(self.tr("Speed of playback"))
+        self.speed.setToolTip("Speed of playback")
+        self.speed.setAccessibleName("Speed of playback")
         self.speed.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.speed.activated.connect(lambda at: document.set_speed(SPEEDS[at]))
         self.time = TimeEdit(document)
         self.length = QLabel()
         self.frame = Counter()
         self.range = Readout()
-        self.range.setAccessibleName(self.tr("Marked range"))
+        self.range.setAccessibleName("Marked range")
         self.reaction = QSpinBox()
         self.stored = StoredIndicator(document)
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
@@ -105,14 +105,12 @@ class Transport(QWidget):
         document, player = self.document, self.player
         row = QHBoxLayout()
         row.setSpacing(1)
-        self._button(row, "start", self.tr("To the start"), partial(self._to_end, 0))
-        self._button(row, "step-back", self.tr("Step back"), lambda: document.step(-1), repeat=True)
-        self._button(row, "play", self.tr("Play"), player.toggle)
-        self._button(
-            row, "step-forward", self.tr("Step forward"), lambda: document.step(1), repeat=True
-        )
-        self._button(row, "end", self.tr("To the end"), partial(self._to_end, 1))
-        loop = self._button(row, "loop", self.tr("Begin again at the end"), lambda: None)
+        self._button(row, "start", "To the start", partial(self._to_end, 0))
+        self._button(row, "step-back", "Step back", lambda: document.step(-1), repeat=True)
+        self._button(row, "play", "Play", player.toggle)
+        self._button(row, "step-forward", "Step forward", lambda: document.step(1), repeat=True)
+        self._button(row, "end", "To the end", partial(self._to_end, 1))
+        loop = self._button(row, "loop", "Begin again at the end", lambda: None)
         loop.setCheckable(True)
         loop.toggled.connect(player.set_loop)
         row.addSpacing(3)
@@ -135,19 +133,19 @@ class Transport(QWidget):
         snap = self._button(
             row,
             "magnet",
-            self.tr("Snap to contacts, edges, frames and samples (Alt while dragging: not)"),
+            "Snap to contacts, edges, frames and samples (Alt while dragging: not)",
             lambda: None,
         )
         snap.setCheckable(True)
         snap.toggled.connect(self.document.set_snapping)
         self.reaction.setRange(0, round(settings.LONGEST_MS))
         self.reaction.setSingleStep(10)
-        self.reaction.setPrefix(self.tr("Reaction "))
-        self.reaction.setSuffix(self.tr(" ms"))
+        self.reaction.setPrefix("Reaction ")
+        self.reaction.setSuffix(" ms")
         self.reaction.setToolTip(
-            self.tr("How late you press keys during playback; labels are put that much earlier")
+            "How late you press keys during playback; labels are put that much earlier"
         )
-        self.reaction.setAccessibleName(self.tr("Reaction time in milliseconds"))
+        self.reaction.setAccessibleName("Reaction time in milliseconds")
         self.reaction.setValue(round(settings.reaction_ms()))
         self.reaction.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.reaction.setKeyboardTracking(False)
@@ -196,8 +194,8 @@ class Transport(QWidget):
         there = self.document.demonstration is not None
         moving = (button for name, button in self.buttons.items() if name not in ("loop", "magnet"))
         for widget in (*moving, self.speed, self.time):
-            allow(widget, "" if there else self.tr("Open a demonstration first."))
-        self.length.setText(self.tr("/ {0:.3f} s").format(self.document.bounds[1]) if there else "")
+            allow(widget, "" if there else "Open a demonstration first.")
+        self.length.setText(f"/ {self.document.bounds[1]:.3f} s" if there else "")
         self._show_playing()
         self._show_snapping()
         self._show_range()
@@ -214,20 +212,20 @@ class Transport(QWidget):
             return
         # A cursor within float dust of a frame is on that frame.
         number = int(np.searchsorted(frames, self.document.cursor + 1e-9, side="right"))
-        text = self.tr("frame {0}")
+        text = "frame {0}"
         # As wide as the last one, so that nothing moves during playback.
         widest = text.format("0" * len(str(len(frames))))
         self.frame.say(text.format(number if number else "–"), widest)
-        self.frame.setToolTip(self.tr("{0} of {1} video frames").format(number, len(frames)))
+        self.frame.setToolTip(f"{number} of {len(frames)} video frames")
 
     def _show_range(self) -> None:
         """Show the range that is marked, or half of it."""
         document = self.document
         if document.range is not None:
             start, end = document.range
-            text = self.tr("range {0:.3f}–{1:.3f} s ({2:.3f} s)").format(start, end, end - start)
+            text = f"range {start:.3f}–{end:.3f} s ({end - start:.3f} s)"
         elif document.range_in is not None:
-            text = self.tr("range from {0:.3f} s").format(document.range_in)
+            text = f"range from {document.range_in:.3f} s"
         else:
             text = ""
         self.range.say(text)
@@ -237,7 +235,7 @@ class Transport(QWidget):
         playing, speed = self.document.playing, self.document.speed
         play = self.buttons["play"]
         play.setIcon(icon("pause" if playing else "play"))
-        text = self.tr("Pause") if playing else self.tr("Play")
+        text = "Pause" if playing else "Play"
         play.setToolTip(text)
         play.setAccessibleName(text)
         if speed in SPEEDS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QCoreApplication, QPoint
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication, QWidget
 
 from forcelab.gui.document import Document
@@ -17,7 +17,6 @@ from forcelab.gui.typing_guard import typing
 
 __all__ = ["handlers"]
 
-translate = QCoreApplication.translate
 
 #: How many video frames a larger step is; without video it is this share of the visible span.
 LEAP_FRAMES = 10
@@ -114,7 +113,7 @@ def _fill_gaps(document: Document, window: QWidget) -> None:
     if document.segments:
         ask_longest_gap(window, document)
     else:
-        document.say(translate("forcelab", "There are no segments of yours to fill gaps between."))
+        document.say("There are no segments of yours to fill gaps between.")
 
 
 def _leap(document: Document, direction: int) -> None:
@@ -139,7 +138,7 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
     authors = tuple(document.others)
     if document.coding_blind:
         document.say(
-            translate("forcelab", "Other labels are hidden until you are done; nothing copied."),
+            "Other labels are hidden until you are done; nothing copied.",
             True,
         )
         return
@@ -149,9 +148,7 @@ def _copy(document: Document, tracks: TrackPanel) -> None:
         menu = copy_menu(tracks, document, document.cursor)
         tracks.show_menu(menu, tracks.mapToGlobal(QPoint(tracks.GUTTER, 0)))
     elif authors:
-        sentence = translate(
-            "forcelab", "No other track has a segment at the cursor; mark a range to copy."
-        )
+        sentence = "No other track has a segment at the cursor; mark a range to copy."
         segment_verbs.say_no(document, sentence)
     else:
-        document.say(translate("forcelab", "No other track is shown to copy from."), True)
+        document.say("No other track is shown to copy from.", True)

@@ -56,7 +56,7 @@ class VideoPanel(PictureView):
         self._cameras = cameras
         self._choice = CameraChoice(cameras, self)
         self._choice.move(CHOICE, CHOICE)
-        self.setAccessibleName(self.tr("Video"))
+        self.setAccessibleName("Video")
         self._frames: Frames | None = None
         self._open: tuple[str, str] | None = None
         self._forget()
@@ -109,13 +109,13 @@ class VideoPanel(PictureView):
         times, reference = self._times, self._reference
         if times is None or reference is None or self._shown < 0:
             return self._progress
-        parts = [self.tr("frame {0} of {1}").format(self._shown + 1, len(times))]
+        parts = [f"frame {self._shown + 1} of {len(times)}"]
         time = signed(f"{float(reference.clock.to_force(times[self._shown])):.3f}")
         parts.append(f"{time} s")
         if self._period:
             over = self._here > times[-1] + OVER * self._period
             rate = f"{1 / self._period:.4g}/s"
-            parts.append(self.tr("ended") if over else rate)  # short: the panel is narrow
+            parts.append("ended" if over else rate)  # short: the panel is narrow
         return " · ".join(parts)
 
     @property
@@ -128,7 +128,7 @@ class VideoPanel(PictureView):
             return self._missing[1]
         if self._times is not None and reference is not None and self._wanted < 0:
             start = float(reference.clock.to_force(self._times[0]))
-            return self.tr("The video begins at {0} s").format(f"{start:.3f}")
+            return "The video begins at {} s".format(f"{start:.3f}")
         return ""
 
     @property
@@ -265,7 +265,7 @@ class VideoPanel(PictureView):
         self.update()
 
     def _indexed(self, done: int, total: int) -> None:
-        self._progress = self.tr("reading the times of frame {0} of {1}").format(done, total)
+        self._progress = f"reading the times of frame {done} of {total}"
         self.update()
 
     def _missed(self, number: int, sentence: str) -> None:

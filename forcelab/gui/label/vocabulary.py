@@ -53,26 +53,26 @@ class VocabularyView(SideList):
 
     def __init__(self, document: Document) -> None:
         super().__init__(document)
-        self.setAccessibleName(self.tr("Actions"))
+        self.setAccessibleName("Actions")
         self.model = VocabularyModel(document, self)
         self.list = ActionRows(self.model, self.menu)
         self.list.clicked.connect(self._clicked)
         self.list.opened.connect(self._clicked)
-        self.entry = _Entry(placeholderText=self.tr("Add an action"), clearButtonEnabled=True)
-        self.entry.setAccessibleName(self.tr("Name of an action to add"))
+        self.entry = _Entry(placeholderText="Add an action", clearButtonEnabled=True)
+        self.entry.setAccessibleName("Name of an action to add")
         self.entry.returnPressed.connect(self._add_typed)
         completer = QCompleter(list(entries()), self)
         completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
         self.entry.setCompleter(completer)
         self.plus = add = QToolButton()
         add.setIcon(icon("plus"))
-        add.setToolTip(self.tr("Add the action; it gets a free colour and a free key"))
-        add.setAccessibleName(self.tr("Add action"))
+        add.setToolTip("Add the action; it gets a free colour and a free key")
+        add.setAccessibleName("Add action")
         add.clicked.connect(self._add_typed)
         self.suggestions = Suggestions()
         self.suggestions.chosen.connect(self.add)
         self.suggestions.dismissed.connect(self._suggest_no_more)
-        self.nothing = placeholder(self.tr("No demonstration is open."))
+        self.nothing = placeholder("No demonstration is open.")
         #: The task to which actions are suggested: from its first one on, until it is painted.
         self._suggested: str | None = None
         bar = QHBoxLayout()
@@ -130,7 +130,7 @@ class VocabularyView(SideList):
         if not name:
             return False
         if name in self.document.vocabulary:
-            self.document.say(self.tr("There is an action '{0}' already.").format(name), True)
+            self.document.say(f"There is an action '{name}' already.", True)
             return False
         return self.document.add_actions(name)
 
@@ -158,21 +158,21 @@ class VocabularyView(SideList):
         """What can be done with an action."""
         document = self.document
         menu = QMenu(self)
-        brush = menu.addAction(self.tr("Use as brush"))
+        brush = menu.addAction("Use as brush")
         brush.setCheckable(True)
         brush.setChecked(document.action == name)
         brush.triggered.connect(lambda: self._toggle(name))
         if document.range is not None:
-            fill = menu.addAction(icon("range"), self.tr("Fill the marked range"))
+            fill = menu.addAction(icon("range"), "Fill the marked range")
             fill.triggered.connect(lambda: fill_range(document, name))
         menu.addSeparator()
-        key = menu.addAction(icon("key"), self.tr("Change key…"))
+        key = menu.addAction(icon("key"), "Change key…")
         key.triggered.connect(lambda: self._ask_key(name))
         current = document.vocabulary[name].colour
         colour_menu(current, lambda colour: self.recolour(name, colour), menu)
-        other = menu.addAction(icon("pencil"), self.tr("Rename…"))
+        other = menu.addAction(icon("pencil"), "Rename…")
         other.triggered.connect(lambda: self._ask_name(name))
-        remove = menu.addAction(icon("trash"), self.tr("Remove"))
+        remove = menu.addAction(icon("trash"), "Remove")
         remove.triggered.connect(lambda: self.remove(name))
         return menu
 
@@ -224,7 +224,7 @@ class VocabularyView(SideList):
             self._suggested = task
         self.suggestions.leave_out(names)
         self._show_parts()
-        obstacle = "" if there else self.tr("Open a demonstration first: its task gets the action.")
+        obstacle = "" if there else "Open a demonstration first: its task gets the action."
         allow(self.entry, obstacle)
         allow(self.plus, obstacle)
         self._count_soon()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import (
     QColorDialog,
@@ -21,8 +21,6 @@ from forcelab.errors import InputError
 from forcelab.gui.label.swatches import swatch_icon
 from forcelab.gui.theme import colours
 from forcelab.vocabulary import COLOURS, Vocabulary
-
-translate = QCoreApplication.translate
 
 __all__ = ["KeyDialog", "ask_name", "colour_menu"]
 
@@ -46,10 +44,8 @@ class KeyDialog(QDialog):
         super().__init__(parent)
         self._vocabulary, self._name = vocabulary, name
         self.key: str | None = None
-        self.setWindowTitle(self.tr("Key of '{0}'").format(name))
-        ask = QLabel(
-            self.tr("Press the key that paints '{0}'. Backspace takes its key away.").format(name)
-        )
+        self.setWindowTitle(f"Key of '{name}'")
+        ask = QLabel(f"Press the key that paints '{name}'. Backspace takes its key away.")
         ask.setWordWrap(True)
         self.trouble = QLabel()
         self.trouble.setWordWrap(True)
@@ -88,8 +84,8 @@ def ask_name(old: str, parent: QWidget) -> str | None:
     """Ask for another name of an action; None if it shall keep its own."""
     name, given = QInputDialog.getText(
         parent,
-        translate("forcelab", "Rename action"),
-        translate("forcelab", "New name of '{0}':").format(old),
+        "Rename action",
+        f"New name of '{old}':",
         text=old,
     )
     name = " ".join(name.split())
@@ -98,26 +94,26 @@ def ask_name(old: str, parent: QWidget) -> str | None:
 
 def colour_menu(current: str, choose: Callable[[str], object], around: QMenu) -> QMenu:
     """The colours that every viewer tells apart, then any other; below another menu."""
-    menu, parent = around.addMenu(translate("forcelab", "Colour")), around.parentWidget()
+    menu, parent = around.addMenu("Colour"), around.parentWidget()
     names = (
-        translate("forcelab", "Blue"),
-        translate("forcelab", "Vermilion"),
-        translate("forcelab", "Sky blue"),
-        translate("forcelab", "Orange"),
-        translate("forcelab", "Bluish green"),
-        translate("forcelab", "Yellow"),
-        translate("forcelab", "Reddish purple"),
-        translate("forcelab", "Black"),
+        "Blue",
+        "Vermilion",
+        "Sky blue",
+        "Orange",
+        "Bluish green",
+        "Yellow",
+        "Reddish purple",
+        "Black",
     )
     for colour, name in zip(COLOURS, names, strict=True):
         action = menu.addAction(swatch_icon(colour), name)
         action.setEnabled(colour != current)
         action.triggered.connect(lambda _=False, colour=colour: choose(colour))
     menu.addSeparator()
-    other = menu.addAction(translate("forcelab", "Other…"))
+    other = menu.addAction("Other…")
 
     def ask() -> None:
-        chosen = QColorDialog.getColor(QColor(current), parent, translate("forcelab", "Colour"))
+        chosen = QColorDialog.getColor(QColor(current), parent, "Colour")
         if chosen.isValid():
             choose(chosen.name())
 

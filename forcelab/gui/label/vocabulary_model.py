@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from PySide6.QtCore import QAbstractListModel, QCoreApplication, QObject, Qt
+from PySide6.QtCore import QAbstractListModel, QObject, Qt
 
 from forcelab.errors import InputError
 from forcelab.glossary import Entry, glossary
 from forcelab.gui.document import Document
 from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.label.track_spans import spans_of
-
-translate = QCoreApplication.translate
 
 __all__ = ["VocabularyModel", "entries"]
 
@@ -77,11 +75,10 @@ class VocabularyModel(QAbstractListModel):
             return _tooltip(action.name)
         if role == Qt.ItemDataRole.AccessibleTextRole:
             number, seconds = self.counts.get(action.name, (0, 0.0))
-            brush = translate("forcelab", ", brush") if action.name == self.document.action else ""
-            text = translate("forcelab", "{0}, key {1}, {2} segments, {3:.1f} seconds")
+            brush = ", brush" if action.name == self.document.action else ""
             return (
-                text.format(
-                    action.name, action.key or translate("forcelab", "none"), number, seconds
+                "{}, key {}, {} segments, {:.1f} seconds".format(
+                    action.name, action.key or "none", number, seconds
                 )
                 + brush
             )
@@ -103,9 +100,9 @@ def _tooltip(name: str) -> str:
     if entry is None:
         return name
     starts, ends, unlike = (
-        translate("forcelab", "Starts:"),
-        translate("forcelab", "Ends:"),
-        translate("forcelab", "Beware:"),
+        "Starts:",
+        "Ends:",
+        "Beware:",
     )
     return (
         f"<p><b>{entry.action}</b> {entry.sentence}</p>"

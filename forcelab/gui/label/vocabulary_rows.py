@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QCoreApplication, QPoint, QRectF, QSize
+from PySide6.QtCore import QPoint, QRectF, QSize
 from PySide6.QtGui import QColor, QContextMenuEvent, QFont, QPainter, QPen
 from PySide6.QtWidgets import QMenu, QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
 
@@ -13,8 +13,6 @@ from forcelab.gui.label.side_lists import RowList, write_row
 from forcelab.gui.label.swatches import look_of, paint_key, paint_swatch
 from forcelab.gui.label.vocabulary_model import VocabularyModel
 from forcelab.gui.theme import colours
-
-translate = QCoreApplication.translate
 
 __all__ = ["ActionRows"]
 
@@ -25,7 +23,7 @@ class ActionRows(RowList):
     def __init__(self, model: VocabularyModel, menu: Callable[[str], QMenu]) -> None:
         super().__init__(model)
         self._model, self._menu = model, menu
-        self.setAccessibleName(self.tr("Actions: Enter takes up the brush"))
+        self.setAccessibleName("Actions: Enter takes up the brush")
         self.setItemDelegate(_Delegate(model, self))
         self.setMouseTracking(True)
 
@@ -81,7 +79,7 @@ class _Delegate(QStyledItemDelegate):
         swatch.setSize(QSize(round(unit * 1.5), round(unit * 0.9)).toSizeF())
         paint_swatch(painter, swatch, look_of(document.vocabulary, action.name))
         number, seconds = self._model.counts.get(action.name, (0, 0.0))
-        amount = translate("forcelab", "{0} · {1:.1f} s").format(number, seconds) if number else ""
+        amount = f"{number} · {seconds:.1f} s" if number else ""
         room = box.adjusted(swatch.right() - box.left() + 8, 0, -8, 0)
         font = QFont(option.font)
         font.setBold(brush)

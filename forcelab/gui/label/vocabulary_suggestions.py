@@ -32,8 +32,8 @@ class Suggestions(QScrollArea):
         column = QVBoxLayout(page)
         self._text = QLabel()
         self._text.setWordWrap(True)
-        self.enough = QPushButton(self.tr("That is all"))
-        self.enough.setToolTip(self.tr("Show the chosen actions only; painting does so, too"))
+        self.enough = QPushButton("That is all")
+        self.enough.setToolTip("Show the chosen actions only; painting does so, too")
         self.enough.clicked.connect(self.dismissed)
         column.addWidget(self._text)
         column.addWidget(self.enough)
@@ -57,6 +57,6 @@ class Suggestions(QScrollArea):
             button.setVisible(name not in names)
         self.enough.setVisible(bool(names))
         if names:
-            self._text.setText(self.tr("More actions to add:"))
+            self._text.setText("More actions to add:")
         else:
-            self._text.setText(self.tr("No actions yet: add one below, or begin with these."))
+            self._text.setText("No actions yet: add one below, or begin with these.")

@@ -68,9 +68,9 @@ class LabelWorkspace(DockedWindow):
         panels = (self.tracks, self.force, self.scalogram)
         self._timeline = Timeline(Ruler(document), panels, (0, 5, 3), self.overview, self.transport)
         self._splitter = self._timeline.splitter
-        self._add_panel("tracks", self.tr("Tracks"), self.tracks)
-        self._add_panel("force", self.tr("Forces"), self.force)
-        self._add_panel("scalogram", self.tr("Scalogram"), self.scalogram)
+        self._add_panel("tracks", "Tracks", self.tracks)
+        self._add_panel("force", "Forces", self.force)
+        self._add_panel("scalogram", "Scalogram", self.scalogram)
         self._stack = QStackedWidget()
         self._stack.addWidget(self._nothing())
         self._stack.addWidget(self._timeline)
@@ -82,10 +82,10 @@ class LabelWorkspace(DockedWindow):
             shown=self._stack.isVisible,  # here or where it was lent to
         )
         self._docks: dict[str, QDockWidget] = {}
-        self._add_dock("video", self.tr("Video"), self.video)
-        self._add_dock("actions", self.tr("Actions"), self.vocabulary)
-        self._add_dock("segments", self.tr("Segments"), self.segments)
-        self._add_dock("history", self.tr("History"), self.history)
+        self._add_dock("video", "Video", self.video)
+        self._add_dock("actions", "Actions", self.vocabulary)
+        self._add_dock("segments", "Segments", self.segments)
+        self._add_dock("history", "History", self.history)
         self._arrange()
         self._standard = self.saveState(LAYOUT)
         self._before_lending = self._standard
@@ -226,8 +226,8 @@ class LabelWorkspace(DockedWindow):
     def _nothing(self) -> QWidget:
         """What is said while no demonstration is open."""
         label = placeholder()
-        choose = self.tr("Choose a demonstration on the left to label it.")
-        bring = self.tr("Import a recording, and it can be labelled here.")
+        choose = "Choose a demonstration on the left to label it."
+        bring = "Import a recording, and it can be labelled here."
         document = self.document
         document.listing_changed.connect(lambda: label.setText(choose if document.infos else bring))
         return label

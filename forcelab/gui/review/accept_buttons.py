@@ -54,15 +54,15 @@ class AcceptButtons(QWidget):
         self.here.clicked.connect(self.accept_here)
         self.in_view = QPushButton()
         self.in_view.clicked.connect(self.accept_in_view)
-        self.above = QPushButton(self.tr("Accept a&bove"))
-        self.above.setAccessibleName(self.tr("Accept all segments above this probability"))
+        self.above = QPushButton("Accept a&bove")
+        self.above.setAccessibleName("Accept all segments above this probability")
         self.above.clicked.connect(self.accept_above)
         self.at_least = QDoubleSpinBox()
         self.at_least.setRange(0.0, 1.0)
         self.at_least.setDecimals(2)
         self.at_least.setSingleStep(0.05)
         self.at_least.setValue(settings.number("review/accept_above", 0.9, lowest=0, highest=1))
-        self.at_least.setAccessibleName(self.tr("Least mean probability"))
+        self.at_least.setAccessibleName("Least mean probability")
         self.at_least.valueChanged.connect(lambda _: self._follow())
         self.at_least.editingFinished.connect(
             lambda: settings.put("review/accept_above", self.at_least.value())
@@ -84,8 +84,8 @@ class AcceptButtons(QWidget):
     def _name_buttons(self) -> None:
         """Print the keys on the buttons."""
         for button, text, command in (
-            (self.here, self.tr("Accept &here"), "accept"),
-            (self.in_view, self.tr("Accept all in &view"), "accept_all"),
+            (self.here, "Accept &here", "accept"),
+            (self.in_view, "Accept all in &view", "accept_all"),
         ):
             key = keys().shown(command)
             # Below it: beside it, the longer one is cut off where the lists are narrow.
@@ -114,9 +114,9 @@ class AcceptButtons(QWidget):
         if done:
             count = len(set(self.document.segments) - before)
             text = (
-                self.tr("1 predicted segment was accepted; {key} takes it back.")
+                "1 predicted segment was accepted; {key} takes it back."
                 if count == 1
-                else self.tr("{count} predicted segments were accepted; {key} takes them back.")
+                else "{count} predicted segments were accepted; {key} takes them back."
             )
             key = keys().shown("undo").split(",")[0]
             self.document.say(text.format(count=count, key=key))
@@ -139,13 +139,13 @@ class AcceptButtons(QWidget):
         """Offer what lies at the cursor."""
         if self.isVisible():
             there = self._is_there(cursor, cursor + MOMENT)
-            allow(self.here, "" if there else self.tr("Nothing is predicted at the cursor."))
+            allow(self.here, "" if there else "Nothing is predicted at the cursor.")
 
     def _follow_span(self, start: float, end: float) -> None:
         """Offer what is in view."""
         if self.isVisible():
             there = self._is_there(start, end)
-            allow(self.in_view, "" if there else self.tr("Nothing is predicted in view."))
+            allow(self.in_view, "" if there else "Nothing is predicted in view.")
 
     def _follow(self, *_: object) -> None:
         """Offer what can be accepted."""
@@ -155,8 +155,6 @@ class AcceptButtons(QWidget):
         self._follow_cursor(document.cursor)
         self._follow_span(document.start, document.end)
         count = self._count(*document.bounds, self.at_least.value())
-        none = self.tr("No predicted segment of the open demonstration is that probable.")
+        none = "No predicted segment of the open demonstration is that probable."
         allow(self.above, "" if count else none)
-        self.above.setToolTip(
-            self.tr("{0} segments of the open demonstration are that probable").format(count)
-        )
+        self.above.setToolTip(f"{count} segments of the open demonstration are that probable")

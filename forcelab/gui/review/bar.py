@@ -45,7 +45,7 @@ class TrainBar(QWidget):
     def __init__(self, document: Document, learning: Learning) -> None:
         super().__init__()
         self.document, self.learning = document, learning
-        self.setAccessibleName(self.tr("Training"))
+        self.setAccessibleName("Training")
         self._make()
         self._row = QHBoxLayout()
         self._row.setSpacing(6)
@@ -88,36 +88,36 @@ class TrainBar(QWidget):
     def _make(self) -> None:
         """All that stands in the row."""
         self.task = TaskList(self.learning)
-        self.train = QPushButton(self.tr("Train"))
+        self.train = QPushButton("Train")
         self.train.clicked.connect(self.learning.train)
         self.whose = WhoseLine(self.document)
-        self.automatic = QCheckBox(self.tr("by itself"))
-        self.automatic.setToolTip(self.tr("Train five seconds after the last edit"))
-        self.automatic.setAccessibleName(self.tr("Train by itself after edits"))
+        self.automatic = QCheckBox("by itself")
+        self.automatic.setToolTip("Train five seconds after the last edit")
+        self.automatic.setAccessibleName("Train by itself after edits")
         self.automatic.toggled.connect(self.learning.set_automatic)
         self.settings = QPushButton()
-        self.settings.setToolTip(self.tr("How a recogniser is trained"))
+        self.settings.setToolTip("How a recogniser is trained")
         self.settings.clicked.connect(self.open_settings)
         self.standing = Elided()
-        self.standing.setAccessibleName(self.tr("How the recogniser stands"))
+        self.standing.setAccessibleName("How the recogniser stands")
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
         self.progress.setFixedWidth(110)
         self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName(self.tr("Progress of the training"))
+        self.progress.setAccessibleName("Progress of the training")
         self.told = Elided()
-        self.told.setAccessibleName(self.tr("What the training does"))
-        self.cancel = QPushButton(self.tr("Cancel"))
-        self.cancel.setAccessibleName(self.tr("Cancel the training"))
+        self.told.setAccessibleName("What the training does")
+        self.cancel = QPushButton("Cancel")
+        self.cancel.setAccessibleName("Cancel the training")
         self.cancel.clicked.connect(self.learning.cancel)
         self.runs = RunChoice(self.document, self.learning)
-        self.compare = QPushButton(self.tr("Compare…"))
-        self.compare.setAccessibleName(self.tr("Compare two runs"))
+        self.compare = QPushButton("Compare…")
+        self.compare.setAccessibleName("Compare two runs")
         self.compare.clicked.connect(self.compare_asked)
         self.more = QToolButton()
         self.more.setIcon(icon("more"))
-        self.more.setToolTip(self.tr("More"))
-        self.more.setAccessibleName(self.tr("More about training"))
+        self.more.setToolTip("More")
+        self.more.setAccessibleName("More about training")
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._menu = QMenu(self)
         self._menu.aboutToShow.connect(self._fill_menu)
@@ -135,8 +135,8 @@ class TrainBar(QWidget):
         self.trouble.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.dismiss = QToolButton()
         self.dismiss.setIcon(icon("cross"))
-        self.dismiss.setToolTip(self.tr("Dismiss"))
-        self.dismiss.setAccessibleName(self.tr("Dismiss this message"))
+        self.dismiss.setToolTip("Dismiss")
+        self.dismiss.setAccessibleName("Dismiss this message")
         self.dismiss.clicked.connect(self.learning.dismiss)
         self.trouble_row = QWidget()
         row = QHBoxLayout(self.trouble_row)
@@ -187,8 +187,8 @@ class TrainBar(QWidget):
     def _obstacle(self, *, training: bool = False) -> str:
         """Why nothing can be trained now; empty where it can."""
         if training:
-            return self.tr("A training goes on; wait for it or cancel it.")
-        none = self.tr("There is nothing to train on yet; import demonstrations and label them.")
+            return "A training goes on; wait for it or cancel it."
+        none = "There is nothing to train on yet; import demonstrations and label them."
         return "" if self.learning.ready else self.learning.trouble or none
 
     def _show_labels(self) -> None:
@@ -204,10 +204,10 @@ class TrainBar(QWidget):
 
     def _show_preset(self) -> None:
         """Print what it is trained with on the button that changes it."""
-        name = self.tr("Settings…")
+        name = "Settings…"
         if self.learning.ready:
             preset, changed = self.learning.called
-            told = self.tr("Settings: {0}, changed…") if changed else self.tr("Settings: {0}…")
+            told = "Settings: {0}, changed…" if changed else "Settings: {0}…"
             name = told.format(preset)
         self.settings.setText(name)
         self.settings.setAccessibleName(name)
@@ -222,7 +222,7 @@ class TrainBar(QWidget):
         if not training:
             self.told.set_text("")
         elif step is None:
-            self.told.set_text(self.tr("starting"))
+            self.told.set_text("starting")
         else:
             self.told.set_text(progress_text(step), progress_text(step, short=True))
 
@@ -260,31 +260,31 @@ class TrainBar(QWidget):
         """Offer what is not in the row."""
         self._menu.clear()
         if self.automatic.isHidden():
-            action = self._menu.addAction(self.tr("Train by itself after edits"))
+            action = self._menu.addAction("Train by itself after edits")
             action.setCheckable(True)
             action.setChecked(self.learning.automatic)
             action.toggled.connect(self.learning.set_automatic)
         if self.settings.isHidden():
-            self._menu.addAction(self.tr("Settings…"), self.open_settings)
+            self._menu.addAction("Settings…", self.open_settings)
         if self.runs.isHidden() and self.learning.runs:
-            runs = self._menu.addMenu(self.tr("Review another run"))
+            runs = self._menu.addMenu("Review another run")
             for kept in self.learning.runs:
                 shown = runs.addAction(verbatim(run_text(kept)))
                 shown.triggered.connect(
                     lambda _checked=False, number=kept.number: self.learning.show_run(number)
                 )
         if self.compare.isHidden():
-            self._menu.addAction(self.tr("Compare two runs…"), self.compare_asked.emit)
+            self._menu.addAction("Compare two runs…", self.compare_asked.emit)
 
     def _count_runs(self) -> None:
         """Two runs can be compared, one cannot."""
-        few = self.tr("Train a second time, with other settings or labels, and compare then.")
+        few = "Train a second time, with other settings or labels, and compare then."
         allow(self.compare, "" if len(self.learning.runs) > 1 else few)
 
     def _name_keys(self) -> None:
         """Say the key where one looks for it, and whose labels are meant."""
         key, whose = keys().shown("train"), self.whose.text
-        text = self.tr("Train on the labels as they are now")
+        text = "Train on the labels as they are now"
         text = f"{text}. {whose}" if whose else text
         self.train.setToolTip(f"{text} ({key})" if key else text)
         self.train.setAccessibleName(text)

@@ -5,16 +5,12 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.review.training_jobs import Kept
 
 if TYPE_CHECKING:
     from forcelab.review.steps import Step
 
 __all__ = ["progress_text", "run_text", "standing_text"]
-
-translate = QCoreApplication.translate
 
 
 def standing_text(
@@ -34,27 +30,27 @@ def standing_text(
         Whether the next training takes other settings.
     """
     if edits is None:
-        return translate("forcelab", "not trained yet"), ""
+        return "not trained yet", ""
     if coder:
-        told = translate("forcelab", "trained on the labels of {0}")
-        return told.format(coder), translate("forcelab", "trained on {0}").format(coder)
+        told = "trained on the labels of {0}"
+        return told.format(coder), f"trained on {coder}"
     if not edits and kept and resettled:
-        told = translate("forcelab", "trained with other settings")
-        return told, translate("forcelab", "other settings")
+        told = "trained with other settings"
+        return told, "other settings"
     if not edits and kept:
-        return translate("forcelab", "up to date"), ""
+        return "up to date", ""
     if not edits:
-        told = translate("forcelab", "up to date, no recogniser kept")
+        told = "up to date, no recogniser kept"
         if resettled:
-            told = translate("forcelab", "of other settings, no recogniser kept")
-        return told, translate("forcelab", "no recogniser kept")
-    trained = translate("forcelab", "this recogniser was trained")
-    since = trained if kept else translate("forcelab", "this run")
-    told = translate("forcelab", "{0} edits or new demonstrations since {1}")
-    short = translate("forcelab", "{0} changes since")
+            told = "of other settings, no recogniser kept"
+        return told, "no recogniser kept"
+    trained = "this recogniser was trained"
+    since = trained if kept else "this run"
+    told = "{0} edits or new demonstrations since {1}"
+    short = "{0} changes since"
     if edits == 1:
-        told = translate("forcelab", "{0} edit or new demonstration since {1}")
-        short = translate("forcelab", "{0} change since")
+        told = "{0} edit or new demonstration since {1}"
+        short = "{0} change since"
     return told.format(edits, since), short.format(edits)
 
 
@@ -72,18 +68,18 @@ def run_text(kept: Kept) -> str:
 def progress_text(step: Step, *, short: bool = False) -> str:
     """How far a training is, in words such as ``"fold 3 of 10 · epoch 41 · 12 s left"``."""
     phases = {
-        "features": translate("forcelab", "features"),
-        "fold": translate("forcelab", "fold {0} of {1}").format(step.fold, step.folds),
-        "final fit": translate("forcelab", "final fit"),
-        "proposals": translate("forcelab", "proposals"),
-        "storing": translate("forcelab", "storing"),
+        "features": "features",
+        "fold": f"fold {step.fold} of {step.folds}",
+        "final fit": "final fit",
+        "proposals": "proposals",
+        "storing": "storing",
     }
     parts = [phases[step.phase]]
     if step.epoch is not None and not short:
-        parts.append(translate("forcelab", "epoch {0}").format(step.epoch))
+        parts.append(f"epoch {step.epoch}")
     # A fit that takes longer than those before it is not "0 s" from its end.
     if step.seconds_left is not None and step.seconds_left >= 0.5:
-        parts.append(translate("forcelab", "{0} left").format(_span(step.seconds_left)))
+        parts.append(f"{_span(step.seconds_left)} left")
     return " · ".join(parts)
 
 

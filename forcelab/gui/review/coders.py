@@ -48,17 +48,17 @@ class CodersView(QWidget):
         self._listed: object = None  # what was known of the demonstrations when they were compared
         self._stale = True
         self.task = QComboBox()
-        self.task.setAccessibleName(self.tr("Task"))
+        self.task.setAccessibleName("Task")
         self.task.activated.connect(lambda _: self._again())
         self.note, self.summary, self.counts = sentence(muted=True), sentence(), sentence()
         self.matrix, self.pair = CoderMatrix(), PairDetails(document)
         self.matrix.chosen.connect(self._show_pair)
         self.alone, self.consensus = AloneView(document), ConsensusBar(document)
         self.pages = FittingTabs()
-        self.pages.setAccessibleName(self.tr("Coders"))
-        self.pages.addTab(self._agreement_page(), self.tr("Agreement"))
-        self.pages.addTab(scrolled(self.consensus), self.tr("Consensus"))
-        self.pages.addTab(scrolled(self.alone), self.tr("Each coder"))
+        self.pages.setAccessibleName("Coders")
+        self.pages.addTab(self._agreement_page(), "Agreement")
+        self.pages.addTab(scrolled(self.consensus), "Consensus")
+        self.pages.addTab(scrolled(self.alone), "Each coder")
         self.pages.currentChanged.connect(self.take_keyboard)
         self.room = PageOrNote(self.pages)
         column(self, self.task, self.note, self.room, growing=self.room, margin=4, spacing=4)
@@ -179,7 +179,7 @@ class CodersView(QWidget):
             return
         kept = self.task.currentData() if self.task.currentIndex() > 0 else None
         self.task.clear()
-        self.task.addItem(self.tr("All tasks"))
+        self.task.addItem("All tasks")
         for task in tasks:
             self.task.addItem(shown_task(task), task)
         self.task.setCurrentIndex(0 if kept is None else max(self.task.findData(kept), 0))
@@ -199,8 +199,8 @@ class CodersView(QWidget):
         """Fill the pages, or say what is missing."""
         found = self.found
         hidden = 0 if found is None else found.hidden
-        text = self.tr("{0} demonstrations are left out until you have labelled them blind.")
-        one = self.tr("1 demonstration is left out until you have labelled it blind.")
+        text = "{0} demonstrations are left out until you have labelled them blind."
+        one = "1 demonstration is left out until you have labelled it blind."
         self.note.setText(one if hidden == 1 else text.format(hidden))
         self.note.setVisible(hidden > 0)
         if found is None or not found.pairs:
@@ -218,10 +218,10 @@ class CodersView(QWidget):
     def _missing(self) -> str:
         """Why there is nothing to compare, and what to do about it."""
         if self.document.project is None:
-            return self.tr("Open a project to compare its coders.")
+            return "Open a project to compare its coders."
         if self.found is None:
-            return self.tr("Comparing the coders…")
-        return self.tr(
+            return "Comparing the coders…"
+        return (
             "No demonstration here is labelled by two coders yet, so there is nothing to compare. "
             "Assign some to a second coder, blind: right-click them in the list of demonstrations, "
             "or use “forcelab assign PROJECT DEMO --author NAME”."
@@ -230,12 +230,12 @@ class CodersView(QWidget):
     def _summed_up(self, found: Agreement) -> str:
         """How far all coders agree, in a sentence."""
         if found.fleiss is None or found.fleiss_coders < 3:
-            return self.tr("The darker a cell, the better the two agree; a click tells more.")
-        text = self.tr(
-            "Fleiss' kappa of all {0} coders: {1:.2f}, “{2}” by Landis and Koch. It is as kappa of "
+            return "The darker a cell, the better the two agree; a click tells more."
+        return (
+            f"Fleiss' kappa of all {len(found.authors)} coders: {found.fleiss:.2f}, "
+            f"“{word(found.fleiss)}” by Landis and Koch. It is as kappa of "
             "two, for any number of coders. The darker a cell, the better the two agree."
         )
-        return text.format(len(found.authors), found.fleiss, word(found.fleiss))
 
     def _show_pair(self, pair: PairAgreement | None) -> None:
         """Show the pair that was chosen in the matrix."""

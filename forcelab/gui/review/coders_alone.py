@@ -30,24 +30,22 @@ class AloneView(QWidget):
         self._own: tuple[Consistency, ...] = ()
         self._names: Mapping[str, str] = {}
         self.coder = QComboBox()
-        self.coder.setAccessibleName(self.tr("Coder"))
+        self.coder.setAccessibleName("Coder")
         self.coder.activated.connect(lambda _: self._show())
         about = sentence(muted=True)
         about.setText(
-            self.tr(
-                "± is the spread of an action's durations, as a share of their mean. A low one "
-                "means that its segments are about as long each time."
-            )
+            "± is the spread of an action's durations, as a share of their mean. A low one "
+            "means that its segments are about as long each time."
         )
         self._model = TextModel(self)
         self.durations = TextRows(self._model)
-        self.durations.setAccessibleName(self.tr("Durations of each action"))
+        self.durations.setAccessibleName("Durations of each action")
         self.durations.setSelectionMode(QAbstractItemView.SelectionMode.NoSelection)
         self.durations.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         high = self.durations.verticalHeader().defaultSectionSize()
         self.durations.setMinimumHeight(round(6.5 * high))  # where there is less room, all scrolls
         self._odd = sentence()
-        self.places = PlaceTable(self.tr("Segments that stand out"))
+        self.places = PlaceTable("Segments that stand out")
         self.places.wanted.connect(document.examine)
         column = QVBoxLayout(self)
         column.setContentsMargins(6, 6, 6, 6)
@@ -79,18 +77,18 @@ class AloneView(QWidget):
             name = one.action if tasks == 1 else f"{one.action} · {shown_task(one.task)}"
             spread = "–" if one.variation is None else f"{100 * one.variation:.0f}"
             rows.append(Row((name, str(one.count), f"{one.mean:.2f}", spread)))
-        numbers = self.tr("Count"), self.tr("Mean, s"), self.tr("± %")
-        self._model.show((Column(self.tr("Action"), number=False), *map(Column, numbers)), rows)
+        numbers = "Count", "Mean, s", "± %"
+        self._model.show((Column("Action", number=False), *map(Column, numbers)), rows)
         self.durations.fit_columns(stretched=0)
-        odd = [PlaceRow(place, self.tr("unusual duration")) for place in own.odd]
-        rare = [PlaceRow(place, self.tr("order found nowhere else")) for place in own.rare]
-        text = self.tr(
+        odd = [PlaceRow(place, "unusual duration") for place in own.odd]
+        rare = [PlaceRow(place, "order found nowhere else") for place in own.rare]
+        text = (
             "{0} segments are unusually long or short for their action, and {1} times two actions "
             "follow each other as in no other demonstration of the task. Worth a look; it need not "
             "be a mistake."
         )
-        nothing = self.tr("No segment stands out by its duration or by what it follows.")
+        nothing = "No segment stands out by its duration or by what it follows."
         self._odd.setText(text.format(len(odd), len(rare)) if odd or rare else nothing)
         self.places.setVisible(bool(odd or rare))
-        heads = (self.tr("Action"), self.tr("Then"), self.tr("What"))
+        heads = ("Action", "Then", "What")
         self.places.put([*odd, *rare], self._names, heads)

@@ -58,7 +58,7 @@ class OffsetHistogram(QWidget):
         self.offsets: NDArray[np.float64] = np.empty(0)
         self._second = ""
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName(self.tr("Histogram of boundary offsets"))
+        self.setAccessibleName("Histogram of boundary offsets")
         themes().changed.connect(self.update)
 
     def show_offsets(self, offsets: NDArray[np.float64], second: str) -> None:
@@ -112,8 +112,8 @@ class OffsetHistogram(QWidget):
         half = int(below.width() / 2 - line)
         painter.setPen(QColor(theme.muted))
         for text, side in (
-            (self.tr("{0} earlier").format(self._second), Qt.AlignmentFlag.AlignLeft),
-            (self.tr("{0} later").format(self._second), Qt.AlignmentFlag.AlignRight),
+            (f"{self._second} earlier", Qt.AlignmentFlag.AlignLeft),
+            (f"{self._second} later", Qt.AlignmentFlag.AlignRight),
         ):
             painter.drawText(below, side, metrics.elidedText(text, NAMES, half))
         painter.drawText(below, middle, "ms")
@@ -125,7 +125,7 @@ class OffsetHistogram(QWidget):
         painter.setPen(QPen(QColor(colours().cursor), 2))
         painter.drawLine(QLineF(x, box.top() - 2, x, box.bottom()))
         number = f"{median:+.0f}".replace("-", "\N{MINUS SIGN}")
-        text = self.tr("median {0} ms").format("0" if round(median) == 0 else number)
+        text = "median {} ms".format("0" if round(median) == 0 else number)
         wide = self.fontMetrics().horizontalAdvance(text) + 2
         left = min(max(x - wide / 2, 0.0), self.width() - wide)
         painter.drawText(
@@ -141,7 +141,7 @@ class ActionBars(QWidget):
         self.shares: dict[str, float | None] = {}
         self._looks: dict[str, Look] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName(self.tr("Agreement on each action"))
+        self.setAccessibleName("Agreement on each action")
         themes().changed.connect(self.update)
 
     def show_shares(self, shares: Mapping[str, float | None], vocabulary: Vocabulary) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["CoderMatrix", "word"]
 
-translate = QCoreApplication.translate
 
 #: Narrowest and widest cell in widths of a digit, its height in lines, and room around texts.
 NARROWEST, WIDEST, LINES, PADDING = 6.5, 18.0, 2.5, 6
@@ -32,12 +31,12 @@ def word(kappa: float) -> str:
     from forcelab.review.kappa import landis_koch
 
     return {
-        "poor": translate("forcelab", "poor"),
-        "slight": translate("forcelab", "slight"),
-        "fair": translate("forcelab", "fair"),
-        "moderate": translate("forcelab", "moderate"),
-        "substantial": translate("forcelab", "substantial"),
-        "almost perfect": translate("forcelab", "almost perfect"),
+        "poor": "poor",
+        "slight": "slight",
+        "fair": "fair",
+        "moderate": "moderate",
+        "substantial": "substantial",
+        "almost perfect": "almost perfect",
     }[landis_koch(kappa)]
 
 
@@ -57,7 +56,7 @@ class CoderMatrix(QWidget):
         self.authors: tuple[str, ...] = ()
         self.at = (0, 1)
         self._found: Agreement | None = None
-        self.setAccessibleName(self.tr("Kappa of every two coders"))
+        self.setAccessibleName("Kappa of every two coders")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -161,7 +160,7 @@ class CoderMatrix(QWidget):
             painter.fillRect(box, QColor(theme.panel))
             painter.setPen(QColor(theme.muted))
             count = self._labelled(self.authors[row]) if row == column else None
-            text = "–" if count is None else self.tr("{0} coded").format(count)
+            text = "–" if count is None else f"{count} coded"
             room = int(box.width())
             cut = self.fontMetrics().elidedText(text, Qt.TextElideMode.ElideRight, room)
             painter.drawText(box, middle, cut)
@@ -215,14 +214,14 @@ class CoderMatrix(QWidget):
         """A cell in words."""
         a, b = self.authors[row], self.authors[column]
         if row == column:
-            text = self.tr("{0}: {1} demonstrations labelled")
+            text = "{0}: {1} demonstrations labelled"
             return text.format(a, self._labelled(a))
         pair = self._pair_at(row, column)
         if pair is None:
-            return self.tr("{0} and {1} have no demonstration in common").format(a, b)
+            return f"{a} and {b} have no demonstration in common"
         if pair.kappa is None:
-            return self.tr("{0} and {1}: no kappa, as only one action was labelled").format(a, b)
-        text = self.tr("{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations")
+            return f"{a} and {b}: no kappa, as only one action was labelled"
+        text = "{0} and {1}: kappa {2:.3f}, {3} (Landis and Koch); {4} demonstrations"
         return text.format(a, b, pair.kappa, word(pair.kappa), len(pair.demonstrations))
 
     def _tell(self) -> None:

@@ -49,16 +49,16 @@ class PairDetails(QWidget):
         self.offsets, self.histogram = sentence(), OffsetHistogram()
         self.segments = sentence()
         self.kinds = choice(
-            self.tr("Which places are listed"),
+            "Which places are listed",
             {
-                self.tr("All differences"): "all",
-                self.tr("Different actions"): "apart",
-                self.tr("Only one labelled"): "alone",
-                self.tr("Boundaries moved"): "shifted",
+                "All differences": "all",
+                "Different actions": "apart",
+                "Only one labelled": "alone",
+                "Boundaries moved": "shifted",
             },
         )
         self.kinds.activated.connect(lambda _: self._list())
-        self.places = PlaceTable(self.tr("Places where the two differ"))
+        self.places = PlaceTable("Places where the two differ")
         self.places.wanted.connect(document.examine)
         self._count = sentence(muted=True)
         column = QVBoxLayout(self)
@@ -86,37 +86,36 @@ class PairDetails(QWidget):
 
     def _tell_frames(self, pair: PairAgreement) -> None:
         """Say how much of the time they agree."""
-        many = self.tr("{0} and {1}, {2} demonstrations")
-        one = self.tr("{0} and {1}, 1 demonstration")
+        many = "{0} and {1}, {2} demonstrations"
+        one = "{0} and {1}, 1 demonstration"
         count = len(pair.demonstrations)
         self.title.setText((one if count == 1 else many).format(pair.a, pair.b, count))
         kappa, agreed = pair.kappa, pair.agreed
         if agreed is None:
-            text = self.tr("There is no time that both labelled, so nothing can be compared.")
+            text = "There is no time that both labelled, so nothing can be compared."
         elif kappa is None:
-            text = self.tr("Both know one action only; kappa cannot tell that from chance.")
+            text = "Both know one action only; kappa cannot tell that from chance."
         else:
-            text = self.tr(
-                "Kappa {0:.2f}, “{1}” by Landis and Koch: they say the same {2} of the time, and "
+            text = (
+                f"Kappa {kappa:.2f}, “{word(kappa)}” by Landis and Koch: they say the same "
+                f"{_share(agreed)} of the time, and "
                 "kappa is what of that goes beyond chance (0 is chance, 1 is always)."
-            ).format(kappa, word(kappa), _share(agreed))
+            )
             if (interval := pair.interval) is not None:
-                more = self.tr("Other demonstrations would give {0:.2f} to {1:.2f} (95 %).")
-                text += " " + more.format(*interval)
+                text += " " + "Other demonstrations would give {:.2f} to {:.2f} (95 %).".format(
+                    *interval
+                )
         self.frames.setText(text)
         first, second = pair.only
         self.alone.setText(
-            self.tr(
-                "{0} of the labelled time only one of them labelled ({1} {2:.1f} s, {3} {4:.1f} s);"
-                " it enters neither kappa nor the figures of actions and segments."
-            ).format(_share(pair.only_share), pair.a, first, pair.b, second)
+            f"{_share(pair.only_share)} of the labelled time only one of them labelled "
+            f"({pair.a} {first:.1f} s, {pair.b} {second:.1f} s);"
+            " it enters neither kappa nor the figures of actions and segments."
         )
 
     def _tell_actions(self, pair: PairAgreement) -> None:
         """Say how each action agrees."""
-        self.each.setText(
-            self.tr("Actions: where one of the two says it, how often the other says it too.")
-        )
+        self.each.setText("Actions: where one of the two says it, how often the other says it too.")
         self.bars.show_shares(pair.by_action, self.document.vocabulary)
 
     def _tell_boundaries(self, pair: PairAgreement) -> None:
@@ -126,20 +125,17 @@ class PairDetails(QWidget):
         quartiles = pair.quartiles
         self.histogram.setVisible(quartiles is not None)
         if quartiles is None:
-            text = self.tr("Boundaries: no two are within {0:.0f} ms of each other.")
+            text = "Boundaries: no two are within {0:.0f} ms of each other."
             self.offsets.setText(text.format(1000 * WINDOW))
             return
         low, middle, high = quartiles
-        when = self.tr("later") if round(middle) >= 0 else self.tr("earlier")
-        text = self.tr(
+        when = "later" if round(middle) >= 0 else "earlier"
+        text = (
             "Boundaries: {0} puts the same boundary {1:.0f} ms {2} than {3} (median; half of them "
             "lie from {4} to {5} ms). {6}. Matched, at most {8:.0f} ms apart: {7} of the {9} and "
             "{10} there are."
         )
-        near = ", ".join(
-            self.tr("{0} within {1} ms").format(_share(share), ms)
-            for ms, share in pair.within.items()
-        )
+        near = ", ".join(f"{_share(share)} within {ms} ms" for ms, share in pair.within.items())
         mine, theirs = pair.boundaries
         self.offsets.setText(
             text.format(
@@ -161,15 +157,17 @@ class PairDetails(QWidget):
     def _tell_segments(self, pair: PairAgreement) -> None:
         """Say how many segments find their counterpart."""
         f1 = ", ".join(
-            self.tr("{0} at {1} %").format(_share(value), overlap)
+            f"{_share(value)} at {overlap} %"
             for overlap, value in pair.f1.items()
             if value is not None
         )
-        text = self.tr(
-            "Segments (F1): {0}. 100 % means that every segment has one of the same action in the "
-            "other track that it overlaps by at least so much."
+        self.segments.setText(
+            (
+                "Segments (F1): {}. 100 % means that every segment has one of the same "
+                "action in the "
+                "other track that it overlaps by at least so much."
+            ).format(f1 or "–")
         )
-        self.segments.setText(text.format(f1 or "–"))
 
     def _list(self) -> None:
         """List the places of the chosen kind, the longest first."""
@@ -177,17 +175,17 @@ class PairDetails(QWidget):
         if pair is None:
             return
         kinds = {
-            "apart": (pair.apart, self.tr("different actions")),
-            "alone": (pair.alone, self.tr("only one labelled")),
-            "shifted": (pair.shifted, self.tr("boundary moved")),
+            "apart": (pair.apart, "different actions"),
+            "alone": (pair.alone, "only one labelled"),
+            "shifted": (pair.shifted, "boundary moved"),
         }
         chosen = ("apart", "alone") if kind == "all" else (kind,)
         rows = [PlaceRow(place, kinds[name][1]) for name in chosen for place in kinds[name][0]]
         rows.sort(key=lambda row: -row.place.duration)
-        count = self.tr("{0}, the longest first").format(len(rows))
-        self._count.setText(count if rows else self.tr("There are none."))
+        count = f"{len(rows)}, the longest first"
+        self._count.setText(count if rows else "There are none.")
         self.places.setVisible(bool(rows))
-        self.places.put(rows[:MOST], self._names, (pair.a, pair.b, self.tr("What")))
+        self.places.put(rows[:MOST], self._names, (pair.a, pair.b, "What"))
 
 
 def _share(share: float) -> str:

@@ -76,8 +76,8 @@ class PlaceTable(TextRows):
             Over the two sayings and the kind.
         """
         self.rows = tuple(rows)
-        numbers = Column(self.tr("At, s")), Column(self.tr("Length, s"))
-        texts = [Column(head, number=False) for head in (self.tr("Demonstration"), *heads)]
+        numbers = Column("At, s"), Column("Length, s")
+        texts = [Column(head, number=False) for head in ("Demonstration", *heads)]
         self._model.show((texts[0], *numbers, *texts[1:]), [_cells(row, names) for row in rows])
 
     def sizeHint(self) -> QSize:

@@ -67,20 +67,20 @@ class ComparingDialog(QDialog):
         self._work = work
         self.comparison: Comparison | None = None
         self._ids: tuple[str, ...] = ()
-        self.setWindowTitle(self.tr("Compare two runs"))
+        self.setWindowTitle("Compare two runs")
         self.one, self.other = NarrowList(), NarrowList()
-        self.one.setAccessibleName(self.tr("First run"))
-        self.other.setAccessibleName(self.tr("Second run"))
+        self.one.setAccessibleName("First run")
+        self.other.setAccessibleName("Second run")
         self.stage = stage_choice()
         self.settings = QLabel()
-        self.settings.setAccessibleName(self.tr("Settings that differ"))
+        self.settings.setAccessibleName("Settings that differ")
         self.settings.setWordWrap(True)
         self.settings.setTextFormat(Qt.TextFormat.PlainText)
         self.note = muted()
         self.model, self.each_model = TextModel(self), TextModel(self)
         self.table, self.each = TextRows(self.model), TextRows(self.each_model)
-        self.table.setAccessibleName(self.tr("Scores of both runs"))
-        self.each.setAccessibleName(self.tr("Demonstrations of both runs"))
+        self.table.setAccessibleName("Scores of both runs")
+        self.each.setAccessibleName("Demonstrations of both runs")
         self._lay_out()
         for box in (self.one, self.other):
             box.currentIndexChanged.connect(self._compare)
@@ -115,11 +115,11 @@ class ComparingDialog(QDialog):
         tables.addWidget(self.table)
         tables.addWidget(self.each)
         tables.setSizes([2000, 1000])
-        copy = QPushButton(self.tr("Copy"))
-        copy.setToolTip(self.tr("Copy the table as text for a spreadsheet"))
+        copy = QPushButton("Copy")
+        copy.setToolTip("Copy the table as text for a spreadsheet")
         copy.setAutoDefault(False)
         copy.clicked.connect(lambda: copy_text(self.model.as_tsv()))
-        close = QPushButton(self.tr("Close"))
+        close = QPushButton("Close")
         close.setAutoDefault(False)
         close.clicked.connect(self.accept)
         buttons = QHBoxLayout()
@@ -136,7 +136,7 @@ class ComparingDialog(QDialog):
         """Read which runs there are."""
         project = self.document.project
         if project is None:
-            self.settings.setText(self.tr("Open a project to compare its runs."))
+            self.settings.setText("Open a project to compare its runs.")
             return
         self._jobs.run(self._work.listed(project.path), self._offer, self._fail, key=LISTING)
 
@@ -144,7 +144,7 @@ class ComparingDialog(QDialog):
         """Offer the runs: at first the one that is reviewed, and the one before it of its tasks."""
         if len(runs) < 2:
             self.settings.setText(
-                self.tr("Two runs are needed to compare; train once more, with other settings.")
+                "Two runs are needed to compare; train once more, with other settings."
             )
             return
         for box, chosen in zip((self.one, self.other), self._first_two(runs), strict=True):
@@ -171,7 +171,7 @@ class ComparingDialog(QDialog):
         if project is None:
             return
         self.comparison = None
-        self.note.setText(self.tr("comparing…"))
+        self.note.setText("comparing…")
         numbers = (int(self.one.currentData()), int(self.other.currentData()))
         job = _comparing(self._work, project.path, *numbers)
         self._jobs.run(job, self._take, self._fail, key=COMPARING)
@@ -195,7 +195,7 @@ class ComparingDialog(QDialog):
         self.settings.setText(settings_text(comparison))
         row = max(self.table.currentIndex().row(), 0)
         stage = str(self.stage.currentData())
-        columns = columns_of(comparison, self.tr("Metric"), sure=True)
+        columns = columns_of(comparison, "Metric", sure=True)
         self.model.show(columns, by_metric(comparison, stage, self.metrics))
         self.table.fit_columns(stretched=0)
         self.table.selectRow(row)
@@ -205,12 +205,12 @@ class ComparingDialog(QDialog):
     def _note(self, comparison: Comparison, stage: str) -> str:
         """On what the comparison rests."""
         if not comparison.shared:
-            return self.tr(
+            return (
                 "The two tested no demonstration in common, so there is nothing to set side by "
                 "side; choose two runs of the same task."
             )
         reason = comparison.intervals[stage].reason
-        shared = self.tr("Both tested {0} demonstrations.").format(len(comparison.shared))
+        shared = f"Both tested {len(comparison.shared)} demonstrations."
         return f"{shared} {reason}".strip()
 
     def _show_each(self, index: QModelIndex) -> None:

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from PySide6.QtCore import QCoreApplication
-
-from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
 from forcelab.gui.review.metric_words import Metric
 from forcelab.gui.review.rows import Column, Row
 from forcelab.gui.review.settings_fields import FIELDS
 from forcelab.gui.theme import colours
 from forcelab.review.comparing import Comparison
 
-translate = QCoreApplication.translate
-
 #: What a run is asked for, by the words of the dialogs in which it is chosen.
 _WORDS = {
-    "preset": QT_TRANSLATE_NOOP("forcelab", "Preset"),
-    "windows": QT_TRANSLATE_NOOP("forcelab", "Windows in seconds"),
-    "tasks": QT_TRANSLATE_NOOP("forcelab", "Train on"),
-    "test task": QT_TRANSLATE_NOOP("forcelab", "Test on another task"),
-    "coder": QT_TRANSLATE_NOOP("forcelab", "Whose labels"),
-    "apart": QT_TRANSLATE_NOOP("forcelab", "Actions of the same name stay apart"),
-    "groups left out": QT_TRANSLATE_NOOP("forcelab", "Groups left out"),
+    "preset": "Preset",
+    "windows": "Windows in seconds",
+    "tasks": "Train on",
+    "test task": "Test on another task",
+    "coder": "Whose labels",
+    "apart": "Actions of the same name stay apart",
+    "groups left out": "Groups left out",
 }
 
 __all__ = ["by_demonstration", "by_metric", "columns_of", "settings_text"]
@@ -31,15 +26,15 @@ __all__ = ["by_demonstration", "by_metric", "columns_of", "settings_text"]
 
 def columns_of(comparison: Comparison, first: str, *, sure: bool) -> tuple[Column, ...]:
     """The columns' names; `first` is what the rows are, `sure` whether there are intervals."""
-    run = translate("forcelab", "run {0}")
+    run = "run {0}"
     columns = (
         Column(first, number=False),
         Column(run.format(comparison.one.number)),
         Column(run.format(comparison.other.number)),
-        Column(translate("forcelab", "difference")),
+        Column("difference"),
     )
-    tip = translate("forcelab", "Of the difference, paired over the demonstrations both tested.")
-    return (*columns, Column(translate("forcelab", "95 % interval"), tip)) if sure else columns
+    tip = "Of the difference, paired over the demonstrations both tested."
+    return (*columns, Column("95 % interval", tip)) if sure else columns
 
 
 def by_metric(comparison: Comparison, stage: str, metrics: Collection[Metric]) -> tuple[Row, ...]:
@@ -71,14 +66,12 @@ def by_demonstration(
 def settings_text(comparison: Comparison) -> str:
     """What was asked for differently, in a line or two."""
     if not comparison.settings:
-        text = translate("forcelab", "Both runs have the same settings.")
+        text = "Both runs have the same settings."
     else:
         listed = "; ".join(_asked(*setting) for setting in comparison.settings)
-        text = translate("forcelab", "Different settings: {0}.").format(listed)
+        text = f"Different settings: {listed}."
     if number := len(comparison.relabelled):
-        changed = translate(
-            "forcelab", "Labels of {0} of {1} demonstrations were changed between the runs."
-        )
+        changed = "Labels of {0} of {1} demonstrations were changed between the runs."
         text = f"{text} {changed.format(number, len(comparison.shared))}"
     return text
 
@@ -88,8 +81,8 @@ def _asked(name: str, one: str, other: str) -> str:
     field = next((field for field in FIELDS if field.name == name), None)
     words = _WORDS.get(name, name) if field is None else field.label
     options = {} if field is None else dict(field.options)
-    one, other = (translated(options.get(value, value)) for value in (one, other))
-    return f"{translated(words)}: {one} → {other}"
+    one, other = (options.get(value, value) for value in (one, other))
+    return f"{words}: {one} → {other}"
 
 
 def _row(
@@ -106,9 +99,9 @@ def _row(
         better = (difference > 0) == (metric.better > 0)
         # Not the accent: text on it can be read, but hardly text in it on dark ground.
         colour = colours().range if better else colours().trouble
-        words = translate("forcelab", "better") if better else translate("forcelab", "worse")
+        words = "better" if better else "worse"
         if not sure:
-            colour, words = colours().muted, translate("forcelab", "no clear difference")
+            colour, words = colours().muted, "no clear difference"
         shown = f"{words}  {shown}"
     cells = (name, metric.text(one), metric.text(other), shown)
     return Row(cells, colours=(None, None, None, colour))

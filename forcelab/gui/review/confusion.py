@@ -56,7 +56,7 @@ class ConfusionView(QWidget):
         self.switches = Switches()
         self.canvas = MatrixCanvas()
         self.sentence = QLabel(wordWrap=True, textFormat=Qt.TextFormat.PlainText)
-        self.sentence.setAccessibleName(self.tr("The cell"))
+        self.sentence.setAccessibleName("The cell")
         self.sentence.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
         self.list = PlacesList(document)
         self._area = QScrollArea()
@@ -86,12 +86,12 @@ class ConfusionView(QWidget):
         """Copy what the matrix shows as lines of cells with tabs between them."""
         if self.cells is not None:
             copy_text(as_text(self.cells, self.switches.unit, self.switches.share))
-            self.document.say(self.tr("The matrix was copied."))
+            self.document.say("The matrix was copied.")
 
     def ask_save(self) -> None:
         """Let the user name a file for the matrix."""
-        title = self.tr("Save the confusion matrix")
-        if (chosen := ask_picture(self, title, self.tr("confusion.svg"))) is not None:
+        title = "Save the confusion matrix"
+        if (chosen := ask_picture(self, title, "confusion.svg")) is not None:
             self.save(chosen)
 
     def save(self, path: Path) -> None:
@@ -171,7 +171,7 @@ class ConfusionView(QWidget):
         """Show what was counted."""
         self.cells = cells
         if not cells.demonstrations:
-            self._show_empty(self.tr("This run kept no raw predictions; choose 'Filtered'."))
+            self._show_empty("This run kept no raw predictions; choose 'Filtered'.")
             self.switches.show()
             return
         self._pages.say("")
@@ -198,8 +198,8 @@ class ConfusionView(QWidget):
         title = "" if outcome is None else outcome.title
         stage = self.switches.stage
         # In the cells are shares: only the totals have a unit.
-        total = self.tr("total (s)") if unit == "time" else self.tr("total")
-        words = Words(self.tr("human"), self.tr("predicted"), self.tr("unlabelled"), total)
+        total = "total (s)" if unit == "time" else "total"
+        words = Words("human", "predicted", "unlabelled", total)
         return ConfusionMatrix(
             f"{title}, after the filters" if stage == "filtered" else f"{title}, raw predictions",
             self.cells.actions,

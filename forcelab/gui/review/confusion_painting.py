@@ -55,7 +55,7 @@ class MatrixCanvas(QWidget):
         self.chosen: Cell | None = None
         self._hovered: Cell | None = None
         self._drawn: QPixmap | None = None
-        self.setAccessibleName(self.tr("Confusion matrix"))
+        self.setAccessibleName("Confusion matrix")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         themes().changed.connect(self._invalidate)

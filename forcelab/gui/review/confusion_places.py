@@ -30,7 +30,7 @@ class PlacesList(QWidget):
         self.places: tuple[Place, ...] = ()
         self.model = TextModel(self)
         self.table = TextRows(self.model)
-        self.table.setAccessibleName(self.tr("Places of the cell"))
+        self.table.setAccessibleName("Places of the cell")
         self.hint = muted()
         self.hint.setMargin(8)
         self.hint.setAlignment(Qt.AlignmentFlag.AlignTop)
@@ -47,7 +47,7 @@ class PlacesList(QWidget):
     def clear(self) -> None:
         """List nothing, and say what would be listed."""
         self.show_places((), {}, 0)
-        self.hint.setText(self.tr("Click on a cell to list its places."))
+        self.hint.setText("Click on a cell to list its places.")
         self.hint.show()
 
     def show_places(self, places: tuple[Place, ...], names: Mapping[str, str], number: int) -> None:
@@ -63,12 +63,12 @@ class PlacesList(QWidget):
             How many there are in all.
         """
         columns = (
-            Column(self.tr("Demonstration"), number=False),
-            Column(self.tr("Start (s)")),
-            Column(self.tr("Duration (s)")),
+            Column("Demonstration", number=False),
+            Column("Start (s)"),
+            Column("Duration (s)"),
             Column(
-                self.tr("Confidence (%)"),
-                self.tr("Mean probability that the model gives to what it predicts"),
+                "Confidence (%)",
+                "Mean probability that the model gives to what it predicts",
             ),
         )
         rows = [
@@ -91,12 +91,10 @@ class PlacesList(QWidget):
         self.hint.setVisible(len(places) < number or not number)
         if number:
             self.hint.setText(
-                self.tr("The {0} longest of {1} places are listed.").format(
-                    f"{len(places):,}", f"{number:,}"
-                )
+                "The {} longest of {} places are listed.".format(f"{len(places):,}", f"{number:,}")
             )
         else:
-            self.hint.setText(self.tr("This cell is empty."))
+            self.hint.setText("This cell is empty.")
 
     def _row_chosen(self, index: QModelIndex) -> None:
         """Show the place of the row."""

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import cast
 
-from PySide6.QtCore import QCoreApplication, QSize, Signal
+from PySide6.QtCore import QSize, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QBoxLayout, QComboBox, QHBoxLayout, QPushButton, QWidget
 
 from forcelab.review.cells import Share, Unit
 
 __all__ = ["Switches", "choice", "stage_choice"]
-
-translate = QCoreApplication.translate
 
 
 class Switches(QWidget):
@@ -27,29 +25,29 @@ class Switches(QWidget):
         super().__init__()
         self.stage_box = stage_choice()
         self.unit_box = choice(
-            self.tr("What is counted"),
-            {self.tr("Time"): "time", self.tr("Segments"): "segments"},
-            self.tr(
+            "What is counted",
+            {"Time": "time", "Segments": "segments"},
+            (
                 "Seconds, or the coder's segments: each counts for what covers most of it in the "
                 "prediction"
             ),
         )
         self.share_box = choice(
-            self.tr("Share"),
+            "Share",
             {
-                self.tr("By row"): "row",
-                self.tr("By column"): "column",
-                self.tr("Counts"): "counts",
+                "By row": "row",
+                "By column": "column",
+                "Counts": "counts",
             },
-            self.tr(
+            (
                 "Per cent of what the coder labelled (row), of what was predicted (column), or "
                 "the counts alone"
             ),
         )
-        self.copy = QPushButton(self.tr("Copy"))
-        self.copy.setToolTip(self.tr("Copy the matrix as text for a spreadsheet"))
-        self.save = QPushButton(self.tr("Save…"))
-        self.save.setToolTip(self.tr("Save the matrix as SVG, PDF or PNG"))
+        self.copy = QPushButton("Copy")
+        self.copy.setToolTip("Copy the matrix as text for a spreadsheet")
+        self.save = QPushButton("Save…")
+        self.save.setToolTip("Save the matrix as SVG, PDF or PNG")
         self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight, self)
         self._rows.setContentsMargins(6, 6, 6, 2)
         self._rows.setSpacing(4)
@@ -107,9 +105,9 @@ def _row(*widgets: QWidget) -> QHBoxLayout:
 def stage_choice() -> QComboBox:
     """Which prediction is meant: ``"filtered"`` or ``"raw"``."""
     return choice(
-        translate("forcelab", "Prediction"),
-        {translate("forcelab", "Filtered"): "filtered", translate("forcelab", "Raw"): "raw"},
-        translate("forcelab", "Predictions after the filters, or as the classifier gave them"),
+        "Prediction",
+        {"Filtered": "filtered", "Raw": "raw"},
+        "Predictions after the filters, or as the classifier gave them",
     )
 
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.review.rows import as_tsv
 from forcelab.review.cells import Cells, Share, Unit, shares
 from forcelab.review.outcome import Outcome
-
-translate = QCoreApplication.translate
 
 __all__ = ["as_text", "missing", "sentence"]
 
@@ -28,40 +24,32 @@ def sentence(cells: Cells, cell: tuple[int, int], unit: Unit, share: Share) -> s
     row, column = cell
     human = cells.actions[row]
     missed = column == len(cells.actions)
-    predicted = translate("forcelab", "unlabelled") if missed else cells.actions[column]
+    predicted = "unlabelled" if missed else cells.actions[column]
     if missed:
-        what = translate("forcelab", "{0} left unlabelled")
+        what = "{0} left unlabelled"
     elif row == column:
-        what = translate("forcelab", "{0} recognised")
+        what = "{0} recognised"
     else:
-        what = translate("forcelab", "{0} seen as {1}")
+        what = "{0} seen as {1}"
     what = what.format(human, predicted)
     matrix = cells.matrix(unit)
     if matrix[row, column] == 0:
-        return translate("forcelab", "{0}: never").format(what)
+        return f"{what}: never"
     by_column = share == "column"
     part = 100 * float(shares(matrix, "column" if by_column else "row")[row, column])
     if by_column:
-        of = translate("forcelab", "{0} % of all that was seen as {1}")
+        of = "{0} % of all that was seen as {1}"
         if missed:
-            of = translate("forcelab", "{0} % of all that was left unlabelled")
+            of = "{0} % of all that was left unlabelled"
     else:
-        of = translate("forcelab", "{0} % of {2}")
+        of = "{0} % of {2}"
     of = of.format(_percent(part), predicted, human)
     if unit == "segments":
         number = int(matrix[row, column])
-        counted = (
-            translate("forcelab", "1 segment")
-            if number == 1
-            else translate("forcelab", "{0} segments").format(f"{number:,}")
-        )
+        counted = "1 segment" if number == 1 else "{} segments".format(f"{number:,}")
         return f"{what}: {counted}, {of}"
     places = int(cells.numbers(unit)[row, column])
-    where = (
-        translate("forcelab", "in 1 place")
-        if places == 1
-        else translate("forcelab", "in {0} places").format(f"{places:,}")
-    )
+    where = "in 1 place" if places == 1 else "in {} places".format(f"{places:,}")
     return f"{what}: {matrix[row, column]:,.{_decimals(matrix[row, column])}f} s, {of}, {where}"
 
 
@@ -76,17 +64,15 @@ def missing(outcome: Outcome | None, *, opened: bool) -> str:
         Whether a project is open.
     """
     if not opened:
-        return translate("forcelab", "Open a project to see which actions are confused.")
+        return "Open a project to see which actions are confused."
     if outcome is None:
-        return translate(
-            "forcelab",
+        return (
             "Nothing was trained yet. Train, and this shows which actions the recogniser "
-            "confuses, and every place where it does.",
+            "confuses, and every place where it does."
         )
-    return translate(
-        "forcelab",
+    return (
         "No demonstration that you may see was tested in this run: label at least two, or finish "
-        "those that you code blind.",
+        "those that you code blind."
     )
 
 
@@ -95,7 +81,7 @@ def as_text(cells: Cells, unit: Unit, share: Share) -> str:
     matrix = cells.matrix(unit)
     shown = matrix if share == "counts" else shares(matrix, share)
     decimals = 4 if share != "counts" else 3 if unit == "time" else 0
-    lines = [["", *cells.actions, translate("forcelab", "unlabelled")]]
+    lines = [["", *cells.actions, "unlabelled"]]
     lines += [
         [action, *(f"{value:.{decimals}f}" for value in row)]
         for action, row in zip(cells.actions, shown.tolist(), strict=True)

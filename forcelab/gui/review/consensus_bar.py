@@ -42,9 +42,9 @@ class ConsensusBar(QWidget):
         self.current: Disagreement | None = None
         self._names: Mapping[str, str] = {}
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAccessibleName(self.tr("Consensus"))
+        self.setAccessibleName("Consensus")
         self.state, self.now = sentence(), sentence(muted=True)
-        self.places = PlaceTable(self.tr("Differences, in order of time"))
+        self.places = PlaceTable("Differences, in order of time")
         self.buttons = ConsensusButtons()
         self.choice = ConsensusChoice(self.buttons.begin, self._coders)
         self._lay_out()
@@ -154,35 +154,34 @@ class ConsensusBar(QWidget):
             )
             for one in every
         ]
-        self.places.put(rows, self._names, (*self.choice.coders, self.tr("What")))
+        self.places.put(rows, self._names, (*self.choice.coders, "What"))
         if self.current in every:
             self.places.selectRow(every.index(self.current))
 
     def _what(self, one: Disagreement) -> str:
         """What differs, in the words of the table of agreement."""
         if one.edge:
-            return self.tr("boundary moved")
+            return "boundary moved"
         both = one.a is not None and one.b is not None
-        return self.tr("different actions") if both else self.tr("only one labelled")
+        return "different actions" if both else "only one labelled"
 
     def _state(self, every: int, waiting: int) -> str:
         """How far the consensus is, in a sentence."""
         if self.consensus is None:
-            return self.tr("Choose two coders who labelled the same demonstration.")
+            return "Choose two coders who labelled the same demonstration."
         if not every:
-            return self.tr("The two agree everywhere; take what both say, and it is done.")
+            return "The two agree everywhere; take what both say, and it is done."
         if not self.consensus.begun:
-            text = self.tr("{0} differences. Take what both say first, then decide these.")
-            return text.format(every)
-        return self.tr("{0} of {1} differences decided").format(every - waiting, every)
+            return f"{every} differences. Take what both say first, then decide these."
+        return f"{every - waiting} of {every} differences decided"
 
     def _now(self) -> str:
         """What is to be decided."""
         one = self.current
         if one is None:
             return ""
-        nothing = self.tr("unlabelled")
-        text = self.tr("{0:.3f} to {1:.3f} s: {2} says {3}, {4} says {5}.")
+        nothing = "unlabelled"
+        text = "{0:.3f} to {1:.3f} s: {2} says {3}, {4} says {5}."
         names = self.choice.coders
         return text.format(
             one.start, one.end, names[0], one.a or nothing, names[1], one.b or nothing
@@ -247,7 +246,7 @@ class ConsensusBar(QWidget):
             if self.consensus.undecided:
                 self.step(1)
             else:
-                self.document.say(self.tr("Every difference is decided."))
+                self.document.say("Every difference is decided.")
 
     def _mean_all(self, tolerance: float) -> None:
         """Set all edges that are up to so many seconds apart to their means."""
@@ -265,7 +264,7 @@ class ConsensusBar(QWidget):
             self._read()
             return False
         if edit is None:
-            self.document.say(self.tr("There is nothing to change."))
+            self.document.say("There is nothing to change.")
         else:
             if self.document.id == consensus.demonstration:
                 self.document.reread()

@@ -112,34 +112,30 @@ class ConsensusButtons(QWidget):
         self._keys = _KeyedButtons()
         verb, key = self._keys.add, Qt.Key
         # It stands apart, beside what is chosen; see ConsensusChoice.
-        self.begin = verb(self.tr("Take what both say"), key.Key_B, self.begun.emit)
+        self.begin = verb("Take what both say", key.Key_B, self.begun.emit)
         self.take_a = verb("", key.Key_1, lambda: self.decided.emit(lambda c, d: c.take(d, "a")))
         self.take_b = verb("", key.Key_2, lambda: self.decided.emit(lambda c, d: c.take(d, "b")))
         self.mean = verb(
-            self.tr("Mean of both edges"),
+            "Mean of both edges",
             key.Key_M,
             lambda: self.decided.emit(lambda c, d: c.mean(d)),
         )
         self.leave = verb(
-            self.tr("Unlabelled"), key.Key_U, lambda: self.decided.emit(lambda c, d: c.leave(d))
+            "Unlabelled", key.Key_U, lambda: self.decided.emit(lambda c, d: c.leave(d))
         )
-        self.other = verb(self.tr("Other…"), key.Key_O, self.other_asked.emit)
-        self._keys.name(self.other, self.tr("Other…"), self.tr("Another action…"))
-        self.next = verb(self.tr("Next"), key.Key_N, lambda: self.stepped.emit(1))
-        self.previous = verb(self.tr("Previous"), key.Key_N, lambda: self.stepped.emit(-1), SHIFT)
-        self.undo = verb(
-            self.tr("Undo"), key.Key_Z, lambda: self.taken_back.emit(lambda c: c.undo()), CTRL
-        )
-        self.redo = verb(
-            self.tr("Redo"), key.Key_Y, lambda: self.taken_back.emit(lambda c: c.redo()), CTRL
-        )
+        self.other = verb("Other…", key.Key_O, self.other_asked.emit)
+        self._keys.name(self.other, "Other…", "Another action…")
+        self.next = verb("Next", key.Key_N, lambda: self.stepped.emit(1))
+        self.previous = verb("Previous", key.Key_N, lambda: self.stepped.emit(-1), SHIFT)
+        self.undo = verb("Undo", key.Key_Z, lambda: self.taken_back.emit(lambda c: c.undo()), CTRL)
+        self.redo = verb("Redo", key.Key_Y, lambda: self.taken_back.emit(lambda c: c.redo()), CTRL)
         self.tolerance = QSpinBox()
         self.tolerance.setRange(1, 500)
         self.tolerance.setValue(100)
         self.tolerance.setSuffix(" ms")
-        self.tolerance.setAccessibleName(self.tr("How far apart edges may be"))
-        self.mean_all = QPushButton(self.tr("Mean of edges up to"))
-        self.mean_all.setToolTip(self.tr("Set edges that are up to this far apart to their mean"))
+        self.tolerance.setAccessibleName("How far apart edges may be")
+        self.mean_all = QPushButton("Mean of edges up to")
+        self.mean_all.setToolTip("Set edges that are up to this far apart to their mean")
         self.mean_all.setMinimumWidth(40)
         self.mean_all.clicked.connect(lambda: self.all_meant.emit(self.tolerance.value() / 1000))
         self._lay_out()
@@ -177,7 +173,7 @@ class ConsensusButtons(QWidget):
         """Print the coders' names on the buttons that take theirs."""
         self._coders = coders
         for button, coder in zip((self.take_a, self.take_b), coders, strict=True):
-            whole = self.tr("Take {0}").format(coder)
+            whole = f"Take {coder}"
             room = self.width() // 2 - AROUND * self.fontMetrics().averageCharWidth()
             cut = self.fontMetrics().elidedText(whole, NAMES, room)
             self._keys.name(button, cut, whole)
@@ -189,16 +185,16 @@ class ConsensusButtons(QWidget):
         for button in (self.take_a, self.take_b, self.leave, self.other):
             allow(button, "" if chosen else self._first_choose(begun))
         edge = chosen and current is not None and current.edge
-        only = self.tr("Only where two edges differ is there a mean of them.")
+        only = "Only where two edges differ is there a mean of them."
         allow(self.mean, "" if edge else only if chosen else self._first_choose(begun))
         waiting = () if consensus is None else consensus.undecided
         for part in (self.mean_all, self.tolerance):
             left = begun and any(d.edge for d in waiting)
-            allow(part, "" if left else self.tr("No edge that differs is left to decide on."))
+            allow(part, "" if left else "No edge that differs is left to decide on.")
         for button in (self.next, self.previous):
             differing = consensus is not None and bool(consensus.differences)
-            allow(button, "" if differing else self.tr("The coders do not differ anywhere here."))
-        two = self.tr("A demonstration that two coders have labelled is needed.")
+            allow(button, "" if differing else "The coders do not differ anywhere here.")
+        two = "A demonstration that two coders have labelled is needed."
         allow(self.begin, two if consensus is None else "")
         self.undo.setEnabled(consensus is not None and consensus.can_undo)
         self.redo.setEnabled(consensus is not None and consensus.can_redo)
@@ -206,8 +202,8 @@ class ConsensusButtons(QWidget):
     def _first_choose(self, begun: bool) -> str:
         """What has to be done before a difference can be decided on."""
         if begun:
-            return self.tr("Choose a place where the coders differ first.")
-        return self.tr("Begin the consensus first.")
+            return "Choose a place where the coders differ first."
+        return "Begin the consensus first."
 
     def does(self, event: QKeyEvent) -> Callable[[], object] | None:
         """What a key does; a number that is being typed does nothing."""

@@ -148,7 +148,7 @@ class Learning(Runs):
         self._quiet.stop()
         self._by_itself = False
         if self._path is None or not self.ready:
-            self._refuse(self.tr("There is nothing to train on; import demonstrations first."))
+            self._refuse("There is nothing to train on; import demonstrations first.")
             return False
         self.step, self.trail, self.trouble = None, [], ""
         self._unasked.begin()
@@ -193,11 +193,7 @@ class Learning(Runs):
             self.jobs.cancel(LOADING)
             self.document.set_outcome(outcome)
         else:  # the coder has turned to another task meanwhile
-            self.document.say(
-                self.tr("The training of '{0}' is done; its run is in the list.").format(
-                    outcome.title
-                )
-            )
+            self.document.say(f"The training of '{outcome.title}' is done; its run is in the list.")
         self.changed.emit()
         self.losses_changed.emit()
         self.list_runs()
@@ -209,7 +205,7 @@ class Learning(Runs):
         self.step = None
         self.document.set_training(False)
         known = isinstance(error, ForcelabError)
-        self._refuse(str(error) if known else self.tr("The training failed; the log says more."))
+        self._refuse(str(error) if known else "The training failed; the log says more.")
 
     def _train_by_itself(self) -> None:
         """Train after a pause, if there is something new; the longer it takes, the more seldom."""

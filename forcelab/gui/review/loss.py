@@ -65,7 +65,7 @@ class LossCurves(QWidget):
         super().__init__()
         self._learning = learning
         self.curves: tuple[Curve, ...] = ()
-        self.setAccessibleName(self.tr("Loss of each fold"))
+        self.setAccessibleName("Loss of each fold")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
@@ -81,7 +81,7 @@ class LossCurves(QWidget):
         self.curves = curves
         last = curves[-1][2][-1] if curves else None
         self.setAccessibleDescription(
-            "" if last is None else self.tr("Loss {0:.3g} after epoch {1}").format(last[1], last[0])
+            "" if last is None else f"Loss {last[1]:.3g} after epoch {last[0]}"
         )
         self.update()
 
@@ -105,8 +105,8 @@ class LossCurves(QWidget):
             right = max(*epochs, 2)
             across = Axis(1.0 if min(epochs) else 0.0, right, plot.left(), plot.right())
             up = self._upright(values, plot)
-            draw_bottom(painter, across, plot.bottom(), self.tr("epoch"), theme)
-            draw_left(painter, up, plot.left(), self.tr("loss"), theme)
+            draw_bottom(painter, across, plot.bottom(), "epoch", theme)
+            draw_left(painter, up, plot.left(), "loss", theme)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
             working = self._learning.training
             for number, (final, _, points) in enumerate(self.curves):
@@ -137,11 +137,11 @@ class LossCurves(QWidget):
         theme = colours()
         texts = []
         if self._learning.training:
-            texts.append((self.tr("now"), theme.text))
+            texts.append(("now", theme.text))
         if any(not final for final, _, _ in self.curves):
-            texts.append((self.tr("folds"), theme.muted))
+            texts.append(("folds", theme.muted))
         if any(final for final, _, _ in self.curves):
-            texts.append((self.tr("final fit"), theme.range))
+            texts.append(("final fit", theme.range))
         face = QFont(self.font())
         face.setPixelSize(11)
         painter.setFont(face)
@@ -171,10 +171,8 @@ class LossCurves(QWidget):
     def empty_text(self) -> str:
         """What is said where there is no curve."""
         if self._learning.ready and self._learning.classifier != "mlp":
-            return self.tr(
-                "The loss of each fold is drawn here while it trains; this classifier has none."
-            )
-        return self.tr("The loss of each fold is drawn here while it trains.")
+            return "The loss of each fold is drawn here while it trains; this classifier has none."
+        return "The loss of each fold is drawn here while it trains."
 
 
 class LossView(QWidget):
@@ -186,7 +184,7 @@ class LossView(QWidget):
     def __init__(self, document: Document, learning: Learning) -> None:
         super().__init__()
         self.document, self.learning = document, learning
-        self.setAccessibleName(self.tr("Training"))
+        self.setAccessibleName("Training")
         self.curves = LossCurves(learning)
         self.times, self.remarks = muted(), toned("warning")
         for label in (self.times, self.remarks):
@@ -247,17 +245,17 @@ class LossView(QWidget):
     def _spent(self, outcome: Outcome) -> list[str]:
         """How long what took."""
         names = {
-            "features": self.tr("features"),
-            "fit": self.tr("fit"),
-            "predict": self.tr("predict"),
-            "filter": self.tr("filters"),
+            "features": "features",
+            "fit": "fit",
+            "predict": "predict",
+            "filter": "filters",
         }
         parts = []
         for name, value in outcome.seconds.items():
             part = f"{names.get(name, name)} {_seconds(value)}"
             if name == "fit" and outcome.tested:
                 each = _seconds(value / len(outcome.tested))
-                part = self.tr("{0} ({1} a fold)").format(part, each)
+                part = f"{part} ({each} a fold)"
             parts.append(part)
         return parts
 

@@ -39,7 +39,7 @@ class MergeEditor(Editor):
         self._spellings = facts.spellings
         self.table = _Table(0, 2)
         self.table.setAccessibleName(field.shown)
-        self.table.setHorizontalHeaderLabels([self.tr("spelling"), self.tr("taken as")])
+        self.table.setHorizontalHeaderLabels(["spelling", "taken as"])
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         header.setHighlightSections(False)
@@ -50,10 +50,8 @@ class MergeEditor(Editor):
         self.table.setItemDelegate(_Offering(facts.spellings, self.table))
         self.table.itemChanged.connect(self._edited)
         self.hint = muted(
-            self.tr(
-                "Click a line and write what was labelled and what it is to count as; an emptied "
-                "line is left out."
-            )
+            "Click a line and write what was labelled and what it is to count as; an emptied "
+            "line is left out."
         )
         self.remark = toned("warning")
         self.remark.hide()
@@ -134,10 +132,10 @@ class MergeEditor(Editor):
             if item is not None:
                 strange = self._text(row, 0) in unknown
                 item.setData(Qt.ItemDataRole.DecorationRole, icon("warning") if strange else None)
-                item.setToolTip(self.tr("Nobody labelled this here.") if strange else "")
+                item.setToolTip("Nobody labelled this here." if strange else "")
         self.table.blockSignals(False)
         self.remark.setVisible(bool(unknown))
-        self.remark.setText(self.tr("Nobody labelled here: {0}").format(", ".join(unknown)))
+        self.remark.setText("Nobody labelled here: {}".format(", ".join(unknown)))
 
 
 class _Offering(QStyledItemDelegate):

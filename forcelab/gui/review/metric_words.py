@@ -6,11 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.recognition.intervals import look_up
-
-translate = QCoreApplication.translate
 
 __all__ = ["Metric", "events", "rates", "reliability_text", "reliability_tip"]
 
@@ -61,71 +57,56 @@ class Metric:
         if ends is None:
             return "–"
         low, high = (self.text(end, signed=signed) for end in ends)
-        return translate("forcelab", "{0} to {1}").format(low, high)
+        return f"{low} to {high}"
 
 
 def rates() -> tuple[Metric, ...]:
     """How well predictions agree with the human, from samples to boundaries."""
-    overlap = translate(
-        "forcelab",
+    overlap = (
         "Share of segments that are found: F1 of segments that overlap one of the same action by "
-        "{0} % of their union.",
+        "{0} % of their union."
     )
-    labelled = translate("forcelab", "F1@{0} labelled")
-    closed = translate(
-        "forcelab",
-        "F1@{0} with all unlabelled time cut out: a segment that goes on behind it is one.",
-    )
-    off = translate(
-        "forcelab",
+    labelled = "F1@{0} labelled"
+    closed = "F1@{0} with all unlabelled time cut out: a segment that goes on behind it is one."
+    off = (
         "{0} % of the edges of matched segments are no further off than this. At unlabelled time "
-        "every edge counts as right.",
+        "every edge counts as right."
     )
-    cut_out = translate(
-        "forcelab",
+    cut_out = (
         "{0} % of the edges of matched segments are no further off than this, with all unlabelled "
-        "time cut out; the first and the last edge are left out.",
+        "time cut out; the first and the last edge are left out."
     )
     ms = ("ms", -1)
     return (
         Metric(
             "accuracy",
-            translate("forcelab", "Accuracy"),
-            translate("forcelab", "Share of the human-labelled samples that are predicted right."),
+            "Accuracy",
+            "Share of the human-labelled samples that are predicted right.",
             "%",
         ),
         Metric(
             "balanced_accuracy",
-            translate("forcelab", "Balanced"),
-            translate(
-                "forcelab", "Mean over the actions of the share of their samples predicted right."
-            ),
+            "Balanced",
+            "Mean over the actions of the share of their samples predicted right.",
             "%",
         ),
         Metric(
             "coverage",
-            translate("forcelab", "Coverage"),
-            translate(
-                "forcelab", "Share of the human-labelled samples that are predicted as any action."
-            ),
+            "Coverage",
+            "Share of the human-labelled samples that are predicted as any action.",
             "%",
             0,
         ),
         Metric(
             "kappa",
-            translate("forcelab", "Kappa"),
-            translate(
-                "forcelab", "Cohen's kappa over samples: agreement beyond chance, 1 if it is full."
-            ),
+            "Kappa",
+            "Cohen's kappa over samples: agreement beyond chance, 1 if it is full.",
             "",
         ),
         Metric(
             "edit",
-            translate("forcelab", "Edit"),
-            translate(
-                "forcelab",
-                "How alike the two sequences of actions are, whatever the segments' durations.",
-            ),
+            "Edit",
+            "How alike the two sequences of actions are, whatever the segments' durations.",
             "%",
         ),
         *(
@@ -138,24 +119,21 @@ def rates() -> tuple[Metric, ...]:
         ),
         Metric(
             "boundaries_found",
-            translate("forcelab", "Boundaries found"),
-            translate(
-                "forcelab",
-                "Human boundaries with a predicted one within 100 ms; unlabelled time is cut out.",
-            ),
+            "Boundaries found",
+            "Human boundaries with a predicted one within 100 ms; unlabelled time is cut out.",
             "%",
         ),
-        Metric("boundary_ms.median", translate("forcelab", "Boundary median"), off.format(50), *ms),
-        Metric("boundary_ms.p90", translate("forcelab", "Boundary 90 %"), off.format(90), *ms),
+        Metric("boundary_ms.median", "Boundary median", off.format(50), *ms),
+        Metric("boundary_ms.p90", "Boundary 90 %", off.format(90), *ms),
         Metric(
             "boundary_labelled_ms.median",
-            translate("forcelab", "Boundary median labelled"),
+            "Boundary median labelled",
             cut_out.format(50),
             *ms,
         ),
         Metric(
             "boundary_labelled_ms.p90",
-            translate("forcelab", "Boundary 90 % labelled"),
+            "Boundary 90 % labelled",
             cut_out.format(90),
             *ms,
         ),
@@ -166,45 +144,43 @@ def events() -> tuple[Metric, ...]:
     """In which way predictions are wrong, after Ward et al.: numbers and seconds."""
     words = {
         "human": (
-            translate("forcelab", "Human"),
-            translate("forcelab", "Segments that the human labelled."),
+            "Human",
+            "Segments that the human labelled.",
             0,
         ),
         "predicted": (
-            translate("forcelab", "Predicted"),
-            translate("forcelab", "Segments that were predicted where the human labelled."),
+            "Predicted",
+            "Segments that were predicted where the human labelled.",
             0,
         ),
         "insertion": (
-            translate("forcelab", "Insertions"),
-            translate(
-                "forcelab", "Predicted segments where there is no human one of their action."
-            ),
+            "Insertions",
+            "Predicted segments where there is no human one of their action.",
             -1,
         ),
         "deletion": (
-            translate("forcelab", "Deletions"),
-            translate("forcelab", "Human segments that no predicted one of their action meets."),
+            "Deletions",
+            "Human segments that no predicted one of their action meets.",
             -1,
         ),
         "fragmentation": (
-            translate("forcelab", "Fragmented"),
-            translate("forcelab", "Human segments that several predicted ones fall into."),
+            "Fragmented",
+            "Human segments that several predicted ones fall into.",
             -1,
         ),
         "merge": (
-            translate("forcelab", "Merged"),
-            translate("forcelab", "Predicted segments that join several human ones."),
+            "Merged",
+            "Predicted segments that join several human ones.",
             -1,
         ),
         "overfill": (
-            translate("forcelab", "Overfill"),
-            translate("forcelab", "Predicted segments that reach over an edge of a human one."),
+            "Overfill",
+            "Predicted segments that reach over an edge of a human one.",
             -1,
         ),
         "underfill": (
-            translate("forcelab", "Underfill"),
-            translate("forcelab", "Predicted segments that stay short of an edge of a human one."),
+            "Underfill",
+            "Predicted segments that stay short of an edge of a human one.",
             -1,
         ),
     }
@@ -220,16 +196,16 @@ def reliability_text(found: Mapping[str, Any]) -> str:
     brier, error = found.get("brier"), found.get("ece")
     if brier is None or error is None:
         return ""
-    told = translate("forcelab", "Brier score {0}, expected calibration error {1} points.")
-    return told.format(f"{brier:.3f}", f"{100 * error:.1f}")
+    return "Brier score {}, expected calibration error {} points.".format(
+        f"{brier:.3f}", f"{100 * error:.1f}"
+    )
 
 
 def reliability_tip() -> str:
     """What that means."""
-    return translate(
-        "forcelab",
+    return (
         "Brier score: squared differences between the probabilities and what is right, summed over "
         "the actions, mean over the samples; 0 is best, 2 worst.\n"
         "Expected calibration error: how far the probability of the likeliest action is from the "
-        "share that is right, mean over ten bins of equal width.",
+        "share that is right, mean over ten bins of equal width."
     )

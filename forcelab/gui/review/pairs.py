@@ -57,7 +57,7 @@ class PairsView(QWidget):
         self._looks: Mapping[str, Look] = {}
         # The actions of an outcome: to list them takes a while, and edits add but few.
         self._listed: tuple[Outcome | None, tuple[str, ...]] = (None, ())
-        self.setAccessibleName(self.tr("Timeline pairs"))
+        self.setAccessibleName("Timeline pairs")
         self.tools = PairsTools()
         self.legend = LegendStrip()
         self.area = PairsArea(document)
@@ -86,7 +86,7 @@ class PairsView(QWidget):
 
     def export(self) -> None:
         """Ask where to save the pairs, and save them in the background."""
-        chosen = ask_picture(self, self.tr("Export timeline pairs"), SUGGESTED)
+        chosen = ask_picture(self, "Export timeline pairs", SUGGESTED)
         if chosen is not None:
             self.export_to(chosen)
 
@@ -94,7 +94,7 @@ class PairsView(QWidget):
         """Save the pairs in the background, and say when that is done."""
         figure = self.figure()
         if figure is None:
-            self.document.say(self.tr("No timeline pair is shown that could be saved."), True)
+            self.document.say("No timeline pair is shown that could be saved.", True)
         else:
             save_picture(figure, path, self.document, self._jobs)
 
@@ -235,8 +235,7 @@ class PairsView(QWidget):
         if outcome is not None and self._entries:
             both = (*outcome.tested, *outcome.proposals)
             count = sum(reviewed.id in self._hidden for reviewed in both)
-        hidden = self.tr("Demonstrations left out while you code them blind: {count}.")
-        self.note.setText(hidden.format(count=count))
+        self.note.setText(f"Demonstrations left out while you code them blind: {count}.")
         self.note.setHidden(not count)
 
     # Going there

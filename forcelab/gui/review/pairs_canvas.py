@@ -75,7 +75,7 @@ class PairsCanvas(QAbstractScrollArea):
         self._ahead = QTimer(self, singleShot=True, interval=0)
         self._ahead.timeout.connect(self._paint_ahead)
         self.setFrameShape(QAbstractScrollArea.Shape.NoFrame)
-        self.setAccessibleName(self.tr("Timeline pairs"))
+        self.setAccessibleName("Timeline pairs")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.viewport().setMouseTracking(True)
@@ -95,7 +95,7 @@ class PairsCanvas(QAbstractScrollArea):
     @property
     def names(self) -> tuple[str, str]:
         """What the two bars of a pair are called."""
-        return self.tr("human"), self.tr("predicted")
+        return "human", "predicted"
 
     @property
     def arrangement(self) -> Layout:
@@ -230,11 +230,11 @@ class PairsCanvas(QAbstractScrollArea):
         theme, width = colours(), self.viewport().width()
         box = QRectF(0, bottom - HEADING, width, HEADING)
         painter.fillRect(box.adjusted(0, 10, 0, 0), QColor(theme.panel))
-        head, face = self.tr("Proposals"), text.font(bold=True)
+        head, face = "Proposals", text.font(bold=True)
         middle = box.center().y() + 5
         text.put(painter, MARGIN, middle, head, face=face, ink=QColor(theme.text))
         x = MARGIN + text.width(head, face) + 12
-        what = self.tr("predicted where nothing is labelled; at the right: mean probability")
+        what = "predicted where nothing is labelled; at the right: mean probability"
         small = text.font(10)
         what = text.elided(what, small, width - MARGIN - x)
         text.put(painter, x, middle, what, face=small, ink=QColor(theme.muted))
@@ -242,12 +242,12 @@ class PairsCanvas(QAbstractScrollArea):
     def _remark(self, entry: Entry) -> str:
         """What stands below the share: since when it differs, how long it lasts, or what it is."""
         if entry.edited:
-            return self.tr("edited")
+            return "edited"
         if self.stretched:
             return f"{entry.reviewed.end - entry.reviewed.start:.1f} s"
         if entry.share is None or entry.human is None:  # a proposal's is told by their heading
             return ""
-        return self.tr("accuracy")
+        return "accuracy"
 
     def scrollContentsBy(self, dx: int, dy: int) -> None:
         """Move what is there; only what comes into view is painted."""

@@ -9,7 +9,7 @@ from html import escape
 from operator import attrgetter
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QPointF, QRectF
+from PySide6.QtCore import QPointF, QRectF
 
 from forcelab.gui.figures.marks import mark_box
 from forcelab.gui.review.pairs_layout import Layout
@@ -19,7 +19,6 @@ from forcelab.review.places import Place, action_over
 
 __all__ = ["Hit", "described", "hit", "place_of", "told"]
 
-translate = QCoreApplication.translate
 
 #: How far from a mark it is still meant, in pixels.
 REACH = 3.0
@@ -120,29 +119,23 @@ def said(mark: Place) -> str:
     """A disagreement in words."""
     predicted = mark.predicted
     if predicted is None:
-        predicted = translate("forcelab", "unlabelled")
-    return translate("forcelab", "{stretch}: human {human}, predicted {predicted}").format(
-        stretch=_stretch(mark.start, mark.end), human=mark.human, predicted=predicted
-    )
+        predicted = "unlabelled"
+    return f"{_stretch(mark.start, mark.end)}: human {mark.human}, predicted {predicted}"
 
 
 def described(entry: Entry, mark: int | None = None) -> str:
     """A row in words, for screen readers and tooltips; with a disagreement that has the focus."""
     share = "" if entry.share is None else f"{100 * entry.share:.1f} %"
     if entry.human is None:
-        mean = translate("forcelab", "proposal, mean probability {share}").format(share=share)
-        return mean if share else translate("forcelab", "proposal")
-    words = [translate("forcelab", "accuracy {share}").format(share=share)] if share else []
+        mean = f"proposal, mean probability {share}"
+        return mean if share else "proposal"
+    words = [f"accuracy {share}"] if share else []
     if entry.edited:
-        words.append(translate("forcelab", "edited since the run"))
+        words.append("edited since the run")
     count = len(entry.marks)
-    words.append(translate("forcelab", "disagreements: {count}").format(count=count))
+    words.append(f"disagreements: {count}")
     if mark is not None:
-        words.append(
-            translate("forcelab", "number {number}, {what}").format(
-                number=mark + 1, what=said(entry.marks[mark])
-            )
-        )
+        words.append(f"number {mark + 1}, {said(entry.marks[mark])}")
     return "; ".join(words)
 
 

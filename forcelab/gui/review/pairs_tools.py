@@ -56,23 +56,23 @@ class PairsTools(QWidget):
         super().__init__()
         self._wanted = set(settings.strings(ROWS))
         self.coders: tuple[str, ...] = ()
-        name = self.tr("Filter timeline pairs by name or task")
-        self.search = search_field(self.tr("Filter by name or task"), name)
+        name = "Filter timeline pairs by name or task"
+        self.search = search_field("Filter by name or task", name)
         self.search.setMinimumWidth(60)
         self.order = choice(
-            self.tr("Order of the timeline pairs"),
+            "Order of the timeline pairs",
             {
-                self.tr("By name"): "name",
-                self.tr("Worst first"): "worst",
-                self.tr("Longest first"): "longest",
+                "By name": "name",
+                "Worst first": "worst",
+                "Longest first": "longest",
             },
         )
         self.order.setCurrentIndex(max(0, self.order.findData(settings.text(ORDER))))
-        self.stretched = QCheckBox(self.tr("Full width"))
-        self.stretched.setAccessibleName(self.tr("Stretch each demonstration to the full width"))
+        self.stretched = QCheckBox("Full width")
+        self.stretched.setAccessibleName("Stretch each demonstration to the full width")
         self.stretched.setToolTip(self.stretched.accessibleName())
         self.stretched.setChecked(settings.flag(STRETCHED))
-        self.rows = _button(self.tr("Rows"), self.tr("Further rows below each pair"))
+        self.rows = _button("Rows", "Further rows below each pair")
         self.menu = QMenu(self.rows)
         self.rows.setMenu(self.menu)
         self.rows.setStyleSheet(
@@ -80,7 +80,7 @@ class PairsTools(QWidget):
             "QToolButton::menu-indicator { subcontrol-position: right center; right: 0.3em; }"
         )
         self.rows.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.export = _button(self.tr("Export…"), self.tr("Save the pairs as SVG, PDF or PNG"))
+        self.export = _button("Export…", "Save the pairs as SVG, PDF or PNG")
         self._lay_out()
         self._connect()
         self.offer(())
@@ -102,20 +102,20 @@ class PairsTools(QWidget):
         """Offer the rows of these coders besides those of the recogniser."""
         self.coders = tuple(coders)
         self.menu.clear()
-        self.menu.addSection(self.tr("Before the filtered prediction"))
+        self.menu.addSection("Before the filtered prediction")
         for key, caption in self._stages():
             self._add(key, caption)
         if coders:
-            self.menu.addSection(self.tr("Other coders"))
+            self.menu.addSection("Other coders")
         for name in coders:
             self._add(CODER + name, name)
 
     def _stages(self) -> tuple[tuple[str, str], ...]:
         """Keys and captions of the recogniser's steps."""
         return (
-            ("raw", self.tr("raw")),
-            ("threshold", self.tr("threshold")),
-            ("median", self.tr("median")),
+            ("raw", "raw"),
+            ("threshold", "threshold"),
+            ("median", "median"),
         )
 
     def _add(self, key: str, title: str) -> None:
@@ -171,7 +171,7 @@ class LegendStrip(QWidget):
         super().__init__()
         self._looks: Mapping[str, Look] = {}
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setAccessibleName(self.tr("Legend of the actions"))
+        self.setAccessibleName("Legend of the actions")
         themes().changed.connect(self.update)
 
     def show_looks(self, looks: Mapping[str, Look]) -> None:
@@ -242,7 +242,7 @@ class AxisStrip(QWidget):
         super().__init__()
         self._axis: Axis | None = None
         self.setFixedHeight(self.HEIGHT)
-        self.setAccessibleName(self.tr("Time axis of the pairs"))
+        self.setAccessibleName("Time axis of the pairs")
         themes().changed.connect(self.update)
 
     def show_axis(self, axis: Axis | None) -> None:
@@ -262,7 +262,7 @@ class AxisStrip(QWidget):
             text.ready()
             if self._axis is not None:
                 painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-                draw_bottom(painter, self._axis, 0.5, self.tr("time (s)"), colours())
+                draw_bottom(painter, self._axis, 0.5, "time (s)", colours())
 
 
 def _button(title: str, name: str) -> QToolButton:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
 from PySide6.QtGui import QColor
 
 from forcelab.gui.figures.tracks import Look
@@ -12,8 +11,6 @@ from forcelab.gui.theme import colours
 from forcelab.review.outcome import Outcome
 
 __all__ = ["Looks", "actions_of", "missing"]
-
-translate = QCoreApplication.translate
 
 
 class Looks(dict[str, Look]):
@@ -48,21 +45,18 @@ def missing(
         Whether the filter lets any through.
     """
     if outcome is None and training:
-        return translate(
-            "forcelab",
-            "A recogniser is being trained; human and predicted timelines will stand here in "
-            "pairs.",
+        return (
+            "A recogniser is being trained; human and predicted timelines will stand here in pairs."
         )
     if outcome is None:
         bound = keys().shown("train")
-        return translate(
-            "forcelab",
-            "Train a recogniser{key} and human and predicted timelines stand here in pairs.",
-        ).format(key=f" ({bound})" if bound else "")
-    if not entries and hidden:
-        return translate(
-            "forcelab", "All demonstrations of this run are hidden while you code them blind."
+        return (
+            "Train a recogniser{key} and human and predicted timelines stand here in pairs.".format(
+                key=f" ({bound})" if bound else ""
+            )
         )
+    if not entries and hidden:
+        return "All demonstrations of this run are hidden while you code them blind."
     if not entries:
-        return untested(outcome, translate("forcelab", "This run tested no demonstration."))
-    return "" if shown else translate("forcelab", "No demonstration fits the filter.")
+        return untested(outcome, "This run tested no demonstration.")
+    return "" if shown else "No demonstration fits the filter."

@@ -52,7 +52,7 @@ class ProposalsView(QWidget):
     def __init__(self, document: Document, jobs: Jobs) -> None:
         super().__init__()
         self.document, self.jobs = document, jobs
-        self.setAccessibleName(self.tr("Proposals"))
+        self.setAccessibleName("Proposals")
         self.model = TextModel(self)
         self.rows: tuple[Proposal, ...] = ()
         self._shown: Outcome | None = None
@@ -80,7 +80,7 @@ class ProposalsView(QWidget):
     def _table(self) -> TextRows:
         """The rows."""
         table = TextRows(self.model)
-        table.setAccessibleName(self.tr("Unlabelled demonstrations, the one to label next first"))
+        table.setAccessibleName("Unlabelled demonstrations, the one to label next first")
         table.setTextElideMode(NAMES)
         self._bars = _Bars(lambda row: self.rows[row].uncertainty)
         table.setItemDelegateForColumn(UNCERTAINTY, self._bars)
@@ -119,14 +119,14 @@ class ProposalsView(QWidget):
     def _say_order(self) -> None:
         """Say which demonstration comes first, and why."""
         if self.rows and self.rows[0].id in self._done():
-            text = self.tr("All of these are labelled by now. Train again with them.")
+            text = "All of these are labelled by now. Train again with them."
         elif self._weighed():
-            text = self.tr(
+            text = (
                 "Label the first one next: the recogniser is uncertain of it, and many of the "
                 "others are like it. The list is sorted by the product of the two."
             )
         else:
-            text = self.tr(
+            text = (
                 "The most uncertain comes first. Train again to weigh each by how many of the "
                 "others are like it, so that odd ones do not come first."
             )
@@ -149,13 +149,13 @@ class ProposalsView(QWidget):
         if seen != self.rows:
             self.rows = seen
             columns = [
-                Column(self.tr("demonstration"), number=False),
-                Column(self.tr("uncertainty"), number=False),
-                Column(self.tr("probably wrong")),
-                Column(self.tr("labelled")),
+                Column("demonstration", number=False),
+                Column("uncertainty", number=False),
+                Column("probably wrong"),
+                Column("labelled"),
             ]
             if self._weighed():
-                columns.insert(UNCERTAINTY + 1, Column(self.tr("like others")))
+                columns.insert(UNCERTAINTY + 1, Column("like others"))
             self.model.show(columns, self._told())
             self.table.fit_columns(stretched=0)
             self.table.horizontalHeader().resizeSection(UNCERTAINTY, WIDE)
@@ -191,14 +191,16 @@ class ProposalsView(QWidget):
 
     def _tip(self, one: Proposal) -> str:
         """What the figures mean."""
-        text = self.tr(
-            "{name} ({task}), {seconds:.1f} s: of moments as uncertain as these, tested "
-            "demonstrations had so many wrong that about {wrong:.1f} s are expected to be wrong "
+        text = (
+            f"{one.name} ({one.task}), {one.seconds:.1f} s: of moments as uncertain as "
+            "these, tested "
+            f"demonstrations had so many wrong that about {one.wrong:.1f} s are expected to "
+            "be wrong "
             "here. Labelling it is expected to put these right."
-        ).format(name=one.name, task=one.task, seconds=one.seconds, wrong=one.wrong)
+        )
         if one.typicality is None:
             return text
-        typical = self.tr("It is {0:.0f} % like all that are listed.")
+        typical = "It is {0:.0f} % like all that are listed."
         return f"{text} {typical.format(100 * one.typicality)}"
 
     def _labelled(self) -> dict[str, float]:
@@ -223,19 +225,19 @@ class ProposalsView(QWidget):
         if self.rows:
             text = ""
         elif outcome is None:
-            text = self.tr("Train a recogniser: it proposes labels for what is unlabelled.")
+            text = "Train a recogniser: it proposes labels for what is unlabelled."
         elif self.jobs.awaits(KEY):
-            text = self.tr("Ranking what is unlabelled…")
+            text = "Ranking what is unlabelled…"
         elif outcome.proposals or any(info.id in blind for info in there):
-            text = self.tr("There is nothing here that may be seen.")
+            text = "There is nothing here that may be seen."
         elif any(outcome.author not in info.labelled for info in there):
             # A run of the command line tests only, and demonstrations are imported later.
-            text = self.tr(
+            text = (
                 "This run proposes nothing for what is unlabelled. Train again; if nothing is "
                 "listed here then, Training says why."
             )
         else:
-            text = self.tr(
+            text = (
                 "Every demonstration was labelled when this recogniser was trained; there is "
                 "nothing to propose."
             )

@@ -47,12 +47,12 @@ class QueueView(QWidget):
         self._steps = 0
         self._verdict: VerdictKind | None = None
         self._history = VerdictHistory(document)
-        self.setAccessibleName(self.tr("Disagreement queue"))
+        self.setAccessibleName("Disagreement queue")
         self.model = QueueModel(self)
         self.list = QueueList(self.model, lambda: self.reader.vocabulary)
         self.list.chosen.connect(document.examine)
         self.list.withdrawn.connect(self.withdraw)
-        sought = self.tr("Filter by action or demonstration")
+        sought = "Filter by action or demonstration"
         self.filter = search_field(sought, sought)
         self.filter.textChanged.connect(self._show)
         self.buttons = VerdictButtons()
@@ -103,17 +103,17 @@ class QueueView(QWidget):
             if self.list.unfold_one():
                 self.step(direction)
                 return
-            self.document.say(self._missing or self.tr("Everything listed is judged."))
+            self.document.say(self._missing or "Everything listed is judged.")
             return
         place, wrapped = self.list.beside(direction)
         if not self.document.examine(place):
             return
         if wrapped:
-            first, last = self.tr("Back at the first."), self.tr("Back at the last.")
+            first, last = "Back at the first.", "Back at the last."
             self.document.say(first if direction > 0 else last)
         elif not self.isVisible():  # or one would wonder what is wrong there
             sides = map(action_name, (place.human, place.predicted))
-            self.document.say(self.tr("Human: {0}; model: {1}.").format(*sides))
+            self.document.say("Human: {}; model: {}.".format(*sides))
 
     def judge(self, verdict: VerdictKind) -> bool:
         """Say who is right about the difference that is examined, and go on to the next one.
@@ -127,7 +127,7 @@ class QueueView(QWidget):
                 self._verdict = verdict  # it may be open again, after an undo
                 self.reader.compare()
                 return False
-            self.document.say(self.tr("Choose a difference to judge first, with N."), True)
+            self.document.say("Choose a difference to judge first, with N.", True)
             return False
         difference, outcome = item.about, read.outcome
         self.document.say("")  # what became of the verdict before is over
@@ -151,7 +151,7 @@ class QueueView(QWidget):
         if after is not None:
             self.document.examine(after)
         elif not self.list.waiting:
-            self.document.say(self.tr("That was the last one; everything listed is judged."))
+            self.document.say("That was the last one; everything listed is judged.")
         self.reader.track_changed()
         return True
 
@@ -178,9 +178,7 @@ class QueueView(QWidget):
         """Take back what was said of the item that is chosen; it is open again."""
         item, project = self.current, self.document.project
         if item is None or project is None or not isinstance(item.about, StoredVerdict):
-            self.document.say(
-                self.tr("Choose a judged place first, at the end of the queue."), True
-            )
+            self.document.say("Choose a judged place first, at the end of the queue.", True)
             return False
         try:
             withdraw(project, item.about, self.document.author)
@@ -188,7 +186,7 @@ class QueueView(QWidget):
         except ForcelabError as error:
             self.document.say(str(error), True)
             return False
-        told = self.tr("The verdict is withdrawn; labels stay as they are.")
+        told = "The verdict is withdrawn; labels stay as they are."
         self.document.say(told)
         self.reader.track_changed()
         self.reader.compare()
@@ -200,11 +198,11 @@ class QueueView(QWidget):
         """Give the coder's track what the model sees; gives whether the verdict may be kept."""
         document = self.document
         if document.author != outcome.author:
-            told = self.tr(
+            told = (
                 "The verdict is kept; only {0} can change {0}'s labels. To change them as {1}, "
                 "copy them ({2})."
             )
-            key = keys().shown("copy_from") or self.tr("in the menu Segments")
+            key = keys().shown("copy_from") or "in the menu Segments"
             document.say(told.format(outcome.author, document.author, key))
             return True
         if document.id != difference.demonstration and not document.examine(difference):
@@ -257,7 +255,7 @@ class QueueView(QWidget):
         self.list.viewport().update()
         empty = self._missing
         if not empty and not self.model.sections:
-            empty = self.tr("Nothing here fits the filter.")
+            empty = "Nothing here fits the filter."
         self._pages.say(empty)
         there = bool(self.queue.open or self.queue.judged)
         self.filter.setVisible(there)

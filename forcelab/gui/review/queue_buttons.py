@@ -31,14 +31,14 @@ class VerdictButtons(QWidget):
     def __init__(self) -> None:
         super().__init__()
         self._texts = {
-            "human": (self.tr("Human right"), self.tr("Human")),
-            "model": (self.tr("Model right"), self.tr("Model")),
-            "ambiguous": (self.tr("Ambiguous"), self.tr("Unclear")),
+            "human": ("Human right", "Human"),
+            "model": ("Model right", "Model"),
+            "ambiguous": ("Ambiguous", "Unclear"),
         }
         told = {
-            "human": self.tr("The label is right; it stays."),
-            "model": self.tr("The prediction is right; your label is changed to it, undoably."),
-            "ambiguous": self.tr("It cannot be told; the label stays."),
+            "human": "The label is right; it stays.",
+            "model": "The prediction is right; your label is changed to it, undoably.",
+            "ambiguous": "It cannot be told; the label stays.",
         }
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -51,7 +51,7 @@ class VerdictButtons(QWidget):
             button.clicked.connect(lambda _=False, v=verdict: self.judged.emit(v))
             row.addWidget(button, 1)
             self.verdicts[verdict] = button
-        self.withdraw = QPushButton(self.tr("Withdraw the verdict"))
+        self.withdraw = QPushButton("Withdraw the verdict")
         self.withdraw.setAccessibleName(self.withdraw.text())
         self.withdraw.clicked.connect(self.withdrawn)
         row.addWidget(self.withdraw, 1)
@@ -65,7 +65,7 @@ class VerdictButtons(QWidget):
         """Offer verdicts on what is open, or to withdraw the one on what is judged."""
         for button in self.verdicts.values():
             button.setHidden(judged)
-            allow(button, "" if open_ else self.tr("Choose a place in the queue first (N)."))
+            allow(button, "" if open_ else "Choose a place in the queue first (N).")
         self.withdraw.setHidden(not judged)
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -44,7 +44,7 @@ class QueueList(QTableView):
         self._last = 0  # where in the order the marked item stood last
         self.setModel(model)
         self.setItemDelegate(QueuePainter(model, vocabulary, self))
-        self.setAccessibleName(self.tr("Where labels and predictions differ"))
+        self.setAccessibleName("Where labels and predictions differ")
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

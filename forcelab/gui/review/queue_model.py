@@ -11,7 +11,6 @@ from typing import Any, Literal, get_args
 
 from PySide6.QtCore import (
     QAbstractListModel,
-    QCoreApplication,
     QObject,
     Qt,
 )
@@ -22,8 +21,6 @@ from forcelab.project import StoredVerdict
 from forcelab.review.differences import Difference
 from forcelab.review.places import Place
 from forcelab.review.queue import Queue
-
-translate = QCoreApplication.translate
 
 __all__ = ["Item", "QueueModel", "Section", "place_of"]
 
@@ -83,12 +80,12 @@ class Section:
     def title(self) -> str:
         """What stands above it."""
         return {
-            "suspected": translate("forcelab", "Suspected coding errors"),
-            "actions": translate("forcelab", "Wrong actions"),
-            "missed": translate("forcelab", "Missed by the model"),
-            "boundaries": translate("forcelab", "Boundaries only"),
-            "invented": translate("forcelab", "Labelled by the model only"),
-            "judged": translate("forcelab", "Judged"),
+            "suspected": "Suspected coding errors",
+            "actions": "Wrong actions",
+            "missed": "Missed by the model",
+            "boundaries": "Boundaries only",
+            "invented": "Labelled by the model only",
+            "judged": "Judged",
         }[self.kind]
 
     @property
@@ -100,9 +97,9 @@ class Section:
     def rated(self) -> str:
         """What the percentages at the right are; empty where there are none."""
         if self.kind == "suspected":
-            return translate("forcelab", "suspicion")
+            return "suspicion"
         sure = any(isinstance(d, Difference) and d.confidence is not None for d in self.listed[:1])
-        return translate("forcelab", "confidence") if sure else ""
+        return "confidence" if sure else ""
 
     @property
     def tip(self) -> str:
@@ -250,7 +247,7 @@ class QueueModel(QAbstractListModel):
         if isinstance(found, Section):
             told = f"{found.title}: {found.total}"
             if found.kind in self.folded:
-                told = translate("forcelab", "{0}, folded").format(told)
+                told = f"{told}, folded"
             return {
                 Qt.ItemDataRole.DisplayRole: found.title,
                 Qt.ItemDataRole.AccessibleTextRole: told,
@@ -267,29 +264,15 @@ def facts(item: Item) -> list[str]:
     """What a row shows, in words."""
     place, about = item.place, item.about
     told = [
-        translate("forcelab", "Human: {0}").format(action_name(place.human)),
-        translate("forcelab", "Model: {0}").format(action_name(place.predicted)),
-        translate("forcelab", "{0}, {1:.3f} to {2:.3f} s").format(
-            item.name, place.start, place.end
-        ),
+        f"Human: {action_name(place.human)}",
+        f"Model: {action_name(place.predicted)}",
+        f"{item.name}, {place.start:.3f} to {place.end:.3f} s",
     ]
     if isinstance(about, StoredVerdict):
-        told.append(
-            translate("forcelab", "Judged by {0}: {1}").format(
-                about.author, verdict_name(about.verdict)
-            )
-        )
+        told.append(f"Judged by {about.author}: {verdict_name(about.verdict)}")
         return told
     if about.confidence is not None:
-        told.append(
-            translate("forcelab", "Confidence of the model: {0:.0f} %").format(
-                100 * about.confidence
-            )
-        )
+        told.append(f"Confidence of the model: {100 * about.confidence:.0f} %")
     if about.suspicion:
-        told.append(
-            translate("forcelab", "Suspicion of a coding error: {0:.0f} %").format(
-                100 * about.suspicion
-            )
-        )
+        told.append(f"Suspicion of a coding error: {100 * about.suspicion:.0f} %")
     return told

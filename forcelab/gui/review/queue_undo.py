@@ -7,8 +7,6 @@ from datetime import datetime
 from operator import attrgetter
 from typing import Literal
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.document import Document
 from forcelab.project import Project
 from forcelab.project.decisions import StoredVerdict
@@ -18,7 +16,6 @@ from forcelab.review.places import Place
 
 __all__ = ["VerdictHistory"]
 
-translate = QCoreApplication.translate
 _time = attrgetter("time")
 
 
@@ -135,10 +132,10 @@ class VerdictHistory:
         document = self._document
         if change.withdrawn == (kind == "redo"):
             withdraw(project, change.verdict, document.author)
-            document.say(translate("forcelab", "The verdict is taken back."))
+            document.say("The verdict is taken back.")
         else:
             project.add_verdict(replace(change.verdict, id=0))
-            document.say(translate("forcelab", "The verdict counts again."))
+            document.say("The verdict counts again.")
 
     def _counts(self, change: _Change) -> bool:
         """Whether what was said counts now, in these words."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.review.queue_reading import Read
 from forcelab.review.judging import report
 from forcelab.review.outcome import Outcome
@@ -19,8 +17,6 @@ __all__ = [
     "verdict_name",
 ]
 
-translate = QCoreApplication.translate
-
 
 def missing(outcome: Outcome | None, read: Read | None, *, training: bool) -> str:
     """Why there is nothing to list; empty where there is something.
@@ -35,31 +31,25 @@ def missing(outcome: Outcome | None, read: Read | None, *, training: bool) -> st
         Whether a recogniser is being trained.
     """
     if outcome is None:
-        coming = translate(
-            "forcelab",
+        coming = (
             "A recogniser is being trained; every place where you and it differ will be listed "
-            "here.",
+            "here."
         )
-        none = translate(
-            "forcelab",
-            "Train a recogniser, and every place where you and it differ is listed here.",
-        )
+        none = "Train a recogniser, and every place where you and it differ is listed here."
         return coming if training else none
     if read is None:
-        return translate("forcelab", "Comparing…")
+        return "Comparing…"
     if read.queue.open or read.queue.judged:
         return ""
     if not outcome.tested:
         return untested(
             outcome,
-            translate("forcelab", "Nothing was tested, so nothing can differ."),
-            translate("forcelab", "What the recogniser proposes for the others is in Proposals."),
+            "Nothing was tested, so nothing can differ.",
+            "What the recogniser proposes for the others is in Proposals.",
         )
     if not read.outcome.tested:
-        return translate(
-            "forcelab", "You code these demonstrations blind; what differs is shown when done."
-        )
-    return translate("forcelab", "Labels and predictions agree everywhere.")
+        return "You code these demonstrations blind; what differs is shown when done."
+    return "Labels and predictions agree everywhere."
 
 
 def untested(outcome: Outcome, nothing: str, further: str = "") -> str:
@@ -80,59 +70,44 @@ def untested(outcome: Outcome, nothing: str, further: str = "") -> str:
 def explained(kind: str) -> str:
     """What a section of the queue holds, in a sentence."""
     return {
-        "suspected": translate(
-            "forcelab",
-            "A recogniser that has not seen them contradicts, where it is usually right.",
-        ),
-        "actions": translate("forcelab", "Both see an action, but not the same one."),
-        "missed": translate("forcelab", "Labelled, and the model sees nothing."),
-        "boundaries": translate(
-            "forcelab", "Both see the same actions; only the edge between them differs."
-        ),
-        "invented": translate(
-            "forcelab",
-            "Unlabelled time, which is never scored, where the model sees an action.",
-        ),
-        "judged": translate("forcelab", "What somebody has judged, the latest first."),
+        "suspected": "A recogniser that has not seen them contradicts, where it is usually right.",
+        "actions": "Both see an action, but not the same one.",
+        "missed": "Labelled, and the model sees nothing.",
+        "boundaries": "Both see the same actions; only the edge between them differs.",
+        "invented": "Unlabelled time, which is never scored, where the model sees an action.",
+        "judged": "What somebody has judged, the latest first.",
     }[kind]
 
 
 def percentages(kind: str) -> str:
     """What the percentages of a section are, and in which order it stands."""
     if kind == "suspected":
-        return translate(
-            "forcelab",
-            "Percentages: how much speaks for an error of the coder, the largest first.",
-        )
-    return translate(
-        "forcelab", "Percentages: how sure the model is; what is long and sure comes first."
-    )
+        return "Percentages: how much speaks for an error of the coder, the largest first."
+    return "Percentages: how sure the model is; what is long and sure comes first."
 
 
 def summary(queue: Queue) -> str:
     """How much is open, and who was right so far."""
     main = len(queue.suspected) + len(queue.actions) + len(queue.missed)
     if not queue.judged:
-        return translate("forcelab", "{0} to judge, none judged yet.").format(main)
+        return f"{main} to judge, none judged yet."
     said = report(queue.judged)
-    text = translate("forcelab", "{0} to judge. Right so far: human {1}, model {2}; ambiguous {3}.")
-    return text.format(
-        main,
-        sum(pair.human_right for pair in said),
-        sum(pair.model_right for pair in said),
-        sum(pair.ambiguous for pair in said),
+    return (
+        f"{main} to judge. Right so far: human {sum(pair.human_right for pair in said)}, model "
+        f"{sum(pair.model_right for pair in said)}; ambiguous "
+        f"{sum(pair.ambiguous for pair in said)}."
     )
 
 
 def action_name(action: str | None) -> str:
     """An action as it is written in a row."""
-    return translate("forcelab", "unlabelled") if action is None else action
+    return "unlabelled" if action is None else action
 
 
 def verdict_name(verdict: str) -> str:
     """A verdict as it is written in a row."""
     return {
-        "human": translate("forcelab", "human right"),
-        "model": translate("forcelab", "model right"),
-        "ambiguous": translate("forcelab", "ambiguous"),
+        "human": "human right",
+        "model": "model right",
+        "ambiguous": "ambiguous",
     }[verdict]

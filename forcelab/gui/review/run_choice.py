@@ -24,7 +24,7 @@ class RunChoice(NarrowList):
     def __init__(self, document: Document, learning: Learning) -> None:
         super().__init__()
         self.document, self.learning = document, learning
-        self._name = self.tr("Which run is reviewed")
+        self._name = "Which run is reviewed"
         self.set_name(self._name)
         self.setMinimumContentsLength(SHOWN)
         self.activated.connect(self._chosen)
@@ -38,7 +38,7 @@ class RunChoice(NarrowList):
         for kept in self.learning.runs:
             self.addItem(run_text(kept), kept.number)
         self.setEnabled(bool(self.learning.runs))
-        self.setPlaceholderText(self.tr("no run yet"))
+        self.setPlaceholderText("no run yet")
         texts = map(run_text, self.learning.runs)
         widest = max(map(self.fontMetrics().horizontalAdvance, texts), default=0)
         self.view().setMinimumWidth(widest + 2 * self.fontMetrics().height())
@@ -48,14 +48,14 @@ class RunChoice(NarrowList):
         """Show which run is reviewed."""
         outcome = self.document.outcome
         self.setCurrentIndex(-1 if outcome is None else self.findData(outcome.number))
-        how = self.tr("A right click removes it.") if outcome is not None else ""
+        how = "A right click removes it." if outcome is not None else ""
         self.setToolTip("\n".join(filter(None, (self._name, self.currentText(), how))))
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         """What can be done with the run that is reviewed."""
         menu = QMenu(self)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        action = menu.addAction(self.tr("Remove this run…"), self.ask_removal)
+        action = menu.addAction("Remove this run…", self.ask_removal)
         project = self.document.project
         action.setEnabled(
             self.currentIndex() >= 0 and project is not None and not project.read_only

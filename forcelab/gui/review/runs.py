@@ -73,7 +73,7 @@ class Runs(Wanted):
         if shown is not None and shown.number == number:
             self.jobs.cancel(LOADING)
             self.document.set_outcome(None)
-        self.document.say(self.tr("Run {0} was removed.").format(number))
+        self.document.say(f"Run {number} was removed.")
         self.list_runs()
 
     def list_runs(self) -> None:

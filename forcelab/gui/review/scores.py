@@ -51,15 +51,15 @@ class ScoresView(QWidget):
         self._seen: tuple[Reviewed, ...] = ()
         self._ids: tuple[str, ...] = ()
         self.which = choice(
-            self.tr("Scores to show"),
-            {self.tr("Agreement"): "rates", self.tr("Kinds of errors"): "events"},
-            self.tr("How well predictions agree with you, or in which way they are wrong"),
+            "Scores to show",
+            {"Agreement": "rates", "Kinds of errors": "events"},
+            "How well predictions agree with you, or in which way they are wrong",
         )
-        self.copy_button = QPushButton(self.tr("Copy"))
-        self.copy_button.setToolTip(self.tr("Copy the table as text for a spreadsheet"))
+        self.copy_button = QPushButton("Copy")
+        self.copy_button.setToolTip("Copy the table as text for a spreadsheet")
         self.model = TextModel(self)
         self.table = TextRows(self.model)
-        self.table.setAccessibleName(self.tr("Scores"))
+        self.table.setAccessibleName("Scores")
         self.note = muted()
         self._lay_out()
         self.which.currentIndexChanged.connect(self._unsort)
@@ -77,7 +77,7 @@ class ScoresView(QWidget):
     def copy(self) -> None:
         """Copy the table as lines of cells with tabs between them."""
         copy_text(self.model.as_tsv())
-        self.document.say(self.tr("The scores were copied."))
+        self.document.say("The scores were copied.")
 
     def sort_by(self, column: int) -> None:
         """Sort demonstrations by a column: the highest first, then the lowest, then as run."""
@@ -150,9 +150,9 @@ class ScoresView(QWidget):
         if seen is None or outcome is None or not outcome.tested:
             self._jobs.cancel(KEY)
             self._outcome = None
-            nothing = self.tr("Nothing was trained yet. Train, and this shows how well that works.")
+            nothing = "Nothing was trained yet. Train, and this shows how well that works."
             if outcome is not None:
-                nothing = untested(outcome, self.tr("This run tested no demonstration."))
+                nothing = untested(outcome, "This run tested no demonstration.")
             self._show_empty(nothing)
             return
         if outcome is not self._outcome:
@@ -196,9 +196,7 @@ class ScoresView(QWidget):
         """How the intervals were made, and what was done to get here."""
         outcome = self._outcome
         assert outcome is not None
-        told = self.tr("Run {0}, seed {1}. 95 % intervals: {2}").format(
-            outcome.number, outcome.settings.seed, how
-        )
+        told = f"Run {outcome.number}, seed {outcome.settings.seed}. 95 % intervals: {how}"
         return "\n".join((told, reliability_text(outcome.reliability))).strip()
 
     def _show_empty(self, text: str) -> None:

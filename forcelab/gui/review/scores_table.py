@@ -6,16 +6,12 @@ import math
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.review.metric_words import Metric
 from forcelab.gui.review.rows import Column, Row
 from forcelab.jobs import Progress
 from forcelab.recognition.intervals import METHOD, Intervals, intervals
 from forcelab.recognition.timed import timed_counts
 from forcelab.review.outcome import Outcome, Reviewed
-
-translate = QCoreApplication.translate
 
 __all__ = ["STAGES", "Sorting", "columns_of", "computing", "rows_of"]
 
@@ -58,8 +54,8 @@ def computing(outcome: Outcome) -> Generator[Progress, None, dict[str, Intervals
 def columns_of(metrics: Sequence[Metric]) -> tuple[Column, ...]:
     """Raw and filtered of each metric, beside one another."""
     words = {
-        "raw": translate("forcelab", "raw"),
-        "filtered": translate("forcelab", "filtered"),
+        "raw": "raw",
+        "filtered": "filtered",
     }
     return tuple(
         Column(f"{metric.title}\n{words[stage]}", metric.tip)
@@ -101,7 +97,7 @@ def rows_of(
     if sorting.column is not None:
         shown.sort(key=lambda one: _rank(each[one.id][sorting.column or 0], sorting.descending))
     rows = [
-        _row(translate("forcelab", "pooled"), pairs, pooled, bold=True),
+        _row("pooled", pairs, pooled, bold=True),
         _interval_row(pairs, found),
         *(_row(one.name, pairs, each[one.id]) for one in shown),
     ]
@@ -131,9 +127,9 @@ def _row(
 
 def _interval_row(pairs: Sequence[tuple[Metric, str]], found: Mapping[str, Intervals]) -> Row:
     """The intervals of what is pooled, and how they were made or why there are none."""
-    name = translate("forcelab", "95 % interval")
+    name = "95 % interval"
     if not found:
-        tip = translate("forcelab", "The intervals are being computed.")
+        tip = "The intervals are being computed."
         return Row(("…",) * len(pairs), name, tip)
     reason = next((one.reason for one in found.values() if one.reason), "")
     cells = tuple(

@@ -59,7 +59,7 @@ class SettingsDialog(QDialog):
         super().__init__(parent)
         self.facts = facts
         self.chosen: Settings | None = settings
-        self.setWindowTitle(self.tr("Settings of the recogniser"))
+        self.setWindowTitle("Settings of the recogniser")
         self.form = SettingsForm(facts)
         self.form.changed.connect(self._form_changed)
         self.summary = QLabel()
@@ -67,12 +67,12 @@ class SettingsDialog(QDialog):
         self.summary.setTextFormat(Qt.TextFormat.PlainText)
         self.summary.setAlignment(Qt.AlignmentFlag.AlignTop)
         self.summary.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.summary.setAccessibleName(self.tr("What the preset uses"))
+        self.summary.setAccessibleName("What the preset uses")
         self.about = QLabel()
         self.about.setWordWrap(True)
-        self.about.setAccessibleName(self.tr("What the preset is"))
+        self.about.setAccessibleName("What the preset is")
         self.scales, self.cost = muted(), muted()
-        buttons, self.ok = use_or_cancel(self, self.tr("Use these settings"))
+        buttons, self.ok = use_or_cancel(self, "Use these settings")
         self._pages = QStackedWidget()
         self._pages.addWidget(self._summary_page())
         self._pages.addWidget(self._form_page())
@@ -98,22 +98,22 @@ class SettingsDialog(QDialog):
         from forcelab.recognition.presets import PRESETS
 
         self.presets = QComboBox()
-        self.presets.setAccessibleName(self.tr("Preset"))
+        self.presets.setAccessibleName("Preset")
         for name in PRESETS:
             self.presets.addItem(name, name)
             tip = of_preset(name)
             self.presets.setItemData(self.presets.count() - 1, tip, Qt.ItemDataRole.ToolTipRole)
         self.presets.activated.connect(self._preset_chosen)
-        self.changed_label = toned("warning", self.tr("changed"))
-        self.change = QPushButton(self.tr("&Change…"))
-        self.change.setAccessibleName(self.tr("Change these settings"))
+        self.changed_label = toned("warning", "changed")
+        self.change = QPushButton("&Change…")
+        self.change.setAccessibleName("Change these settings")
         self.change.clicked.connect(self.open_form)
-        self.back = QPushButton(self.tr("&Back to the preset"))
-        self.back.setAccessibleName(self.tr("Back to the preset"))
+        self.back = QPushButton("&Back to the preset")
+        self.back.setAccessibleName("Back to the preset")
         self.back.clicked.connect(self._preset_chosen)
         for button in (self.change, self.back):
             button.setAutoDefault(False)
-        named = QLabel(self.tr("&Preset"))
+        named = QLabel("&Preset")
         named.setBuddy(self.presets)
         row = QHBoxLayout()
         for widget in (named, self.presets, self.changed_label):
@@ -194,23 +194,18 @@ class SettingsDialog(QDialog):
         count = len(settings.scales)
         rate = settings.rate or self.facts.rate
         if not rate:
-            return self.tr("{0} scales").format(count)
+            return f"{count} scales"
         hertz = frequencies(settings.scales, rate, settings.mother)
-        return self.tr("{0} scales, {1:.3g} to {2:.3g} Hz at {3:.6g} Hz").format(
-            count, hertz.min(), hertz.max(), rate
-        )
+        return f"{count} scales, {hertz.min():.3g} to {hertz.max():.3g} Hz at {rate:.6g} Hz"
 
     def _windows(self, settings: Settings) -> str:
         """How many windows there are, and how long."""
         shortest, longest = (1000 * settings.windows[i] for i in (0, -1))
-        return self.tr("{0} windows, {1:.3g} to {2:.3g} ms").format(
-            len(settings.windows), shortest, longest
-        )
+        return f"{len(settings.windows)} windows, {shortest:.3g} to {longest:.3g} ms"
 
     def _cost(self, settings: Settings) -> str:
         """How much is trained on."""
         features, steps = self.facts.cost(settings)
         if not steps:
-            return self.tr("{0} features; nothing is labelled yet.").format(features)
-        text = self.tr("{0} features, {1} labelled time steps to train on")
-        return text.format(features, thousands(steps))
+            return f"{features} features; nothing is labelled yet."
+        return f"{features} features, {thousands(steps)} labelled time steps to train on"

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
 )
 
 from forcelab.errors import InputError
-from forcelab.gui.commands import translated
 from forcelab.gui.naming import verbatim
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_field import Field
@@ -49,20 +48,20 @@ class NumberEditor(Editor):
 
     def __init__(self, field: Field) -> None:
         super().__init__(field)
-        self.switch = QCheckBox(self.tr("on")) if field.default is not None else None
+        self.switch = QCheckBox("on") if field.default is not None else None
         # One that holds whole numbers only ends at 2^31.
         self.box = QDoubleSpinBox()
         self.box.setDecimals(field.decimals)
         self.box.setRange(field.lowest, field.highest)
         self.box.setSingleStep(field.step)
         if field.unit:
-            self.box.setSuffix(f" {translated(field.unit)}")
+            self.box.setSuffix(f" {field.unit}")
         self.box.setAccessibleName(field.shown)
         self.box.setMinimumWidth(16 * self.fontMetrics().averageCharWidth())
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         if self.switch is not None:
-            self.switch.setAccessibleName(self.tr("Use: {0}").format(field.shown))
+            self.switch.setAccessibleName(f"Use: {field.shown}")
             self.switch.toggled.connect(self._switched)
             row.addWidget(self.switch)
         row.addWidget(self.box)
@@ -114,7 +113,7 @@ class ChoiceEditor(Editor):
         self.box = QComboBox()
         self.box.setAccessibleName(field.shown)
         for value, name in field.options:
-            self.box.addItem(translated(name), value)
+            self.box.addItem(name, value)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.addWidget(self.box)
@@ -139,7 +138,7 @@ class FlagEditor(Editor):
 
     def __init__(self, field: Field) -> None:
         super().__init__(field)
-        self.box = QCheckBox(self.tr("on"))
+        self.box = QCheckBox("on")
         self.box.setAccessibleName(field.shown)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -182,7 +181,7 @@ class ChannelsEditor(Editor):
         """
         chosen = [name for name, box in self.boxes.items() if box.isChecked()]
         if self.boxes and not chosen:
-            raise InputError(self.tr("A recogniser needs something to look at; choose a channel."))
+            raise InputError("A recogniser needs something to look at; choose a channel.")
         if self._given is not None and set(chosen) == set(self._given):
             return self._given
         return None if chosen == list(self._all) else tuple(chosen)
@@ -201,8 +200,8 @@ class ChannelsEditor(Editor):
     def _add(self, name: str) -> None:
         """Offer a channel."""
         here = name in self._all
-        box = QCheckBox(verbatim(name if here else self.tr("{0} (not in this task)").format(name)))
-        box.setAccessibleName(self.tr("Channel {0}").format(name))
+        box = QCheckBox(verbatim(name if here else f"{name} (not in this task)"))
+        box.setAccessibleName(f"Channel {name}")
         box.toggled.connect(lambda _: self.changed.emit())
         at = len(self.boxes)
         self._grid.addWidget(box, at // 2, at % 2, Qt.AlignmentFlag.AlignLeft)

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from forcelab.gui.commands import translated
 from forcelab.recognition.relevance import counts
 
 __all__ = ["Field", "Values"]
@@ -59,9 +58,9 @@ class Field:
     @property
     def shown(self) -> str:
         """What it is called in the coder's language."""
-        return translated(self.label)
+        return self.label
 
     @property
     def shown_tip(self) -> str:
         """What it does, in the coder's language."""
-        return translated(self.tip)
+        return self.tip

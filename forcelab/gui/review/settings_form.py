@@ -9,7 +9,6 @@ from PySide6.QtWidgets import QFormLayout, QGroupBox, QLabel, QVBoxLayout, QWidg
 
 from forcelab.errors import InputError
 from forcelab.gui.arranging import column, toned
-from forcelab.gui.commands import translated
 from forcelab.gui.review.merge_editor import MergeEditor
 from forcelab.gui.review.settings_editors import (
     ChannelsEditor,
@@ -66,7 +65,7 @@ class SettingsForm(QWidget):
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         for name, fields in GROUPS.items():
-            box = QGroupBox(translated(name))
+            box = QGroupBox(name)
             form = QFormLayout(box)
             form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
             form.setLabelAlignment(Qt.AlignmentFlag.AlignLeft)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_fields import FIELDS
 
@@ -14,29 +13,22 @@ if TYPE_CHECKING:
 __all__ = ["of_preset", "summary"]
 
 _PRESETS = {
-    "paper": QT_TRANSLATE_NOOP(
-        "forcelab", "The published method, unchanged: to compare with what was published."
-    ),
-    "released": QT_TRANSLATE_NOOP(
-        "forcelab",
+    "paper": "The published method, unchanged: to compare with what was published.",
+    "released": (
         "What the authors' published code does where it differs from their text: slower movements "
-        "and stronger filters.",
+        "and stronger filters."
     ),
-    "fast": QT_TRANSLATE_NOOP(
-        "forcelab",
+    "fast": (
         "As best, but without peaks, trained on every fifth decision, contradicted or not, and not "
-        "calibrated.",
+        "calibrated."
     ),
-    "best": QT_TRANSLATE_NOOP(
-        "forcelab",
-        "The most accurate on the paper's recordings, with probabilities that can be believed.",
-    ),
+    "best": "The most accurate on the paper's recordings, with probabilities that can be believed.",
 }
 
 
 def of_preset(name: str) -> str:
     """What a preset is, in one sentence; empty for one that has none."""
-    return translated(_PRESETS[name]) if name in _PRESETS else ""
+    return _PRESETS.get(name, "")
 
 
 def summary(settings: Settings, facts: Facts) -> str:
@@ -54,11 +46,11 @@ def summary(settings: Settings, facts: Facts) -> str:
         elif field.kind == "merge":
             shown = ", ".join(f"{source} → {target}" for source, target in value.items())
         elif field.kind == "choice":
-            shown = translated(dict(field.options)[value])
+            shown = dict(field.options)[value]
         elif field.kind == "flag":
             shown = "✓" if value else ""
         else:
-            shown = f"{value:g} {translated(field.unit) if field.unit else ''}".strip()
+            shown = f"{value:g} {field.unit if field.unit else ''}".strip()
         if shown:
             lines.append(f"{field.shown}: {shown}")
     return "\n".join(lines)

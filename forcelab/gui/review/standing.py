@@ -19,7 +19,7 @@ class Standing(ElsewhereLine):
         super().__init__()
         self._learning = learning
         self.setStyleSheet("padding: 0 0.5em")
-        self.setToolTip(self.tr("Show the review"))
+        self.setToolTip("Show the review")
         learning.changed.connect(self.refresh)
         learning.document.tracks_changed.connect(self.refresh)
         self.refresh()
@@ -29,12 +29,10 @@ class Standing(ElsewhereLine):
         learning = self._learning
         if learning.training:
             step = learning.step
-            return self.tr("Training: {0}").format(
-                self.tr("starting") if step is None else progress_text(step)
-            )
+            return "Training: {}".format("starting" if step is None else progress_text(step))
         outcome = learning.document.outcome
         if learning.edits is None or outcome is None:
             return ""
-        run = self.tr("Run {0}").format(outcome.number)
-        what = self.tr("Recogniser") if learning.kept else run
+        run = f"Run {outcome.number}"
+        what = "Recogniser" if learning.kept else run
         return f"{what}: {learning.stands[0]}"

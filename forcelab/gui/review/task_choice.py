@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
@@ -81,17 +81,13 @@ class TaskChoice(QWidget):
 
     def _training_box(self, choice: Choice) -> QGroupBox:
         """A box to check for each task."""
-        box = QGroupBox(self.tr("Train on"))
+        box = QGroupBox("Train on")
         column = QVBoxLayout(box)
         self.boxes: dict[str, QCheckBox] = {}
         for task in self.tasks:
             labelled, there = self._counts(task)
-            check = QCheckBox(
-                self.tr("{task} ({labelled} of {all} labelled)").format(
-                    task=shown_task(task), labelled=labelled, all=there
-                )
-            )
-            check.setAccessibleName(self.tr("Train on {0}").format(shown_task(task)))
+            check = QCheckBox(f"{shown_task(task)} ({labelled} of {there} labelled)")
+            check.setAccessibleName(f"Train on {shown_task(task)}")
             check.setChecked(task in choice.tasks)
             check.toggled.connect(self._follow)
             column.addWidget(check)
@@ -100,14 +96,12 @@ class TaskChoice(QWidget):
 
     def _testing_box(self, choice: Choice) -> QGroupBox:
         """Leave one out, or a group, or test on another task."""
-        self.leave_out = _option(self.tr("Leave each demonstration out in turn"))
+        self.leave_out = _option("Leave each demonstration out in turn")
         groups = choice.folds or GROUPS
-        self.in_groups = _option(
-            self.tr("Leave them out in {0} groups, quicker where there are many").format(groups)
-        )
-        self.across = _option(self.tr("Test on another task:"))
+        self.in_groups = _option(f"Leave them out in {groups} groups, quicker where there are many")
+        self.across = _option("Test on another task:")
         self.test_task = QComboBox()
-        self.test_task.setAccessibleName(self.tr("Task to test on"))
+        self.test_task.setAccessibleName("Task to test on")
         for task in self.tasks:
             self.test_task.addItem(shown_task(task), task)
         at = self.test_task.findData(choice.test_task)
@@ -119,7 +113,7 @@ class TaskChoice(QWidget):
         folds = self._usual_folds(choice) if choice.folds is None else choice.folds
         left_out = self.in_groups if folds else self.leave_out
         (self.across if across else left_out).setChecked(True)
-        box = QGroupBox(self.tr("Test"))
+        box = QGroupBox("Test")
         self.leave_out.toggled.connect(lambda on: self._leave_out(0, on))
         self.in_groups.toggled.connect(lambda on: self._leave_out(groups, on))
         self.across.toggled.connect(self._follow)
@@ -142,13 +136,13 @@ class TaskChoice(QWidget):
 
     def _actions_box(self, choice: Choice) -> QGroupBox:
         """Whether an action that two tasks have is one."""
-        self.joined = _option(self.tr("are one: “grab” is “grab” in every task"))
-        self.apart = _option(self.tr("stay apart, by the task as a suffix"))
+        self.joined = _option("are one: “grab” is “grab” in every task")
+        self.apart = _option("stay apart, by the task as a suffix")
         self.apart.setToolTip(
-            self.tr("As for hard and soft objects: can their “grab” be told from each other?")
+            "As for hard and soft objects: can their “grab” be told from each other?"
         )
         (self.apart if choice.apart else self.joined).setChecked(True)
-        self._same = QGroupBox(self.tr("Actions of the same name"))
+        self._same = QGroupBox("Actions of the same name")
         self.apart.toggled.connect(self._follow)
         column = QVBoxLayout(self._same)
         column.addWidget(self.joined)
@@ -161,14 +155,15 @@ class TaskChoice(QWidget):
         form = QFormLayout(self._coder_box)
         form.setContentsMargins(0, 0, 0, 0)
         self.coder = QComboBox()
-        self.coder.setAccessibleName(self.tr("Whose labels"))
-        nobody = self.tr("mine once I have completed {0}, otherwise the coder with the most")
-        self.coder.addItem(nobody.format(OWN), "")
+        self.coder.setAccessibleName("Whose labels")
+        self.coder.addItem(
+            f"mine once I have completed {OWN}, otherwise the coder with the most", ""
+        )
         for name in self._coders():
             self.coder.addItem(name, name)
         self.coder.setCurrentIndex(max(self.coder.findData(choice.author or ""), 0))
         self.coder.currentIndexChanged.connect(self._follow)
-        form.addRow(self.tr("&Whose labels"), self.coder)
+        form.addRow("&Whose labels", self.coder)
         return self._coder_box
 
     def _coders(self) -> tuple[str, ...]:
@@ -213,31 +208,30 @@ class TaskChoice(QWidget):
     def _wrong(self, tasks: tuple[str, ...]) -> str:
         """Why this cannot be trained and tested; empty where it can."""
         if not tasks:
-            return self.tr("Nothing is trained on; choose a task.")
+            return "Nothing is trained on; choose a task."
         test = self.test_task.currentData()
         if self.across.isChecked() and test in tasks:
-            return self.tr(
-                "'{0}' is trained on and so cannot be tested; choose another task, or leave one "
+            return (
+                f"'{test}' is trained on and so cannot be tested; choose another task, or "
+                "leave one "
                 "demonstration out."
-            ).format(test)
+            )
         known = sum(self._counts(task)[0] for task in tasks)
         if not known:
-            return self.tr("Nothing of it is labelled yet; label at least two actions first.")
+            return "Nothing of it is labelled yet; label at least two actions first."
         if self.across.isChecked() and not self._counts(str(test))[0]:
-            return self.tr("Nothing of '{0}' is labelled, so it cannot be tested.").format(test)
+            return f"Nothing of '{test}' is labelled, so it cannot be tested."
         return ""
 
     def _note(self, tasks: tuple[str, ...]) -> str:
         """What is chosen, and what will be left out of it."""
         if not self.across.isChecked() and sum(self._counts(task)[0] for task in tasks) < 2:
-            return self.tr(
+            return (
                 "Only one demonstration is labelled, so nothing can be tested; a recogniser is "
                 "trained all the same, and proposes labels for the others."
             )
         choice = self.choice()
-        return self.tr("Trained and tested: {0}").format(
-            choice_name(choice.tasks, choice.test_task, choice.apart)
-        )
+        return f"Trained and tested: {choice_name(choice.tasks, choice.test_task, choice.apart)}"
 
 
 class TaskChoiceDialog(QDialog):
@@ -245,9 +239,9 @@ class TaskChoiceDialog(QDialog):
 
     def __init__(self, document: Document, choice: Choice, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self.setWindowTitle(self.tr("Tasks to train and test on"))
+        self.setWindowTitle("Tasks to train and test on")
         self.form = TaskChoice(document, choice)
-        buttons, self.ok = use_or_cancel(self, self.tr("Use these tasks"))
+        buttons, self.ok = use_or_cancel(self, "Use these tasks")
         column = QVBoxLayout(self)
         column.addWidget(self.form, 1)
         column.addWidget(buttons)
@@ -266,7 +260,7 @@ def choice_name(tasks: Sequence[str], test_task: str | None, apart: bool) -> str
     if test_task is not None:
         return f"{title} → {shown_task(test_task)}"
     if apart:
-        return QCoreApplication.translate("forcelab", "{0}, kept apart").format(title)
+        return f"{title}, kept apart"
     return title
 
 

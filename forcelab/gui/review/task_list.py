@@ -18,7 +18,7 @@ class TaskList(NarrowList):
     def __init__(self, learning: Learning) -> None:
         super().__init__()
         self._learning = learning
-        self._name = self.tr("Task to train on")
+        self._name = "Task to train on"
         self.set_name(self._name)
         self.activated.connect(self._chosen)
 
@@ -30,7 +30,7 @@ class TaskList(NarrowList):
             self.clear()
             for task in tasks:
                 self.addItem(shown_task(task), task)
-            self.addItem(self.tr("Tasks and tests…"), None)
+            self.addItem("Tasks and tests…", None)
         self.setEnabled(bool(tasks))
         at = self.findData(learning.task) if tasks else -1
         self.setCurrentIndex(max(at, 0) if tasks else -1)

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication, QObject, Signal
+from PySide6.QtCore import QObject, Signal
 
 from forcelab.gui.document import Document
 from forcelab.gui.review import remembered
@@ -32,7 +32,7 @@ COMPLETE = 0.5
 
 def shown_task(task: str) -> str:
     """What a task is called on the screen; demonstrations may be of none."""
-    return task or QCoreApplication.translate("forcelab", "no task")
+    return task or "no task"
 
 
 def groups_for(document: Document, tasks: Sequence[str], author: str | None) -> int:
@@ -247,8 +247,8 @@ class Wanted(QObject):
         """Say that the labels of somebody else are taken."""
         own = self.document.author
         if author is not None and author != own:
-            told = self.tr(
-                "{0} has labelled fewer than {1} demonstrations of this; training on the labels of "
-                "{2}."
+            self.document.say(
+                f"{own} has labelled fewer than {OWN} demonstrations of this; training on "
+                "the labels of "
+                f"{author}."
             )
-            self.document.say(told.format(own, OWN, author))

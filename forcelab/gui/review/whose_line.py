@@ -22,7 +22,7 @@ class WhoseLine(Elided):
         super().__init__()
         self._document = document
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Preferred)
-        self.setAccessibleName(self.tr("Whose labels are trained on"))
+        self.setAccessibleName("Whose labels are trained on")
 
     def show_coder(self, whose: str | None) -> None:
         """Name a coder; nothing where nobody else has labelled."""
@@ -31,7 +31,7 @@ class WhoseLine(Elided):
         # The list does not tell yet of whoever has just begun to label.
         people = {name for name in (*listed, *document.others) if not is_model(name)}
         several = whose is not None and bool({*people, document.author} - {whose})
-        self.set_text(self.tr("Labels of {0}").format(whose) if several else "")
+        self.set_text(f"Labels of {whose}" if several else "")
 
     def sizeHint(self) -> QSize:
         """The text, or the beginning of a long one."""

@@ -61,7 +61,7 @@ class WhyView(QWidget):
         self._training: tuple[int, str] | None = None  # run and demonstration being withheld
         self._stopped = False
         self._begun = 0.0
-        self.setAccessibleName(self.tr("Why"))
+        self.setAccessibleName("Why")
         self.page = WhyPage(document)
         self.page.back.clicked.connect(self.go_back)
         self.page.stop.clicked.connect(self._stop_or_go)
@@ -232,20 +232,20 @@ class WhyView(QWidget):
         if isinstance(progress, Progress) and self.place and self._outcome:
             name = self._name_of(self.place.demonstration)
             elapsed = time.monotonic() - self._begun
-            self.page.say(why_words.left(progress, name, elapsed, self._outcome), self.tr("Stop"))
+            self.page.say(why_words.left(progress, name, elapsed, self._outcome), "Stop")
 
     def _failed(self, error: Exception) -> None:
         """Say what stands in the way."""
         self._stopped = True
-        told = str(error) if isinstance(error, ForcelabError) else self.tr("This did not work.")
-        self.page.say(told, self.tr("Try again"))
+        told = str(error) if isinstance(error, ForcelabError) else "This did not work."
+        self.page.say(told, "Try again")
 
     def _stop_or_go(self) -> None:
         """Stop the training, or begin again."""
         self._stopped = not self._stopped
         if self._stopped:
             self._cancel()
-            self.page.say(self.tr("Stopped before it was explained."), self.tr("Explain"))
+            self.page.say("Stopped before it was explained.", "Explain")
         else:
             self._begin()
 

@@ -40,7 +40,7 @@ class ProbabilityChart(QWidget):
     def __init__(self, document: Document) -> None:
         super().__init__()
         self.document = document
-        self.setAccessibleName(self.tr("Probability of each action"))
+        self.setAccessibleName("Probability of each action")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setFixedHeight(self.sizeHint().height())
         self.certainty: Certainty | None = None
@@ -152,7 +152,7 @@ class ProbabilityChart(QWidget):
             painter.setPen(QPen(QColor(theme.frame), 0.6))
             painter.drawLine(QLineF(x, box.bottom(), x, box.bottom() + 3))
             text.put(painter, x, box.bottom() + 10, label, face=face, ink=ink, align=0.5)
-        second = self.tr("s")
+        second = "s"
         text.put(painter, box.right() + 8, box.bottom() + 10, second, face=face, ink=ink)
 
     def _y(self, probability: float) -> float:

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.document import Document
 from forcelab.review.places import Place, place_at, place_of
 
 __all__ = ["at_cursor", "chosen", "reason"]
-
-translate = QCoreApplication.translate
 
 
 def chosen(document: Document, selecting: bool) -> Place | None:
@@ -43,24 +39,15 @@ def at_cursor(document: Document) -> Place | None:
 def reason(document: Document) -> str:
     """What is said where nothing can be explained."""
     if document.project is None or not document.id:
-        return translate(
-            "forcelab", "Open a demonstration to see why something was predicted in it."
-        )
+        return "Open a demonstration to see why something was predicted in it."
     if document.coding_blind:
-        return translate(
-            "forcelab",
-            "You code this demonstration blind: what was predicted is shown when it is done.",
-        )
+        return "You code this demonstration blind: what was predicted is shown when it is done."
     if document.outcome is None:
-        return translate(
-            "forcelab", "Train a recogniser; then a mistake of it can be explained here."
-        )
+        return "Train a recogniser; then a mistake of it can be explained here."
     if document.reviewed is None:
-        return translate(
-            "forcelab",
-            "This demonstration was not part of the training; choose one that was, or train again.",
+        return (
+            "This demonstration was not part of the training; choose one that was, or train again."
         )
-    return translate(
-        "forcelab",
-        "Nothing is labelled or predicted at the cursor; choose a segment or a mistake to see why.",
+    return (
+        "Nothing is labelled or predicted at the cursor; choose a segment or a mistake to see why."
     )

@@ -57,11 +57,9 @@ class Card(QAbstractButton):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setAccessibleName(
-            self.tr("{0} at {1} s, {2}, distance {3}").format(
-                name, *self._numbers(), neighbour.place.human
-            )
+            "{} at {} s, {}, distance {}".format(name, *self._numbers(), neighbour.place.human)
         )
-        self.setToolTip(self.tr("Show this segment with its surroundings"))
+        self.setToolTip("Show this segment with its surroundings")
         themes().changed.connect(self.update)
 
     def _numbers(self) -> tuple[str, str]:
@@ -114,8 +112,8 @@ class Card(QAbstractButton):
         theme, y = colours(), box.top() + NAME / 2
         face, small = text.font(NAME), text.font(SMALL)
         seconds, distance = self._numbers()
-        far = self.tr("d {0}").format(distance)
-        when = self.tr("{0} s").format(seconds)
+        far = f"d {distance}"
+        when = f"{seconds} s"
         ink = QColor(theme.muted)
         text.put(painter, box.right(), y, far, face=small, ink=ink, align=1.0)
         room = box.width() - text.width(far, small) - text.width(when, small) - 18
@@ -213,7 +211,7 @@ class Neighbours(QWidget):
                 self._grid.addWidget(card, row, column)
                 self.cards.append(card)
             if not found:
-                none = QLabel(self.tr("No other demonstration has any."))
+                none = QLabel("No other demonstration has any.")
                 none.setWordWrap(True)
                 self._grid.addWidget(none, 1, column, Qt.AlignmentFlag.AlignTop)
 

@@ -53,7 +53,7 @@ class WhyPage(QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setAccessibleName(self.tr("Explanation"))
+        self.setAccessibleName("Explanation")
         plain = Qt.TextFormat.PlainText  # names in it are anybody's
         self.sentence = QLabel(wordWrap=True, textFormat=plain)
         self.state_text = QLabel(wordWrap=True, textFormat=plain)
@@ -63,8 +63,8 @@ class WhyPage(QScrollArea):
         small.setPointSizeF(max(small.pointSizeF() * 0.86, 7.0))
         self.method.setFont(small)
         self.method.setForegroundRole(QPalette.ColorRole.PlaceholderText)
-        self.back, self.stop = QPushButton(self.tr("Back to the place")), QPushButton()
-        self.back.setAccessibleName(self.tr("Back to the place that is explained"))
+        self.back, self.stop = QPushButton("Back to the place"), QPushButton()
+        self.back.setAccessibleName("Back to the place that is explained")
         self.back.hide()
         self.chart, self.bands = ProbabilityChart(document), BandMap()
         self.neighbours = Neighbours(document)
@@ -84,9 +84,9 @@ class WhyPage(QScrollArea):
         speaking.addWidget(self.strongest)
         speaking.addWidget(self.method)
         speaking.addStretch(1)
-        title = QLabel(self.tr("Nearest in training"))
+        title = QLabel("Nearest in training")
         title.setFont(self.sentence.font())
-        note = muted(self.tr("d: distance, in standard deviations of the training segments"))
+        note = muted("d: distance, in standard deviations of the training segments")
         note.setFont(self.method.font())
         alike.addWidget(title)
         alike.addWidget(note)
@@ -123,7 +123,7 @@ class WhyPage(QScrollArea):
     def begin(self, place: Place, certainty: Certainty | None, threshold: float | None) -> None:
         """Show what is known of another place at once; what was found so far turns grey."""
         self.sentence.setText(why_words.sentence(place))
-        missing = self.tr("the run kept no probabilities; they are computed anew")
+        missing = "the run kept no probabilities; they are computed anew"
         self.chart.show_place(place, certainty, threshold, missing)
         self.found.setVisible(self.bands.why is not None)
         self.found.setEnabled(False)
@@ -136,16 +136,14 @@ class WhyPage(QScrollArea):
         """Show what was found; `name_of` gives the name of a demonstration."""
         self.state.hide()
         self.sentence.setText(why_words.sentence(_sure(why)))
-        missing = self.tr("this classifier gives no probabilities")
+        missing = "this classifier gives no probabilities"
         self.chart.show_place(why.place, why.certainty, threshold, missing)
         self.bands.set_why(why)
         self.strongest.setText(why_words.strongest(why))
         name = name_of(why.place.demonstration)
         lines = [why_words.method(why), why_words.recogniser(why, name)]
         if not why.kept and why.certainty is not None:
-            lines.append(
-                self.tr("The run kept no probabilities; those above are of this recogniser.")
-            )
+            lines.append("The run kept no probabilities; those above are of this recogniser.")
         self.method.setText("\n".join([*lines, *why.remarks]))
         columns = [
             (action, self._role(action, why.place), why.neighbours[action])
@@ -158,10 +156,10 @@ class WhyPage(QScrollArea):
     def _role(self, action: str, place: Place) -> str:
         """What an action is at the place."""
         if action == place.predicted:
-            return self.tr("predicted")
+            return "predicted"
         if action == place.human:
-            return self.tr("coded")
-        return self.tr("most probable other one")
+            return "coded"
+        return "most probable other one"
 
     def say(self, told: str, verb: str) -> None:
         """Tell how far it is, beside a button."""

@@ -65,7 +65,7 @@ class BandMap(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName(self.tr("Bands that speak for and against"))
+        self.setAccessibleName("Bands that speak for and against")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.why: Why | None = None
         themes().changed.connect(self.update)
@@ -94,7 +94,7 @@ class BandMap(QWidget):
     def _legend(self) -> float:
         """The width of the legend."""
         names = () if self.why is None else (self.why.favoured, self.why.against)
-        texts = [self.tr("for {0}").format(name) for name in names]
+        texts = [f"for {name}" for name in names]
         needed = text.widest(texts, text.font(SMALL)) + 14
         return min(max(needed, LEGEND), max(SHARE * self.width(), LEGEND))
 
@@ -178,7 +178,7 @@ class BandMap(QWidget):
             middle = self.cell(0, j).center().y()
             label = f"{why.hertz[j]:.3g}"
             if j == 0:
-                label = self.tr("{0} Hz").format(label)
+                label = f"{label} Hz"
             ink = QColor(theme.muted)
             text.put(painter, LEFT - 6, middle, label, face=face, ink=ink, align=1.0)
 
@@ -204,7 +204,7 @@ class BandMap(QWidget):
         painter.setPen(QPen(QColor(theme.frame), 1))
         painter.drawLine(QPointF(box.left(), zero), QPointF(box.right() - 1, zero))
         ink = QColor(theme.muted)
-        label = self.tr("in all")
+        label = "in all"
         text.put(painter, LEFT - 6, self.height() - 7.0, label, face=face, ink=ink, align=1.0)
 
     def _paint_legend(self, painter: QPainter, why: Why) -> None:
@@ -225,7 +225,7 @@ class BandMap(QWidget):
         ):
             outside = y - SMALL if y == lower else y + SMALL
             inside = y + SMALL / 2 if y == lower else y - SMALL / 2
-            name = text.elided_name(self.tr("for {0}").format(action), face, room)
+            name = text.elided_name(f"for {action}", face, room)
             text.put(painter, left, outside, name, face=face, ink=QColor(theme.text))
             number = why_words.signed(value)
             text.put(painter, left + 14, inside, number, face=face, ink=QColor(theme.muted))

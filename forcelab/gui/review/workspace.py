@@ -72,15 +72,15 @@ class ReviewWorkspace(QWidget):
         self.lists = FittingTabs()
         self.lists.setObjectName("narrow")
         self.lists.setMinimumSize(*LEAST)
-        self.lists.setAccessibleName(self.tr("What to review"))
+        self.lists.setAccessibleName("What to review")
         titles = {
-            "queue": self.tr("Queue"),
-            "confusion": self.tr("Confusion"),
-            "scores": self.tr("Scores"),
-            "why": self.tr("Why"),
-            "proposals": self.tr("Proposals"),
-            "coders": self.tr("Coders"),
-            "loss": self.tr("Training"),
+            "queue": "Queue",
+            "confusion": "Confusion",
+            "scores": "Scores",
+            "why": "Why",
+            "proposals": "Proposals",
+            "coders": "Coders",
+            "loss": "Training",
         }
         self._rooms = {name: _holder() for name in titles}
         for name, title in titles.items():
@@ -93,10 +93,7 @@ class ReviewWorkspace(QWidget):
         self._right = _split(Qt.Orientation.Vertical, (self.lists, self._video), LISTS)
         self._whole = _split(Qt.Orientation.Horizontal, (self._left, self._right), BESIDE)
         self._nothing = placeholder(
-            self.tr(
-                "Import demonstrations first. When some are labelled, train; what comes of it is "
-                "here."
-            )
+            "Import demonstrations first. When some are labelled, train; what comes of it is here."
         )
         column(self, self.bar, self._whole, self._nothing, growing=self._whole).setStretch(2, 1)
         self.bar.compare_asked.connect(self._compare)

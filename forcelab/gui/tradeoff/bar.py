@@ -42,29 +42,29 @@ class TradeoffBar(QWidget):
     def __init__(self, measuring: Measuring) -> None:
         super().__init__()
         self._measuring = measuring
-        self.setAccessibleName(self.tr("Measurement"))
-        self.task = self._box(self.tr("Task to measure"), self._task_chosen)
+        self.setAccessibleName("Measurement")
+        self.task = self._box("Task to measure", self._task_chosen)
         self.task.setMaximumWidth(WIDEST * self.fontMetrics().averageCharWidth())
-        self.measure = QPushButton(self.tr("Measure"))
-        self.measure.setAccessibleName(self.tr("Measure recognition of this task"))
+        self.measure = QPushButton("Measure")
+        self.measure.setAccessibleName("Measure recognition of this task")
         self.measure.setToolTip(
-            self.tr("Recognise every labelled demonstration by settings trained on the others")
+            "Recognise every labelled demonstration by settings trained on the others"
         )
         self.measure.clicked.connect(measuring.measure)
         self.progress = QProgressBar()
         self.progress.setTextVisible(False)
         self.progress.setFixedWidth(110)
         self.progress.setMaximumHeight(8)
-        self.progress.setAccessibleName(self.tr("Progress of the measurement"))
-        self.cancel = QPushButton(self.tr("Cancel"))
-        self.cancel.setAccessibleName(self.tr("Cancel the measurement"))
+        self.progress.setAccessibleName("Progress of the measurement")
+        self.cancel = QPushButton("Cancel")
+        self.cancel.setAccessibleName("Cancel the measurement")
         self.cancel.clicked.connect(measuring.cancel)
         self.standing = Elided()
-        self.standing.setAccessibleName(self.tr("How the measurement stands"))
-        self.back = QPushButton(self.tr("Back to the settings before"))
+        self.standing.setAccessibleName("How the measurement stands")
+        self.back = QPushButton("Back to the settings before")
         self.back.clicked.connect(measuring.go_back)
-        self.error, error = self._kinds(self.tr("&Error"), ERRORS)
-        self.time, time = self._kinds(self.tr("&against"), TIMES)
+        self.error, error = self._kinds("&Error", ERRORS)
+        self.time, time = self._kinds("&against", TIMES)
         for button in (self.measure, self.cancel, self.back):
             button.setAutoDefault(False)
         self.trouble = copyable()
@@ -98,7 +98,7 @@ class TradeoffBar(QWidget):
         state = self._measuring
         self._list_tasks()
         self.measure.setVisible(not state.running)
-        few = self.tr("Label two demonstrations of the task first: one is recognised by the other.")
+        few = "Label two demonstrations of the task first: one is recognised by the other."
         allow(self.measure, "" if state.labelled > 1 else few)
         self.progress.setVisible(state.running)
         self.cancel.setVisible(state.running)
@@ -119,7 +119,7 @@ class TradeoffBar(QWidget):
         self.progress.setRange(0, 0 if progress is None else max(progress.total, 1))
         if progress is not None:
             self.progress.setValue(min(progress.done, progress.total))
-        self.standing.set_text(self.tr("starting") if progress is None else progress.text)
+        self.standing.set_text("starting" if progress is None else progress.text)
 
     # What it is made of
 
@@ -163,18 +163,18 @@ def standing_text(state: Measuring) -> tuple[str, str]:
         return "", ""
     when = measured.time.astimezone().strftime("%d %b %H:%M")
     since = _edits(state)
-    told = state.tr("measured {when} on {count} demonstrations labelled by {author} · {since}")
+    told = "measured {when} on {count} demonstrations labelled by {author} · {since}"
     count = sum(bool(used.edit) for used in measured.labels)
     long = told.format(when=when, count=count, author=measured.author, since=since)
     if state.current is None:
-        long += " · " + state.tr("the settings in use were not measured")
+        long += " · " + "the settings in use were not measured"
     return long, f"{when} · {since}"
 
 
 def _edits(state: Measuring) -> str:
     """How many edits there were since."""
     if not state.edits:
-        return state.tr("no change since")
+        return "no change since"
     if state.edits == 1:
-        return state.tr("1 change since")
-    return state.tr("{0} changes since").format(state.edits)
+        return "1 change since"
+    return f"{state.edits} changes since"

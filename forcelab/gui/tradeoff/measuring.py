@@ -162,13 +162,13 @@ class Measuring(QObject):
             return
         row, settings = self.measured.rows[place], self.measured.variants[place].settings
         if row.refusal:
-            told = self.tr("“{0}” could not be measured, and is not trained with: {1}")
+            told = "“{0}” could not be measured, and is not trained with: {1}"
             self.document.say(told.format(named(row), row.refusal), True)
             return
         self._before.append(self.learning.settings)
         self._adopted = settings
         self.learning.set_settings(settings)
-        told = self.tr("'{0}' is trained with “{1}” from now on.")
+        told = "'{0}' is trained with “{1}” from now on."
         self.document.say(told.format(shown_task(self.task), named(row)))
         self.changed.emit()
 
@@ -177,7 +177,7 @@ class Measuring(QObject):
         if self._before:
             self._adopted = self._before.pop()
             self.learning.set_settings(self._adopted)
-            told = self.tr("'{0}' is trained as before.").format(shown_task(self.task))
+            told = f"'{shown_task(self.task)}' is trained as before."
             self.document.say(told)
             self.changed.emit()
 
@@ -239,7 +239,7 @@ class Measuring(QObject):
         """Show what was measured, unless the coder has turned to another task meanwhile."""
         self._ended()
         if measured.task != self.task:
-            told = self.tr("Recognition of '{0}' is measured.").format(shown_task(measured.task))
+            told = f"Recognition of '{shown_task(measured.task)}' is measured."
             self.document.say(told)
         elif self.document.author == self._asked_by:
             self._show(measured)
@@ -249,7 +249,7 @@ class Measuring(QObject):
     def _failed(self, error: Exception) -> None:
         """Say why it did not come about."""
         known = isinstance(error, ForcelabError)
-        self.trouble = str(error) if known else self.tr("Measuring failed; the log says more.")
+        self.trouble = str(error) if known else "Measuring failed; the log says more."
         self.document.say(self.trouble, True)
         self._ended()
 

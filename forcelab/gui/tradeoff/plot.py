@@ -59,7 +59,7 @@ class TradeoffPlot(QWidget):
         self.looked_at: int | None = None
         self._titles = ("", "")
         self._layout: Layout | None = None
-        self.setAccessibleName(self.tr("Error against run time"))
+        self.setAccessibleName("Error against run time")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)

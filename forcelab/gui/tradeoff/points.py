@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from forcelab.gui.commands import QT_TRANSLATE_NOOP, translated
-
 if TYPE_CHECKING:
     from forcelab.measure.rows import Row
 
@@ -31,7 +29,7 @@ class Kind:
 
     def title(self) -> str:
         """What it is called in the user's language."""
-        return translated(self.text)
+        return self.text
 
 
 def _training(row: Row) -> float | None:
@@ -45,20 +43,20 @@ def _inaccuracy(row: Row) -> float | None:
 
 
 ERRORS = (
-    Kind(QT_TRANSLATE_NOOP("forcelab", "1 − F1@50"), lambda row: row.error),
-    Kind(QT_TRANSLATE_NOOP("forcelab", "1 − accuracy"), _inaccuracy),
+    Kind("1 − F1@50", lambda row: row.error),
+    Kind("1 − accuracy", _inaccuracy),
     Kind(
-        QT_TRANSLATE_NOOP("forcelab", "boundaries off by, median (ms)"),
+        "boundaries off by, median (ms)",
         lambda row: row.further.get("boundary (ms)"),
     ),
     Kind(
-        QT_TRANSLATE_NOOP("forcelab", "boundaries off by, 9 of 10 less (ms)"),
+        "boundaries off by, 9 of 10 less (ms)",
         lambda row: row.further.get("boundary p90 (ms)"),
     ),
 )
 TIMES = (
-    Kind(QT_TRANSLATE_NOOP("forcelab", "recognising a minute (CPU s)"), lambda row: row.seconds),
-    Kind(QT_TRANSLATE_NOOP("forcelab", "training on a minute (CPU s)"), _training),
+    Kind("recognising a minute (CPU s)", lambda row: row.seconds),
+    Kind("training on a minute (CPU s)", _training),
 )
 #: A fit that was too short for the clock took no longer, in seconds.
 SHORTEST = 1e-4

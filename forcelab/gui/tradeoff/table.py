@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QCoreApplication
-
 from forcelab.gui.review.rows import Column, Row
 from forcelab.gui.tradeoff.points import named
 
@@ -15,43 +13,40 @@ if TYPE_CHECKING:
 
 __all__ = ["columns", "rows_of", "sentence"]
 
-translate = QCoreApplication.translate
 #: What stands before the setting in use, and before those on the front.
 IN_USE, FRONT = "●", "◆"
 
 
 def columns() -> tuple[Column, ...]:
     """What the table tells of each setting."""
-    cpu = translate("forcelab", "CPU seconds of all threads, for a minute of signal")
+    cpu = "CPU seconds of all threads, for a minute of signal"
     return (
         Column(
             "",
-            translate("forcelab", "{0} in use; {1} no other is both faster and better").format(
-                IN_USE, FRONT
-            ),
+            f"{IN_USE} in use; {FRONT} no other is both faster and better",
             number=False,
         ),
-        Column(translate("forcelab", "Setting"), number=False),
-        Column("F1@50", translate("forcelab", "Segments found, half of each overlapped (%)")),
-        Column(translate("forcelab", "Accuracy"), translate("forcelab", "Samples right (%)")),
+        Column("Setting", number=False),
+        Column("F1@50", "Segments found, half of each overlapped (%)"),
+        Column("Accuracy", "Samples right (%)"),
         Column(
-            translate("forcelab", "Balanced"),
-            translate("forcelab", "Mean over the actions of their samples right (%)"),
+            "Balanced",
+            "Mean over the actions of their samples right (%)",
         ),
-        Column(translate("forcelab", "Edit"), translate("forcelab", "Order of the segments (%)")),
+        Column("Edit", "Order of the segments (%)"),
         Column(
-            translate("forcelab", "Boundary\nmedian (ms)"),
-            translate("forcelab", "Half of the boundaries are no further off than this"),
+            "Boundary\nmedian (ms)",
+            "Half of the boundaries are no further off than this",
         ),
         Column(
-            translate("forcelab", "Boundary\n90 % (ms)"),
-            translate("forcelab", "Nine in ten boundaries are no further off than this"),
+            "Boundary\n90 % (ms)",
+            "Nine in ten boundaries are no further off than this",
         ),
-        Column(translate("forcelab", "Recognise"), cpu),
-        Column(translate("forcelab", "Train"), cpu),
+        Column("Recognise", cpu),
+        Column("Train", cpu),
         Column(
-            translate("forcelab", "Memory"),
-            translate("forcelab", "Peak while a demonstration is recognised (MB)"),
+            "Memory",
+            "Peak while a demonstration is recognised (MB)",
         ),
     )
 
@@ -76,13 +71,11 @@ def sentence(row: MeasuredRow) -> str:
     """Everything about a row in words, for below the plot and for who cannot see it."""
     if row.refusal:
         return f"{named(row)}: {row.refusal}"
-    told = translate(
-        "forcelab",
+    return (
         "{name}: F1@50 {f1} %, accuracy {accuracy} %, balanced {balanced} %, edit {edit} %; "
         "half of the boundaries at most {median} ms off, nine in ten {most} ms; {predict} s to "
-        "recognise and {train} s to train on a minute, {memory} MB",
-    )
-    return told.format(name=named(row), **_figures(row))
+        "recognise and {train} s to train on a minute, {memory} MB"
+    ).format(name=named(row), **_figures(row))
 
 
 def _row(row: MeasuredRow, current: bool, front: bool) -> Row:

@@ -34,10 +34,10 @@ class TradeoffWorkspace(QWidget):
         self.told.setContentsMargins(8, 2, 8, 6)
         self.told.setMinimumHeight(2 * self.fontMetrics().lineSpacing() + 10)
         self.told.setAlignment(Qt.AlignmentFlag.AlignTop)
-        self.told.setAccessibleName(self.tr("The setting that is looked at"))
+        self.told.setAccessibleName("The setting that is looked at")
         self._model = TextModel(self)
         self.table = TextRows(self._model)
-        self.table.setAccessibleName(self.tr("All settings that were measured"))
+        self.table.setAccessibleName("All settings that were measured")
         self.empty = placeholder()
         self.empty.setFixedWidth(480)
         self.empty.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
@@ -97,25 +97,26 @@ class TradeoffWorkspace(QWidget):
         """What is missing before there is anything to see."""
         state = self.measuring
         if state.document.project is None:
-            return self.tr("Open a project to see what recognising its actions costs.")
+            return "Open a project to see what recognising its actions costs."
         if not state.learning.tasks:
-            return self.tr("There is no demonstration yet; import or record some first.")
+            return "There is no demonstration yet; import or record some first."
         task = shown_task(state.task)
         if state.labelled < 2:
-            return self.tr(
-                "To measure how well settings recognise '{task}', two labelled demonstrations are "
+            return (
+                f"To measure how well settings recognise '{task}', two labelled demonstrations are "
                 "needed: each is recognised by what was trained on the others. Labelled so "
-                "far: {count}. Label more in the Label workspace."
-            ).format(task=task, count=state.labelled)
+                f"far: {state.labelled}. Label more in the Label workspace."
+            )
         if state.running:
-            return self.tr("'{0}' is being measured; go on with your work meanwhile.").format(task)
+            return f"'{task}' is being measured; go on with your work meanwhile."
         if state.reading:
             return ""
-        return self.tr(
-            "Nothing was measured for '{0}' yet. “Measure” tries the presets and single settings "
+        return (
+            f"Nothing was measured for '{task}' yet. “Measure” tries the presets and single "
+            "settings "
             "on its demonstrations, which takes some minutes in the background; then every one is "
             "a point here, error against run time, and a click on a point trains with it."
-        ).format(task)
+        )
 
     def _row_changed(self, index: QModelIndex) -> None:
         """Show in the plot what is looked at in the table."""
@@ -126,7 +127,7 @@ class TradeoffWorkspace(QWidget):
         """Show a row's figures, and mark it everywhere."""
         measured = self.measuring.measured
         if measured is None or row is None or row >= len(measured.rows):
-            self.told.setText(self.tr("Point at a setting to see its figures; a click uses it."))
+            self.told.setText("Point at a setting to see its figures; a click uses it.")
             return
         told = sentence(measured.rows[row])
         self.told.setText(told)
