@@ -171,7 +171,7 @@ def change_file(folder: Path, chance: random.Random) -> str:
         return "nothing"
     if place.is_file() and place.stat().st_size and chance.random() < 0.3:
         return change_bytes(place, chance)
-    if place.is_dir():
+    if place.is_dir() and not place.is_symlink():
         shutil.rmtree(place)
     else:
         place.unlink(missing_ok=True)

@@ -185,9 +185,9 @@ def test_help_and_the_keys_tell_of_what_works_and_of_nothing_else(window):
     rows = {item.text(0) for item in dialog._items()}
     for command in COMMANDS:
         offered = command.id in window.commands
-        assert (command.shown.rstrip("…") in rows) == offered
+        assert (command.text.rstrip("…") in rows) == offered
         if command.keys:
-            assert (command.shown.rstrip("…") in texts) == offered
+            assert (command.text.rstrip("…") in texts) == offered
     for page in (shown, dialog):
         page.deleteLater()
 

@@ -13,7 +13,7 @@ from forcelab.errors import InputError
 from forcelab.simulation.hand import Command
 from forcelab.simulation.mechanics import Mechanics
 from forcelab.simulation.parts import Jaws
-from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, SemiImplicit, integrate
+from forcelab.simulation.solvers import Explicit, Lsoda, Rosenbrock, integrate
 
 SOLVERS = [Explicit(tolerance=1e-6), Lsoda(tolerance=1e-6)]
 
@@ -152,13 +152,11 @@ def test_a_grip_presses_as_its_springs_do_whether_soft_or_stiff_light_or_heavy(s
     assert felt[[2, 5]] == pytest.approx([-force, -force], abs=1e-3)
 
 
-def test_a_step_too_long_for_a_stiff_grip_is_refused_with_a_sentence():
+def test_a_grip_too_stiff_for_the_steps_allowed_is_refused_with_a_sentence():
     scene = replace(SCENES["grip"], body=replace(SCENES["grip"].body, stiffness=1e8, mass=1e-6))
     system = mechanics(scene, {"left jaw": 0.01, "right jaw": 0.01})
     start = state(system, {"left jaw": 0.0201, "right jaw": 0.0201})[:, None]
     times = np.linspace(0.0, 0.1, 11)
-    with pytest.raises(InputError, match="demonstration 1"):
-        integrate(system, start, times, SemiImplicit(step=25e-6))
     with pytest.raises(InputError, match="demonstration 1 cannot be resolved"):
         integrate(system, start, times, Explicit(max_steps=500))
 
@@ -176,9 +174,9 @@ def test_a_batch_is_followed_as_each_of_its_lanes_alone():
     alone = system.lane(0)
     start = state(alone, {"left jaw": 0.021, "right jaw": 0.021})
     times = np.linspace(0.0, 0.2, 101)
-    together = integrate(system, np.repeat(start[:, None], 3, axis=1), times, Explicit())
+    together = integrate(system, np.repeat(start[:, None], 3, axis=1), times, Rosenbrock())
     for lane in range(3):
-        single = integrate(system.lane(lane), start[:, None], times, Explicit())
-        assert together.states[:, :, lane] == pytest.approx(single.states[:, :, 0], abs=1e-12)
+        single = integrate(system.lane(lane), start[:, None], times, Rosenbrock())
+        assert together.states[:, :, lane] == pytest.approx(single.states[:, :, 0], abs=1e-10)
         kinds = [event.kind for event in single.events[0]]
         assert [event.kind for event in together.events[lane]] == kinds

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simulation.mechanisms import Ball, Oscillator, driven, errors, order
+from simulation.mechanisms import Ball, Oscillator, driven, errors
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
@@ -11,35 +11,18 @@ from forcelab.simulation.solvers import (
     Lsoda,
     Radau,
     Rosenbrock,
-    SemiImplicit,
     integrate,
     integrating,
 )
 
-ALL = [Explicit(1e-7), SemiImplicit(2e-5), Lsoda(1e-6), Radau(1e-5), Rosenbrock(1e-6)]
-NAMES = ["explicit", "semi-implicit", "LSODA", "Radau", "Rosenbrock"]
+ALL = [Explicit(1e-7), Lsoda(1e-6), Radau(1e-5), Rosenbrock(1e-6)]
+NAMES = ["RK45", "LSODA", "Radau", "Rosenbrock"]
 
 
 @pytest.mark.parametrize("solver", ALL, ids=NAMES)
 def test_a_driven_and_damped_oscillator_moves_as_its_closed_form_says(solver):
     system, start = driven()
-    bound = {SemiImplicit: 4e-2}.get(type(solver), 1e-4)
-    assert errors(system, start, np.linspace(0, 0.3, 301), solver).max() < bound
-
-
-def test_the_explicit_solver_is_of_order_five_where_steps_end_and_four_within_them():
-    # With a tolerance that nothing exceeds, all steps but the first few are the longest ones.
-    system, start = driven()
-    solvers = [Explicit(1e9, longest=2e-3 / 2**n) for n in range(3)]
-    assert order(system, start, np.array([0.0, 0.5]), solvers) == pytest.approx(5, abs=0.3)
-    assert (order(system, start, np.linspace(0, 0.5, 4001), solvers) > 3.8).all()
-
-
-def test_the_semi_implicit_solver_is_of_order_one():
-    system, start = driven()
-    solvers = [SemiImplicit(2e-4 / 2**n) for n in range(4)]
-    falls = order(system, start, np.linspace(0, 0.2, 21), solvers)
-    assert falls == pytest.approx(1, abs=0.1)
+    assert errors(system, start, np.linspace(0, 0.3, 301), solver).max() < 1e-4
 
 
 @pytest.mark.parametrize("kind", [Explicit, Lsoda, Radau, Rosenbrock])
@@ -53,18 +36,7 @@ def test_the_error_falls_with_the_tolerance_and_stays_near_it(kind):
     assert found[2] < 1e-4
 
 
-def test_semi_implicit_steps_neither_feed_nor_drain_an_oscillator():
-    system = Oscillator(m=[0.1], k=[4e4])
-    start = np.array([[1e-3], [0.0]])
-    # 300 periods, and about 50 steps in each.
-    found = integrate(system, start, np.linspace(0, 3, 3001), SemiImplicit(2e-4)).states[:, :, 0]
-    energy = 0.5 * 0.1 * found[:, 1] ** 2 + 0.5 * 4e4 * found[:, 0] ** 2
-    assert np.abs(energy / energy[0] - 1).max() < 0.1
-    first, last = energy[:1000].mean(), energy[-1000:].mean()
-    assert last == pytest.approx(first, rel=2e-3)
-
-
-@pytest.mark.parametrize(("solver", "rounding"), [(ALL[0], 1e-8), (ALL[1], 1e-12), (ALL[3], 0.0)])
+@pytest.mark.parametrize(("solver", "rounding"), [(ALL[2], 0.0), (ALL[3], 1e-8)])
 def test_lanes_do_not_feel_each_other(solver, rounding):
     k = np.array([1e2, 1e3, 1e6, 1e4, 3e5, 1e1, 2e3])
     system = Ball(m=[0.1, 1e-3, 0.02, 10.0, 0.3, 1e-2, 0.05], k=k, c=0.02 * np.sqrt(k))
@@ -92,11 +64,12 @@ def test_soft_lanes_take_few_steps_beside_a_stiff_one_and_are_left_out_when_fini
 
     system = Counted(m=0.01, k=[1e2, 1e2, 1e2, 1e6])
     start = np.array([[1e-3] * 4, [0.0] * 4])
-    steps = integrate(system, start, np.linspace(0, 0.05, 11), Explicit()).steps
+    steps = integrate(system, start, np.linspace(0, 0.05, 11), Rosenbrock()).steps
     assert (steps[:3] < 60).all()
     assert steps[3] > 500
-    assert sizes.count(4) < 7 * 130
-    assert sizes.count(1) > 6 * 400
+    # A look at the derivatives takes four columns of each lane.
+    assert sizes.count(4 * 4) < 130
+    assert sizes.count(4 * 1) > 400
 
 
 @pytest.mark.parametrize("solver", ALL, ids=NAMES)
@@ -125,8 +98,8 @@ def test_time_need_not_start_at_zero(solver):
 def test_the_settings_and_the_start_are_looked_at():
     with pytest.raises(InputError, match=r"Explicit.tolerance must be finite and above zero"):
         Explicit(0.0)
-    with pytest.raises(InputError, match=r"SemiImplicit.step must be finite and above zero"):
-        SemiImplicit(float("inf"))
+    with pytest.raises(InputError, match=r"Rosenbrock.longest must be finite and above zero"):
+        Rosenbrock(longest=float("inf"))
     system, start = driven()
     times = np.linspace(0, 1, 5)
     with pytest.raises(InputError, match=r"numbers of shape \(2, 2\), not of shape \(2,\)"):

@@ -8,17 +8,14 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.simulation.solvers.explicit import ExplicitBatch
 from forcelab.simulation.solvers.library import integrating_with_scipy
 from forcelab.simulation.solvers.rosenbrock import RosenbrockBatch
-from forcelab.simulation.solvers.semi_implicit import integrating_semi_implicitly
 from forcelab.simulation.solvers.solution import (
     Course,
     Explicit,
     Lsoda,
     Radau,
     Rosenbrock,
-    SemiImplicit,
     Solution,
     Solver,
 )
@@ -29,7 +26,6 @@ __all__ = [
     "Lsoda",
     "Radau",
     "Rosenbrock",
-    "SemiImplicit",
     "Solution",
     "Solver",
     "integrate",
@@ -47,14 +43,14 @@ def integrate(system: System, start: Array, times: Array, solver: Solver) -> Sol
         States at the first sample time.
     times : ndarray, shape (n,)
         Sample times, evenly spaced, s.
-    solver : Explicit, Rosenbrock, SemiImplicit, Lsoda or Radau
+    solver : Rosenbrock, Explicit, Lsoda or Radau
         What to integrate with.
 
     Raises
     ------
     InputError
         If the motion cannot be resolved: it would need steps below the resolution of time or more
-        steps than allowed, a fixed step is too long for it, or it is not finite.
+        steps than allowed, or it is not finite.
     """
     return finish(integrating(system, start, times, solver))
 
@@ -76,12 +72,8 @@ def integrating(
     if len(times) < 2 or not gaps.min() > 0 or gaps.max() - gaps.min() > 1e-6 * gaps.mean():
         raise InputError("The sample times of a motion must be two or more, evenly spaced.")
     course = Course(start, times)
-    if isinstance(solver, Explicit):
-        yield from ExplicitBatch(system, solver, course).run()
-    elif isinstance(solver, Rosenbrock):
+    if isinstance(solver, Rosenbrock):
         yield from RosenbrockBatch(system, solver, course).run()
-    elif isinstance(solver, SemiImplicit):
-        yield from integrating_semi_implicitly(system, solver, course)
     else:
         yield from integrating_with_scipy(system, solver, course)
     return course.solution()

@@ -1,4 +1,4 @@
-"""scipy's LSODA and Radau, stepped lane by lane so that events can be located."""
+"""scipy's RK45, LSODA and Radau, stepped lane by lane so that events can be located."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.integrate import LSODA, DenseOutput
+from scipy.integrate import LSODA, RK45, DenseOutput
 from scipy.integrate import Radau as RadauIIA
 
 from forcelab.errors import InputError
@@ -15,6 +15,7 @@ from forcelab.simulation.solvers.locating import Passage, Watch
 from forcelab.simulation.solvers.solution import (
     RELATIVE,
     Course,
+    Explicit,
     Lsoda,
     Radau,
     unresolved,
@@ -28,12 +29,13 @@ _WINDOW = 256
 
 
 def integrating_with_scipy(
-    system: System, solver: Lsoda | Radau, course: Course
+    system: System, solver: Explicit | Lsoda | Radau, course: Course
 ) -> Iterator[Progress]:
     """Integrate with scipy, a lane after the other.
 
     LSODA is Petzold's (SIAM J. Sci. Stat. Comput. 4 (1983) 136-148), Radau IIA of order 5 that of
-    Hairer and Wanner (*Solving Ordinary Differential Equations II*, section IV.8).
+    Hairer and Wanner (*Solving Ordinary Differential Equations II*, section IV.8), RK45 that of
+    Dormand and Prince (J. Comp. Appl. Math. 6 (1980) 19-26).
     """
     for lane in range(system.lanes):
         walk = _Walk(system.lane(lane), lane, course, solver)
@@ -45,7 +47,9 @@ def integrating_with_scipy(
 class _Walk:
     """One lane on its way through time."""
 
-    def __init__(self, system: System, lane: int, course: Course, solver: Lsoda | Radau) -> None:
+    def __init__(
+        self, system: System, lane: int, course: Course, solver: Explicit | Lsoda | Radau
+    ) -> None:
         self.system = system
         self.lane = lane
         self.course = course
@@ -80,7 +84,7 @@ class _Walk:
         """Start the method afresh, unless it is at the end."""
         if self.finished:
             return
-        method = LSODA if isinstance(self.solver, Lsoda) else RadauIIA
+        method = {Explicit: RK45, Lsoda: LSODA, Radau: RadauIIA}[type(self.solver)]
         try:
             self.method = method(
                 self._rates,

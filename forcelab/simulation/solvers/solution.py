@@ -19,7 +19,6 @@ __all__ = [
     "Lsoda",
     "Radau",
     "Rosenbrock",
-    "SemiImplicit",
     "Solution",
     "Solver",
 ]
@@ -30,20 +29,6 @@ RELATIVE = 1e-12
 
 @dataclass(frozen=True)
 class _Settings:
-    """Settings of a solver: all finite and positive."""
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0 < value < float("inf"):
-                raise InputError(
-                    f"{type(self).__name__}.{field.name} must be finite and above zero, "
-                    f"not {value}."
-                )
-
-
-@dataclass(frozen=True)
-class _Adaptive(_Settings):
     """Settings of a solver that chooses its steps.
 
     Parameters
@@ -60,44 +45,37 @@ class _Adaptive(_Settings):
     longest: float = 0.01
     max_steps: int = 1_000_000
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not 0 < value < float("inf"):
+                raise InputError(
+                    f"{type(self).__name__}.{field.name} must be finite and above zero, "
+                    f"not {value}."
+                )
+
 
 @dataclass(frozen=True)
-class Explicit(_Adaptive):
-    """Dormand and Prince's pair of orders 5 and 4, each lane with steps of its own."""
+class Explicit(_Settings):
+    """scipy's RK45, lane by lane: Dormand and Prince's pair of orders 5 and 4."""
 
 
 @dataclass(frozen=True)
-class Rosenbrock(_Adaptive):
+class Rosenbrock(_Settings):
     """A linearly implicit method of order 4, each lane with steps of its own: for stiff batches."""
 
 
 @dataclass(frozen=True)
-class Lsoda(_Adaptive):
+class Lsoda(_Settings):
     """scipy's LSODA, lane by lane: Adams' and Gear's methods, changed over when it gets stiff."""
 
 
 @dataclass(frozen=True)
-class Radau(_Adaptive):
+class Radau(_Settings):
     """scipy's Radau IIA of order 5, lane by lane: implicit, for the stiffest contacts."""
 
 
-@dataclass(frozen=True)
-class SemiImplicit(_Settings):
-    """Symplectic Euler with a fixed step: velocities first, positions with the new velocities.
-
-    Parameters
-    ----------
-    step : float
-        s; shortened so that a whole number of steps lies between two samples.
-    max_steps : int
-        Steps one lane may take.
-    """
-
-    step: float = 25e-6
-    max_steps: int = 2_000_000
-
-
-Solver = Explicit | Rosenbrock | SemiImplicit | Lsoda | Radau
+Solver = Rosenbrock | Explicit | Lsoda | Radau
 
 
 @dataclass(frozen=True)

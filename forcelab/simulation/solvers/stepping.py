@@ -18,7 +18,6 @@ from forcelab.simulation.solvers.locating import CLOSE, Passage, Watch, calm_lan
 from forcelab.simulation.solvers.solution import (
     RELATIVE,
     Course,
-    Explicit,
     Rosenbrock,
     unresolved,
 )
@@ -67,7 +66,7 @@ class Batch(ABC):
         "sides",
     )
 
-    def __init__(self, system: System, solver: Explicit | Rosenbrock, course: Course) -> None:
+    def __init__(self, system: System, solver: Rosenbrock, course: Course) -> None:
         self.solver = solver
         self.course = course
         self.watch = Watch(system)
