@@ -25,9 +25,6 @@ HOMES = {
     "cv2": {"video", "capture/camera.py", "simulation/rendering"},
     "sklearn": {"recognition"},
     "skops": {"recognition"},
-    "aeon": {"measure/peers"},
-    "lightgbm": {"measure/peers"},
-    "torch": {"measure/peers/networks.py"},
 }
 
 
@@ -176,7 +173,6 @@ UNNEEDED = {
         ("forcelab.review.training", {"PySide6", "sklearn", "scipy.signal", "cv2", "serial"}),
         ("forcelab.signals.cwt", {"PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.cli.simulating", {"PySide6", "sklearn", "cv2", "serial"}),
-        ("forcelab.cli.comparing", {"PySide6", "sklearn", "cv2", "serial"}),
         ("forcelab.cli.evaluating", {"PySide6", "cv2", "serial"}),
     ],
     "the sample project": [

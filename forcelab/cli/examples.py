@@ -71,6 +71,5 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         "forcelab measure cwt --quick",
         "forcelab measure recognition lab.forcelab --task stylus --figure tradeoff.svg",
     ),
-    "realism": ("forcelab realism lab.forcelab --count 10",),
     "doctor": ("forcelab doctor",),
 }

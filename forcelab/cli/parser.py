@@ -42,18 +42,7 @@ To begin with:
 LARGEST = 8192
 
 #: What ``forcelab measure`` knows.
-MEASURED = (
-    "contact",
-    "cwt",
-    "stream",
-    "live",
-    "capture",
-    "scalogram",
-    "recognition",
-    "view",
-    "training",
-    "all",
-)
+MEASURED = ("contact", "cwt", "recognition", "all")
 
 CLOSING = """\
 Every command but gui has --json; 'forcelab help COMMAND', or --help behind it, explains it. Exit
@@ -94,7 +83,6 @@ def build_parser() -> argparse.ArgumentParser:
     _add_actions(commands)
     _add_figures(commands)
     _add_measure(commands)
-    parser_recognition.add_realism(commands)
     _add_doctor(commands)
     return parser
 
@@ -196,32 +184,16 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         commands,
         "measure",
         "measuring",
-        "measure error against run time, or how fast the window is",
+        "measure error against run time",
         "Every row has its error and against what, the median CPU time with its spread, and the\n"
         "memory; * marks those that no other beats in both error and time (Pareto front).\n\n"
         "contact: the solvers of the simulated tongs.\n"
         "cwt: the wavelet engine at all its tolerances, to log magnitude and phase, beside\n"
         "PyWavelets, ssqueezepy and fCWT where they are installed (extra 'peers').\n"
-        "stream: wavelets of a stream, complete and early: error against latency and cost.\n"
-        "live: live recognition at 1 kHz x 6 channels: its share of a core, p50 and p99 over\n"
-        "blocks of each one's median over repetitions, p99 of single runs, time from force to\n"
-        "label, labels beside the offline ones.\n"
-        "capture: ten minutes of two DAQs at 1 kHz and a camera through pseudo-terminals\n"
-        "(--quick: 30 s): error of the stamps at p99, share of a core, what is lost, memory.\n"
-        "scalogram: first and exact image of spans of 4,000 to 1e7 samples on the screen.\n"
         "recognition: presets, scales, phase, classifiers, filters and decoders on each task of\n"
         "PROJECT (the sample project): 1 - F1@50 and the other scores, with demonstrations left\n"
         "out of training in four groups in turn, against the CPU time of features, training and\n"
-        "recognition. The window's Trade-off workspace draws it. Beside them, where they are\n"
-        "installed (extra 'peers'): MiniRocket, LightGBM, a 1-D CNN and an MS-TCN. --next and\n"
-        "--swapped measure something else of each task, one of them at a time.\n"
-        "view: the window, painted into memory (QT_QPA_PLATFORM=xcb: on the display). Frames\n"
-        "while panning and zooming 6 channels of 1e6 and 1e7 samples, scalograms never seen, from\n"
-        "their file and seen before, steps and jumps in videos, from a key to the paint, start,\n"
-        "opening projects, live frames of two DAQs at 1 kHz with scalogram and recognition off\n"
-        "and on: median, p95, p99 and worst in ms, beside pyqtgraph and OpenCV used plainly.\n"
-        "training: the window while it trains on 200,000 samples of 96 features. How late its\n"
-        "event loop is, how soon a training is cancelled, and what ten of them leave behind.\n"
+        "recognition. The window's Trade-off workspace draws it.\n"
         "all: every one of these; what cannot be measured here is told by its name.",
     )
     parser.add_argument(
@@ -250,18 +222,6 @@ def _add_measure(commands: Commands[argparse.ArgumentParser]) -> None:
         "--thorough",
         action="store_true",
         help="recognition: leave out one demonstration at a time, however many there are",
-    )
-    parser.add_argument(
-        "--next",
-        action="store_true",
-        help="recognition: whether it pays to label what a review proposes next, beside labelling "
-        "what is least certain, or any at random",
-    )
-    parser.add_argument(
-        "--swapped",
-        action="store_true",
-        help="recognition: what it costs when 5 %% of the segments bear a wrong label, and how "
-        "many of these a review puts into its first tenth",
     )
     parser.add_argument(
         "--json", metavar="FILE", type=Path, help="write the rows as JSON; - prints them"

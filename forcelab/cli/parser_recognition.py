@@ -21,7 +21,6 @@ __all__ = [
     "add_evaluate",
     "add_plan",
     "add_predict",
-    "add_realism",
     "add_review",
     "add_train",
     "add_why",
@@ -249,29 +248,3 @@ def add_review(commands: Commands[argparse.ArgumentParser]) -> None:
     )
     parser.add_argument("--limit", metavar="N", type=int, help="at most so many of each kind")
     json_flag(parser)
-
-
-def add_realism(commands: Commands[argparse.ArgumentParser]) -> None:
-    """Add ``realism`` to the commands."""
-    parser = project_command(
-        commands,
-        "realism",
-        "comparing",
-        "put the simulated tongs beside real recordings",
-        "Simulates the tasks that the project has labelled recordings of, and compares durations,\n"
-        "forces, spectra, noise and how well preset paper recognises both; ! marks what is more\n"
-        "than a factor of 2 apart.",
-    )
-    parser.add_argument(
-        "--author",
-        metavar="NAME",
-        type=name_of,
-        help="whose labels, where there are several coders",
-    )
-    parser.add_argument(
-        "--count", metavar="N", type=int, default=10, help="demonstrations to simulate (10)"
-    )
-    parser.add_argument("--seed", metavar="S", type=int, default=1, help="of the simulation (1)")
-    parser.add_argument(
-        "--json", metavar="FILE", type=Path, help="write the figures as JSON; - prints them"
-    )

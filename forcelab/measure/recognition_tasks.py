@@ -4,34 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Generator, Sequence
-from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.labels import is_model
 from forcelab.measure.recognition import ERROR, FOLDS, SECONDS, measuring
-from forcelab.measure.recognition_next import ERROR_NEXT, SECONDS_NEXT, TURNS, measuring_next
-from forcelab.measure.recognition_peers import measuring_peers
 from forcelab.measure.recognition_settings import QUICK, VARIANTS
-from forcelab.measure.recognition_swapped import (
-    DRAWS,
-    ERROR_SWAPPED,
-    MEASURED,
-    SECONDS_SWAPPED,
-    measuring_swapped,
-)
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.recognition.corpus import Corpus, corpus
 from forcelab.recognition.examples import Labelled
-from forcelab.recognition.presets import PRESETS
 
-__all__ = ["Question", "measured_tasks", "size_of", "usual_coder"]
+__all__ = ["Measuring", "Rows", "measured_tasks", "rows_of_tasks", "size_of", "usual_coder"]
 
-#: Partings and draws of who is in a hurry.
-FEW = 2
-
-Question = Literal["recognition", "next", "swapped"]
 Rows = Generator[Progress, None, tuple[Row, ...]]
 #: Takes what is labelled of a task, and what the rows call that.
 Measuring = Callable[[Sequence[Labelled], str], Rows]
@@ -63,7 +48,6 @@ def measured_tasks(
     project: Project,
     tasks: Sequence[str],
     author: str | None = None,
-    question: Question = "recognition",
     *,
     quick: bool = False,
     thorough: bool = False,
@@ -77,13 +61,10 @@ def measured_tasks(
         Each by itself; all of the project's where there are none.
     author : str, optional
         The coder; by default whoever labelled most of a task.
-    question : "recognition", "next" or "swapped"
-        How presets, their variants and peers do; which demonstration it pays to label next; or
-        what swapped labels do.
     quick : bool
-        Only a few variants, random partings, or presets and draws.
+        Only a few variants.
     thorough : bool
-        Of recognition itself: leave out one demonstration at a time, however many there are.
+        Leave out one demonstration at a time, however many there are.
 
     Raises
     ------
@@ -93,31 +74,14 @@ def measured_tasks(
 
     def presets(labelled: Sequence[Labelled], size: str) -> Rows:
         folds = None if thorough else FOLDS
-        ours = yield from measuring(labelled, QUICK if quick else VARIANTS, size, folds)
-        others = yield from measuring_peers(labelled, size, folds)
-        return with_front([*ours, *others])
+        variants = QUICK if quick else VARIANTS
+        return with_front((yield from measuring(labelled, variants, size, folds)))
 
-    def following(labelled: Sequence[Labelled], size: str) -> Rows:
-        return measuring_next(labelled, size, turns=FEW if quick else TURNS)
-
-    def wrong(labelled: Sequence[Labelled], size: str) -> Rows:
-        rows = []
-        for name in MEASURED[:1] if quick else MEASURED:
-            draws = FEW if quick else DRAWS
-            rows.append((yield from measuring_swapped(labelled, size, PRESETS[name], draws)))
-        return with_front(rows)
-
-    measures: dict[Question, tuple[str, str, str, Measuring]] = {
-        "recognition": ("Recognition against run time", ERROR, SECONDS, presets),
-        "next": ("What to label next", ERROR_NEXT, SECONDS_NEXT, following),
-        "swapped": ("Swapped labels", ERROR_SWAPPED, SECONDS_SWAPPED, wrong),
-    }
-    title, error, seconds, measure = measures[question]
-    rows = yield from _each(project, tasks, author, question, measure)
-    return Table(title, error, seconds, rows, ".3f")
+    rows = yield from rows_of_tasks(project, tasks, author, "recognition", presets)
+    return Table("Recognition against run time", ERROR, SECONDS, rows, ".3f")
 
 
-def _each(
+def rows_of_tasks(
     project: Project, tasks: Sequence[str], author: str | None, name: str, measure: Measuring
 ) -> Rows:
     """The rows of all tasks, of which one at least could be measured."""

@@ -12,19 +12,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, partial
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.measure.peers import Library
 from forcelab.signals.engine.design import SINGLE
 from forcelab.signals.engine.plan import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
 
 __all__ = [
     "PEERS",
+    "Library",
     "Peer",
     "features_of",
     "kept_wavelet",
@@ -46,13 +47,34 @@ REACH = 5.7
 
 
 @dataclass(frozen=True)
+class Library:
+    """A library by its name, and the module that is imported."""
+
+    name: str
+    module: str
+
+    @property
+    def installed(self) -> bool:
+        """Whether it can be imported."""
+        return find_spec(self.module) is not None
+
+    def check(self) -> None:
+        """Raise an `InputError` if it is not installed."""
+        if not self.installed:
+            raise InputError(
+                f"{self.name} is not installed ({self.module}); pip install 'forcelab[peers]' has "
+                f"it."
+            )
+
+
+@dataclass(frozen=True)
 class Peer(Library):
     """A library that transforms with a Morlet wavelet.
 
     Parameters
     ----------
     name, module : str
-        As of :class:`~forcelab.measure.peers.Library`.
+        As of :class:`Library`.
     transform : callable
         Takes channels, shape (c, n), and scales in samples (rising, equally spaced in octaves);
         gives coefficients, shape (c, k, n), but for a factor of each scale.

@@ -9,7 +9,7 @@ The first to be labelled is the least certain of the typical: the most uncertain
 how many of the others are like it (:mod:`forcelab.review.typicality`). The least certain alone is
 where a person finds most to correct, but not what teaches most: where a few demonstrations are odd,
 those come first, and the others gain less than by an order at random, which the typical ones do
-not (:mod:`forcelab.measure.recognition_next` measures both).
+not (:mod:`tests.benchmarks.next` measures both).
 
 References
 ----------

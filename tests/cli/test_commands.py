@@ -35,7 +35,7 @@ COMMANDS = [
     "gui", "demo", "simulate", "import", "list", "runs", "assign", "note", "agree", "attach",
     "sync", "rename", "remove", "capture", "replay", "evaluate",
     "train", "predict", "review", "why", "export", "plan", "actions", "figures", "measure",
-    "realism", "doctor",
+    "doctor",
 ]  # fmt: skip
 
 

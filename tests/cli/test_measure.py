@@ -2,14 +2,13 @@
 
 import json
 import re
-from dataclasses import replace
 
 import pytest
 from trained_project import FAST, make
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.measure import contact, live, stream
+from forcelab.measure import contact, cwt
 from forcelab.measure.rows import Row, Table, with_front
 
 ROWS = with_front(
@@ -77,26 +76,6 @@ def test_json_and_figure_are_written(forcelab, asked, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["front.svg", "rows.json"]
 
 
-@pytest.mark.parametrize("what", [live, stream])
-def test_streams_and_live_recognition_have_a_figure_too(forcelab, monkeypatch, tmp_path, what):
-    def tabulate(*, quick=False):
-        yield Progress(0, 1, "streaming")
-        exact = replace(ROWS[0], error=0.0)  # live labels often agree to the last one
-        return replace(TABLE, rows=with_front([exact]))
-
-    monkeypatch.setattr(what, "tabulate", tabulate)
-    figure = tmp_path / "front.svg"
-    name = what.__name__.rpartition(".")[2]
-    assert forcelab("measure", name, "--figure", figure).status == 0
-    assert "no error at all" in figure.read_text()
-
-
-@pytest.mark.parametrize("what", ["view", "training"])
-def test_there_is_no_figure_of_what_has_bounds_instead_of_errors(forcelab, tmp_path, what):
-    said = forcelab("measure", what, "--figure", tmp_path / "front.svg")
-    assert f"no figure of '{what}'" in said.wrong_word
-
-
 def test_json_on_standard_output_is_nothing_but_json(forcelab, asked):
     said = forcelab("measure", "contact", "--json", "-")
     assert len(said.json["rows"]) == 5
@@ -140,12 +119,9 @@ def test_something_else_to_measure_is_refused_with_what_there_is(forcelab):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    from forcelab.measure import recognition_peers, recognition_tasks
-    from forcelab.measure.peers.peer import Peer
+    from forcelab.measure import recognition_tasks
     from forcelab.measure.recognition_settings import Variant
 
-    absent = Peer("WaveForest", "no_such_module_anywhere", None, None)
-    monkeypatch.setattr(recognition_peers, "PEERS", (absent,))
     monkeypatch.setattr(recognition_tasks, "QUICK", (Variant("preset", "cheap", FAST),))
     return make(tmp_path / "study.forcelab", labelled=2, bare=0)
 
@@ -166,8 +142,7 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
     assert "foam, 2 demonstrations" in said.out
     assert "F1@50" in said.out
     content = json.loads(file.read_text())
-    assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none", "as it comes"]
-    assert "Refused: WaveForest, as it comes: WaveForest is not installed" in said.out
+    assert [Row(**row).setting for row in content["rows"]] == ["cheap", "none"]
     assert "cheap" in figure.read_text()
     assert "No runs" in forcelab("runs", project).out
 
@@ -175,12 +150,6 @@ def test_recognition_is_measured_on_a_project_that_stays_as_it_is(
 @pytest.mark.parametrize(
     ("what", "words", "sentence"),
     [
-        ("recognition", ["--next", "--swapped"], "--next and --swapped are two measurements"),
-        ("recognition", ["--swapped", "--thorough"], "--thorough changes nothing of --swapped"),
-        ("recognition", ["--next", "--thorough"], "--thorough changes nothing of --next"),
-        ("all", ["--next"], "--next goes with 'recognition', not with 'all'"),
-        ("all", ["--swapped"], "--swapped goes with 'recognition', not with 'all'"),
-        ("live", ["--swapped"], "--swapped goes with 'recognition', not with 'live'"),
         ("contact", ["study.forcelab"], "PROJECT goes with 'recognition', not with 'contact'"),
         ("contact", ["--task", "x"], "--task goes with 'recognition'"),
         ("contact", ["--thorough"], "--thorough goes with 'recognition'"),
@@ -191,23 +160,6 @@ def test_what_does_not_go_together_is_refused_before_the_work(
 ):
     assert sentence in forcelab("measure", what, *words).wrong_word
     assert asked == []
-
-
-def test_swapped_labels_are_measured_drawn_and_written(forcelab, project, tmp_path):
-    file, figure = tmp_path / "rows.json", tmp_path / "swapped.svg"
-    outputs = ("--json", file, "--figure", figure)
-    said = forcelab("measure", "recognition", project, "--swapped", "--quick", *outputs)
-    assert (said.status, said.err) == (0, "")
-    (plain,) = json.loads(file.read_text())["rows"]
-    row = Row(**plain)
-    assert (row.name, row.setting, row.pareto) == ("swapped", "fast", True)
-    assert row.further["swapped"] >= 2  # one at least in each of two draws
-    assert "fast" in figure.read_text()
-
-
-def test_what_to_label_next_needs_enough_demonstrations(forcelab, project):
-    said = forcelab("measure", "recognition", project, "--next", "--quick")
-    assert "5 labelled demonstrations; there are 2" in said.sentence
 
 
 def test_one_task_and_one_coder_can_be_asked_for(forcelab, project):
@@ -250,26 +202,22 @@ def test_all_measures_everything_and_names_what_it_skips(forcelab, monkeypatch, 
 
     def refusing(*, quick):
         yield Progress(0, 1, "streaming")
-        raise InputError("There is no stream.")
+        raise InputError("There is no transform.")
 
-    monkeypatch.setattr(stream, "tabulate", refusing)
+    monkeypatch.setattr(cwt, "tabulate", refusing)
     monkeypatch.setattr(
         measuring,
         "MODULES",
-        {name: measuring.MODULES[name] for name in ("contact", "stream", "view")},
+        {name: measuring.MODULES[name] for name in ("contact", "cwt")},
     )
-    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
-    monkeypatch.delenv("DISPLAY", raising=False)
     file = tmp_path / "all.json"
     said = forcelab("measure", "all", "--quick", "--json", file)
     assert said.status == 0
     assert asked == [True]
     assert "foam, 6 lanes x 1 s" in said.out
-    assert "Skipped: stream: There is no stream." in said.out
-    assert "Skipped: view: " in said.out
-    assert "no display" in said.out
+    assert "Skipped: cwt: There is no transform." in said.out
     content = json.loads(file.read_text())
     assert list(content["tables"]) == ["contact"]
-    assert set(content["skipped"]) == {"stream", "view"}
+    assert set(content["skipped"]) == {"cwt"}
     said = forcelab("measure", "all", "--figure", tmp_path / "all.svg")
     assert "no figure of 'all'" in said.wrong_word

@@ -167,9 +167,15 @@ def change_file(folder: Path, chance: random.Random) -> str:
         for name in ("uncommitted", "stamps.npz", "truth.json", "beside-0123456789abcdef.mp4")
     ]
     place = chance.choice(places + odd)
-    if not place.parent.is_dir():
+    # Through a link of an earlier change this hand would touch the canaries itself.
+    if not place.parent.is_dir() or not place.parent.resolve().is_relative_to(folder.resolve()):
         return "nothing"
-    if place.is_file() and place.stat().st_size and chance.random() < 0.3:
+    if (
+        place.is_file()
+        and not place.is_symlink()
+        and place.stat().st_size
+        and chance.random() < 0.3
+    ):
         return change_bytes(place, chance)
     if place.is_dir() and not place.is_symlink():
         shutil.rmtree(place)
@@ -201,11 +207,12 @@ def stores(count: int, seed: int, whole: Path) -> Iterator[tuple[str, object]]:
             shutil.copytree(whole, folder)
             for _ in range(chance.choice((1, 1, 1, 2))):
                 change = chance.choice((change_row, change_row, change_schema, change_file, None))
-                if not (folder / "project.sqlite").is_file():
+                store = folder / "project.sqlite"
+                if store.is_symlink() or not store.is_file():
                     break
                 try:
                     if change is None:
-                        change_bytes(folder / "project.sqlite", chance)
+                        change_bytes(store, chance)
                     else:
                         change(folder, chance)
                 except (sqlite3.DatabaseError, UnicodeDecodeError):  # it is beyond SQLite already

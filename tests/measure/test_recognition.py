@@ -9,8 +9,7 @@ from trained_project import make
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import Segment
-from forcelab.measure import recognition, recognition_peers
-from forcelab.measure.peers.peer import Peer
+from forcelab.measure import recognition
 from forcelab.measure.recognition import measuring
 from forcelab.measure.recognition_runs import KIND, keeping, load, same_method
 from forcelab.measure.recognition_settings import (
@@ -191,16 +190,13 @@ def test_tasks_of_a_project(tmp_path, monkeypatch):
     from forcelab.measure import recognition_tasks
 
     monkeypatch.setattr(recognition_tasks, "QUICK", FEW[:1])
-    absent = Peer("WaveForest", "no_such_module_anywhere", None, None)
-    monkeypatch.setattr(recognition_peers, "PEERS", (absent,))
     path = make(tmp_path / "study.forcelab")
     with Project.open(path) as project:
         assert usual_coder(project, "foam") == "Ada"
         table = finish(measured_tasks(project, (), quick=True))
         assert table.sizes[0].startswith("foam, 3 demonstrations, ")
-        assert [row.setting for row in table.rows] == ["all", "as it comes"]
+        assert [row.setting for row in table.rows] == ["all"]
         assert table.rows[0].pareto
-        assert "WaveForest is not installed" in table.rows[1].refusal
         cells = table.cells(table.sizes[0])
         assert cells[1][cells[0].index("accuracy")] == f"{table.rows[0].further['accuracy']:.3f}"
         assert not project.run_summaries()

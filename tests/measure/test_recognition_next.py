@@ -5,20 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from synthetic import synthetic_set
-from trained_project import make
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.measure import recognition_next
-from forcelab.measure.recognition_next import CHOOSING, measuring_next
-from forcelab.measure.recognition_tasks import measured_tasks
-from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.typicality import sampled, typicality
+from tests.benchmarks import label_next
+from tests.benchmarks.label_next import CHOOSING, measuring_next
 
 #: Quick, and with probabilities all the same.
 PLAIN = preset("fast").replace(amplitude="absolute", decoder="filters", stride=2)
@@ -42,7 +39,7 @@ def mixed():
 def rows(mixed):
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(learning, "TREES", 10)
-        patched.setattr(recognition_next, "ADDED", 2)
+        patched.setattr(label_next, "ADDED", 2)
         return finish(measuring_next(mixed, "foam", PLAIN, turns=4))
 
 
@@ -85,16 +82,13 @@ def test_who_chooses_sees_no_label(mixed, monkeypatch):
         return [0.0] * len(waiting)
 
     monkeypatch.setattr(learning, "TREES", 2)
-    monkeypatch.setattr(recognition_next, "CHOOSING", {"spy": spying, "at random": None})
+    monkeypatch.setattr(label_next, "CHOOSING", {"spy": spying, "at random": None})
     (row, _) = finish(measuring_next(mixed[:6], "foam", PLAIN, turns=1))
     assert row.reference.endswith("all are equally typical")
     assert given
     assert not any(one.segments for one in given)
 
 
-def test_too_few_demonstrations_are_refused_by_name(mixed, tmp_path):
+def test_too_few_demonstrations_are_refused_by_name(mixed):
     with pytest.raises(InputError, match="5 labelled demonstrations; there are 4"):
         finish(measuring_next(mixed[:4], "foam"))
-    path = make(tmp_path / "study.forcelab")
-    with Project.open(path) as project, pytest.raises(InputError, match="there are 3"):
-        finish(measured_tasks(project, ("foam",), question="next"))

@@ -7,19 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from synthetic import synthetic_set
-from trained_project import make
 
 from forcelab.errors import InputError
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.measure import recognition_swapped
-from forcelab.measure.recognition_swapped import measuring_swapped, swapped
-from forcelab.measure.recognition_tasks import measured_tasks
-from forcelab.project import Project
 from forcelab.recognition import learning
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
+from tests.benchmarks import swapped as benchmark
+from tests.benchmarks.swapped import measuring_swapped, swapped
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 
@@ -55,30 +52,27 @@ def test_wrong_labels_are_scored_with_the_right_ones(items, monkeypatch):
 def test_draws_are_compared_under_their_own_seeds(items, monkeypatch):
     monkeypatch.setattr(learning, "TREES", 2)
     seeds = []
-    fit = recognition_swapped.fit_examples
+    fit = benchmark.fit_examples
 
     def watched(examples, settings):
         seeds.append(settings.seed)
         return (yield from fit(examples, settings))
 
     settings = preset("fast").replace(amplitude="absolute", stride=2, seed=2**32 - 1)
-    monkeypatch.setattr(recognition_swapped, "fit_examples", watched)
+    monkeypatch.setattr(benchmark, "fit_examples", watched)
     # Labels that are swapped for themselves cost nothing at all, whatever the seeds do.
-    monkeypatch.setattr(recognition_swapped, "swapped", lambda used, _: (list(used), {("a", 0.0)}))
+    monkeypatch.setattr(benchmark, "swapped", lambda used, _: (list(used), {("a", 0.0)}))
     row = finish(measuring_swapped(items[:3], "synthetic", settings, draws=3))
     assert (row.further["points lost"], row.further["standard error"]) == (0.0, 0.0)
     assert sorted(set(seeds)) == [0, 1, 2**32 - 1]
 
 
-def test_of_too_little_it_is_told_what_is_missing(items, tmp_path):
+def test_of_too_little_it_is_told_what_is_missing(items):
     with pytest.raises(InputError, match="there is 1"):
         finish(measuring_swapped(items[:1], "one", preset("fast")))
     one_action = [Labelled(items[0].demonstration, items[0].segments[:1])]
     with pytest.raises(InputError, match="two actions"):
         swapped(one_action, np.random.default_rng(0))
-    few = Project.open(make(tmp_path / "few.forcelab", labelled=1))
-    with few as project, pytest.raises(InputError, match="there is 1"):
-        finish(measured_tasks(project, (), question="swapped"))
 
 
 @pytest.mark.real

@@ -7,10 +7,9 @@ import pytest
 from forcelab.formats import read
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.measure.beside import PUBLISHED, simulated_beside
-from forcelab.measure.realism import realism
 from forcelab.recognition.examples import Labelled
 from forcelab.simulation.origin import origins
+from tests.benchmarks.realism import PUBLISHED, realism, simulated_beside
 
 TONGS = Path(__file__).resolve().parents[2] / "../shared/data/tongs"
 #: What is further apart than a factor of two; the README tells why.

@@ -1,4 +1,4 @@
-"""How long something keeps a person waiting: one row for each thing measured, in one form.
+"""How long a person waits: times with their bounds, as a table.
 
 A row holds every sample. What is told of it are quantiles, since what a person notices of a window
 is not the mean but the slow ones.
@@ -17,8 +17,6 @@ import numpy as np
 from forcelab.errors import InputError
 from forcelab.measure.timing import machine
 from forcelab.versions import versions
-
-__all__ = ["Bound", "Latencies", "Latency", "Level", "load", "refused"]
 
 Statistic = Literal["median", "p95", "p99", "worst"]
 

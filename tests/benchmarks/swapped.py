@@ -34,17 +34,6 @@ from forcelab.review.hearing import Heard, heard
 from forcelab.review.outcome import Reviewed
 from forcelab.review.suspicion import suspects
 
-__all__ = [
-    "DRAWS",
-    "ERROR_SWAPPED",
-    "LOOKED",
-    "MEASURED",
-    "SECONDS_SWAPPED",
-    "SHARE",
-    "measuring_swapped",
-    "swapped",
-]
-
 #: What the columns of the table hold.
 ERROR_SWAPPED, SECONDS_SWAPPED = "1 - accuracy, trained on wrong labels", "training (CPU s)"
 #: The share of the segments that get another action, how often they are drawn, and the share of

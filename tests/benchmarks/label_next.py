@@ -36,8 +36,6 @@ from forcelab.review.proposing import uncertainty
 from forcelab.review.typicality import sampled, typicality
 from forcelab.wording import there_are
 
-__all__ = ["CHOOSING", "ERROR_NEXT", "FIRST", "SECONDS_NEXT", "TURNS", "measuring_next"]
-
 #: What the columns of the table hold.
 ERROR_NEXT, SECONDS_NEXT = "1 - accuracy, mean over what is labelled", "choosing (CPU s)"
 #: Demonstrations that are labelled at first, random partings, and demonstrations labelled in each.

@@ -30,8 +30,6 @@ from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
 from forcelab.video.opencv import opencv
 
-__all__ = ["recording", "tabulate"]
-
 Real = NDArray[np.float64]
 
 #: Seconds of the recording, and of the quick one.

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from forcelab.demonstration import Demonstration
 from forcelab.jobs import Progress
-from forcelab.measure.endless import endless
 from forcelab.measure.recognition_spent import remembered
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.measure.streams import performed
@@ -21,8 +20,7 @@ from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.presets import preset
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.training import train
-
-__all__ = ["BLOCKS", "LATENCIES", "measuring", "tabulate"]
+from tests.benchmarks.endless import endless
 
 #: Milliseconds of a block, and of latency.
 BLOCKS = (10, 20, 50)

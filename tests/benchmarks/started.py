@@ -1,6 +1,6 @@
-"""The program itself, but for two stamps: when its window was painted, and when it was complete.
+"""One start of the window, timed by the process that starts it.
 
-Run as ``python -m forcelab.gui.measuring.started [PROJECT]``; it prints them in seconds of the
+Run as ``python -m tests.benchmarks.started [PROJECT]``; it prints them in seconds of the
 machine's monotonic clock, which is the same for all processes, and ends. Only the reading
 of the command line is left out.
 """

@@ -19,8 +19,6 @@ from forcelab.signals.engine.threads import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt
 from forcelab.wording import counted
 
-__all__ = ["SHARES", "TOLERANCES", "measuring", "tabulate"]
-
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating]
 

@@ -34,8 +34,6 @@ from forcelab.signals.scalogram import (
 from forcelab.signals.scalogram_columns import Columns
 from forcelab.signals.scalogram_kept import keep, kept
 
-__all__ = ["measuring", "tabulate"]
-
 Real = NDArray[np.float64]
 
 RATE = 1000.0

@@ -18,8 +18,6 @@ from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.online_features import EVERY
 from forcelab.recognition.recogniser import Recogniser
 
-__all__ = ["endless"]
-
 Codes = NDArray[np.int64]
 
 #: Samples of a block: what is asked is the same of any, and long ones take less time.

@@ -1,4 +1,4 @@
-"""What training costs the coder who goes on labelling: ``forcelab measure training``.
+"""How long the window's event loop waits while a recogniser is trained beside it.
 
 The window's own job trains on two demonstrations of 200,000 samples, leaving out one and then the
 other, so that each fit has 200,000 samples of 96 features (4 channels, 12 scales, log magnitude
@@ -23,20 +23,18 @@ from PySide6.QtCore import QTimer
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.gui.jobs import Job
-from forcelab.gui.measuring import recordings
-from forcelab.gui.measuring.stage import AUTHOR, Lateness, rest, settle, shown, stage, until
 from forcelab.gui.review.training_jobs import BACKGROUND
 from forcelab.gui.window import Window
 from forcelab.jobs import Progress
 from forcelab.labels import Segment, Track
-from forcelab.measure.latency import Bound, Latencies, Latency, Level, load
 from forcelab.project import Project
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.presets import preset
 from forcelab.recognition.settings import Settings
 from forcelab.review.outcome import Outcome
-
-__all__ = ["FULL", "QUICK", "Amount", "tabulate"]
+from tests.benchmarks import view
+from tests.benchmarks.latency import Bound, Latencies, Latency, Level, load
+from tests.benchmarks.view import AUTHOR, Lateness, rest, settle, shown, stage, until
 
 TASK, KEY = "measured", "measured training"
 #: Of the window, in pixels.
@@ -123,10 +121,10 @@ def tabulate(
 
 def _made(folder: Path, samples: int) -> Path:
     """A project of two demonstrations, labelled from end to end."""
-    actions = recordings.ACTIONS
+    actions = view.ACTIONS
     with Project.create(folder / "training.forcelab") as project:
         for number in range(2):
-            made = recordings.recording(samples, f"{number + 1:02d}", seed=number)
+            made = view.recording(samples, f"{number + 1:02d}", seed=number)
             demonstration = Demonstration(made.name, TASK, made.times, made.signals, made.channels)
             edges = np.linspace(made.start, made.end, 101).tolist()
             track = tuple(

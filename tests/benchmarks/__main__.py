@@ -1,0 +1,136 @@
+"""What measures forcelab for its makers: ``python -m tests.benchmarks WHAT``, from the checkout.
+
+view      the window, painted into memory: panning, scalograms, videos, painting, start, opening
+training  the window's event loop while a recogniser is trained
+scalogram first and exact image of spans of 4,000 to 1e7 samples
+stream    wavelets of a stream, complete and early: error against latency and cost
+live      live recognition: its share of a core, time from force to label, agreement with offline
+capture   ten minutes of two DAQs and a camera through pseudo-terminals (--quick: 30 s)
+peers     MiniRocket, LightGBM, a 1-D CNN and an MS-TCN on the tasks of PROJECT
+next      whether it pays to label what a review proposes next, on the tasks of PROJECT
+swapped   what wrong labels cost, and how many of them a review lists first, on those of PROJECT
+realism   the simulated tasks beside the real recordings of PROJECT
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from importlib import import_module
+from pathlib import Path
+
+from forcelab.cli.measuring import table_text
+from forcelab.cli.output import printable, progress_bar, table
+from forcelab.errors import ForcelabError
+from forcelab.jobs import finish
+from forcelab.measure.recognition import FOLDS
+from forcelab.measure.recognition_tasks import rows_of_tasks
+from forcelab.measure.rows import Table, with_front
+from forcelab.project import Project
+from forcelab.recognition.presets import PRESETS
+from forcelab.wording import counted
+from tests.benchmarks import label_next, swapped
+from tests.benchmarks.latency import Latencies
+from tests.benchmarks.realism import FACTOR, MARK, cells, comparing
+from tests.benchmarks.recognition_peers import measuring_peers
+
+ALONE = ("view", "training", "scalogram", "stream", "live", "capture")
+OF_PROJECTS = ("peers", "next", "swapped", "realism")
+#: Partings and draws of the quick form.
+FEW = 2
+
+
+def waits_text(measured: Latencies) -> str:
+    """All latencies as text, with what was refused and how busy the machine was."""
+    cells = measured.cells()
+    sentences = [
+        f"Refused: {row.name}, {row.setting}: {row.refusal}" for row in measured.rows if row.refusal
+    ]
+    if measured.loads:
+        loads = ", ".join(f"{load:.1f}" for load in measured.loads)
+        sentences.append(f"Load of the machine's {os.cpu_count()} cores before and after: {loads}.")
+    kept = [row.kept for row in measured.rows if row.kept is not None]
+    kept += [level.kept for level in measured.levels]
+    sentences.append(f"{sum(kept)} of {len(kept)} bounds are kept.")
+    lines = [table(cells, right=range(2, 8))]
+    if measured.levels:
+        lines += ["", table(measured.level_cells(), right=[2]), ""]
+    lines += [printable(sentence) for sentence in (*measured.remarks, *sentences)]
+    return f"{measured.title}.\n" + "\n".join(lines)
+
+
+def table_of_tasks(what: str, project: Project, *, quick: bool) -> Table:
+    """Measure what depends on labels on each task of a project."""
+
+    def of_peers(labelled, size):
+        return measuring_peers(labelled, size, FOLDS)
+
+    def of_next(labelled, size):
+        return label_next.measuring_next(labelled, size, turns=FEW if quick else label_next.TURNS)
+
+    def of_swapped(labelled, size):
+        rows = []
+        for name in swapped.MEASURED[:1] if quick else swapped.MEASURED:
+            draws = FEW if quick else swapped.DRAWS
+            rows.append(
+                (yield from swapped.measuring_swapped(labelled, size, PRESETS[name], draws))
+            )
+        return with_front(rows)
+
+    error, seconds = {
+        "peers": ("1 - F1@50", "CPU s"),
+        "next": (label_next.ERROR_NEXT, label_next.SECONDS_NEXT),
+        "swapped": (swapped.ERROR_SWAPPED, swapped.SECONDS_SWAPPED),
+    }[what]
+    measure = {"peers": of_peers, "next": of_next, "swapped": of_swapped}[what]
+    with progress_bar("measuring") as watch:
+        rows = finish(rows_of_tasks(project, (), None, what, measure), watch)
+    return Table(what, error, seconds, rows, ".3f")
+
+
+def realism_text(path: Path) -> str:
+    """The tables of the simulation beside real recordings."""
+    with progress_bar("comparing") as watch:
+        compared = finish(
+            comparing(path, author=None, count=10, seed=1, jobs=os.cpu_count()), watch
+        )
+    parts = [
+        f"{task.task}: {counted(task.simulated, 'simulated demonstration')} beside "
+        f"{task.real} real\n" + table(cells(task.rows), right=(3, 4, 5))
+        for task in compared
+    ]
+    return "\n\n".join([*parts, f"{MARK} marks what is more than a factor of {FACTOR:g} apart."])
+
+
+def text_of(what: str, path: Path | None, *, quick: bool) -> str:
+    """Measure, and write it as tables."""
+    if what == "realism":
+        return realism_text(path)
+    if what in OF_PROJECTS:
+        with Project.open(path) as project:
+            return table_text(table_of_tasks(what, project, quick=quick))
+    with progress_bar(f"measuring {what}") as watch:
+        measured = finish(import_module(f"tests.benchmarks.{what}").tabulate(quick=quick), watch)
+    return waits_text(measured) if isinstance(measured, Latencies) else table_text(measured)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.benchmarks",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("what", choices=(*ALONE, *OF_PROJECTS))
+    parser.add_argument("project", type=Path, nargs="?")
+    parser.add_argument("--quick", action="store_true", help="less of it")
+    given = parser.parse_args()
+    if (given.what in OF_PROJECTS) != (given.project is not None):
+        parser.error(f"PROJECT goes with {', '.join(OF_PROJECTS)}, and with these only.")
+    try:
+        print(text_of(given.what, given.project, quick=given.quick))
+    except ForcelabError as error:
+        parser.exit(1, f"{error}\n")
+
+
+if __name__ == "__main__":
+    main()
