@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from forcelab.formats.recording import ReadOptions as ReadOptions
     from forcelab.glossary import glossary as glossary
     from forcelab.jobs import finish as finish
+    from forcelab.label_map import MergeMap as MergeMap
     from forcelab.labels import Segment as Segment
     from forcelab.labels import Track as Track
     from forcelab.labels import from_codes as segments_from_codes
-    from forcelab.merging import MergeMap as MergeMap
     from forcelab.project import Project as Project
     from forcelab.project.labelling import Labelling as Labelling
     from forcelab.recognition.choice import Choice as Choice
@@ -80,7 +80,7 @@ _HOMES = {
     "InputError": ("errors", "InputError"),
     "Labelled": ("recognition.examples", "Labelled"),
     "Labelling": ("project.labelling", "Labelling"),
-    "MergeMap": ("merging", "MergeMap"),
+    "MergeMap": ("label_map", "MergeMap"),
     "Morlet": ("signals.wavelets", "Morlet"),
     "Outcome": ("review.outcome", "Outcome"),
     "Project": ("project", "Project"),

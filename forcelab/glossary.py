@@ -8,8 +8,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields
 
-from forcelab.assets import read_toml
 from forcelab.errors import InputError
+from forcelab.resources import read_toml
 
 __all__ = ["Entry", "glossary"]
 
@@ -32,7 +32,7 @@ class Entry:
         What it is not to be mistaken for.
     picture : str
         Name of the asset that shows it, such as ``"actions/grab.png"``;
-        :func:`forcelab.assets.asset` finds it or says that it is missing.
+        :func:`forcelab.resources.asset` finds it or says that it is missing.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 A segment is ``[start, end)`` in seconds. A track holds one author's segments over one
 demonstration, in order and never overlapping. Time that no segment covers is unlabelled.
-The verbs that paint on tracks are in :mod:`forcelab.painting`.
+The verbs that paint on tracks are in :mod:`forcelab.segment_edits`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.stretches import sample_ends, stretches
+from forcelab.runs import sample_ends, stretches
 
 __all__ = [
     "MODEL_PREFIX",
@@ -243,7 +243,7 @@ def from_codes(
 ) -> Segments:
     """Gather neighbouring samples of equal code into segments; the inverse of :func:`to_codes`.
 
-    Segments end by the rule of :mod:`forcelab.stretches`: a gap in the stamps splits a segment
+    Segments end by the rule of :mod:`forcelab.runs`: a gap in the stamps splits a segment
     that goes across it.
 
     Parameters

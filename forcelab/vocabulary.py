@@ -2,7 +2,7 @@
 
 An action keeps its colour, texture and key for as long as it is in the vocabulary, under another
 name too: coders learn them by heart. Spellings that differ between coders are brought together by a
-merge map (:mod:`forcelab.merging`) when a recogniser is trained or scored; stored labels keep the
+merge map (:mod:`forcelab.label_map`) when a recogniser is trained or scored; stored labels keep the
 coder's.
 """
 

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import cv2
 
-from forcelab.assets import asset
 from forcelab.capture import camera_device
 from forcelab.capture.replaying import Replay, sensors_of
 from forcelab.capture.virtual_camera import VirtualCamera
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.project import Project
+from forcelab.resources import asset
 
 DEMONSTRATION, TASK = "LEGO-1-06", "LEGO"
 #: Seconds: before the demonstration begins, between an action and its key, of it when it is drawn.

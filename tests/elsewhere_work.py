@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.process import interruptible
 
 
 def counted(total, pause=0.0):

@@ -6,7 +6,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from forcelab.video.opencv import opencv
+from forcelab.video.codecs import opencv
 
 #: Bits of the number, and the side of a block in pixels.
 BITS, BLOCK = 16, 24

@@ -28,8 +28,7 @@ from forcelab.recognition.online_features import EVERY, FIRST, Floor, rows_of
 from forcelab.recognition.online_grid import CausalGrid
 from forcelab.recognition.windows import REACH, REST
 from forcelab.signals.channels import channel_map
-from forcelab.signals.streaming import StreamingCwt
-from forcelab.signals.streaming_kernels import Kernel
+from forcelab.signals.streaming import Kernel, StreamingCwt
 
 
 def stated(recogniser, demonstration, latency):

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from forcelab import assets
-from forcelab.assets import asset, read_toml
+from forcelab import resources
 from forcelab.errors import InputError
+from forcelab.resources import asset, read_toml
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """A folder that takes the place of the program's assets."""
-    monkeypatch.setattr(assets, "FOLDERS", (tmp_path / "absent", tmp_path))
+    monkeypatch.setattr(resources, "FOLDERS", (tmp_path / "absent", tmp_path))
     return tmp_path
 
 
@@ -40,7 +40,7 @@ def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
         archive.extractall(tmp_path / "installed")
     # Somebody else's folder, as badly packaged programs leave them there.
     (tmp_path / "installed" / "assets").mkdir()
-    script = "import forcelab.assets as a; print(a.__file__, a.asset('actions.toml'), sep='\\n')"
+    script = "import forcelab.resources as a; print(a.__file__, a.asset('actions.toml'), sep='\\n')"
     done = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,
@@ -51,7 +51,7 @@ def test_a_wheel_carries_the_assets_and_finds_them(tmp_path):
     )
     package = tmp_path / "installed" / "forcelab"
     assert done.stdout.splitlines() == [
-        str(package / "assets.py"),
+        str(package / "resources.py"),
         str(package / "assets_data" / "actions.toml"),
     ]
     assert (package / "py.typed").is_file()
@@ -83,7 +83,7 @@ def test_a_missing_asset_is_named_with_the_place_and_the_cure(folder, name):
 
 
 def test_where_there_are_no_assets_at_all_the_sentence_names_where_they_belong(folder, monkeypatch):
-    monkeypatch.setattr(assets, "FOLDERS", (folder / "one", folder / "two"))
+    monkeypatch.setattr(resources, "FOLDERS", (folder / "one", folder / "two"))
     with pytest.raises(InputError, match=r"missing from .*one; install forcelab again"):
         asset("actions.toml")
 

@@ -15,7 +15,7 @@ from synthetic import synthetic_set
 from forcelab import preset
 from forcelab.errors import InputError
 from forcelab.jobs import finish
-from forcelab.processes import shared
+from forcelab.parallel import shared
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled
 

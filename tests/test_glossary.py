@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from forcelab import assets
+from forcelab import resources
 from forcelab.errors import InputError
 from forcelab.glossary import Entry, glossary
 from forcelab.vocabulary import Vocabulary
@@ -35,7 +35,7 @@ GOOD = {
 @pytest.fixture
 def written(tmp_path, monkeypatch):
     """Put a glossary of these tables, values as in TOML, in the place of the program's own."""
-    monkeypatch.setattr(assets, "FOLDERS", (tmp_path,))
+    monkeypatch.setattr(resources, "FOLDERS", (tmp_path,))
 
     def write(tables):
         lines = []
@@ -120,4 +120,4 @@ def test_a_missing_picture_is_found_out_when_it_is_asked_for(written):
     written({"grab": GOOD})
     (entry,) = glossary()
     with pytest.raises(InputError, match=r"'actions/grab\.png' is missing from"):
-        assets.asset(entry.picture)
+        resources.asset(entry.picture)

@@ -1,6 +1,6 @@
 """Names that people type twice, and not quite alike."""
 
-from forcelab.names import name_alike, tidy_name
+from forcelab.text import name_alike, tidy_name
 
 
 def test_names_are_alike_that_differ_by_case_or_spaces_alone() -> None:

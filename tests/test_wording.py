@@ -1,6 +1,6 @@
 import pytest
 
-from forcelab.wording import counted, listed, there_are, unknown_word
+from forcelab.text import counted, listed, there_are, unknown_word
 
 
 @pytest.mark.parametrize(

@@ -140,7 +140,7 @@ class CameraReader:
 
     def _encode(self, picture: NDArray[np.uint8]) -> bytes:
         """A picture as JPEG, in the size that the video has."""
-        from forcelab.video.opencv import opencv
+        from forcelab.video.codecs import opencv
 
         cv2 = opencv()
         size = self._size

@@ -56,7 +56,7 @@ class Camera:
 
     def reopen(self) -> bool:
         """Connect anew, by its own name where it has one; gives whether it is there."""
-        from forcelab.video.opencv import opencv
+        from forcelab.video.codecs import opencv
 
         self.release()
         which = self.which

@@ -13,7 +13,6 @@ from io import FileIO
 from pathlib import Path
 from typing import Any
 
-from forcelab.atomic import sync_folder
 from forcelab.capture.blocks import Block
 from forcelab.capture.events import Events
 from forcelab.capture.journal import (
@@ -27,6 +26,7 @@ from forcelab.capture.journal import (
 )
 from forcelab.capture.samples import block_bytes
 from forcelab.errors import InputError
+from forcelab.io import sync_folder
 
 __all__ = ["JournalWriter", "being_written", "other_places"]
 

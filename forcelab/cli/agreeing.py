@@ -17,7 +17,7 @@ from forcelab.review.consistency import Consistency
 from forcelab.review.kappa import landis_koch
 from forcelab.review.pair import PairAgreement
 from forcelab.review.places import Place
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["run"]
 

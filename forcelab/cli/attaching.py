@@ -8,7 +8,7 @@ import sys
 from forcelab.cli.output import json_text, printable
 from forcelab.clock import ClockMap
 from forcelab.project import Project
-from forcelab.video.checking import check_video
+from forcelab.video.validate import check_video
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -27,7 +27,7 @@ from forcelab.errors import InputError
 from forcelab.live.recognition import LATENCY, LiveRecognition
 from forcelab.project import Project
 from forcelab.recognition.storage import load
-from forcelab.wording import counted
+from forcelab.text import counted
 
 #: Seconds between two looks at how it goes, and at what a recogniser makes of it.
 LOOK, BLOCK = 0.1, 0.02

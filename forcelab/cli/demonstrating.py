@@ -12,7 +12,7 @@ from forcelab.cli.output import json_text, progress_bar
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.sample import CODER, LABELLED, UNLABELLED, UNSYNCHRONISED, making
-from forcelab.wording import counted
+from forcelab.text import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -22,8 +22,8 @@ from forcelab.recognition.intervals import METHOD, Intervals
 from forcelab.recognition.metrics import Scores
 from forcelab.recognition.project_runs import Evaluated, evaluate_tasks
 from forcelab.recognition.results import Evaluation
+from forcelab.text import counted
 from forcelab.vocabulary import Vocabulary, joined
-from forcelab.wording import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

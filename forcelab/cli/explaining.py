@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from forcelab.assets import asset
 from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text
 from forcelab.glossary import Entry, glossary
+from forcelab.resources import asset
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -12,7 +12,7 @@ from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.formats.importing import ImportReport, importing
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
-from forcelab.wording import counted
+from forcelab.text import counted
 
 
 def run(arguments: argparse.Namespace) -> int:

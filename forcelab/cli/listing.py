@@ -8,9 +8,8 @@ from textwrap import shorten
 from forcelab.cli.noting import plain
 from forcelab.cli.output import json_text, printable, table
 from forcelab.errors import InputError
-from forcelab.names import name_alike
 from forcelab.project import DemonstrationInfo, Note, Project, left_to_label
-from forcelab.wording import counted
+from forcelab.text import counted, name_alike
 
 #: Letters of a demonstration's notes.
 NOTES = 60

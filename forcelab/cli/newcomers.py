@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from forcelab.cli.output import printable
-from forcelab.names import name_alike
 from forcelab.project import Project
+from forcelab.text import name_alike
 
 __all__ = ["telling_newcomers"]
 

@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from forcelab.cli.examples import EXAMPLES
 from forcelab.errors import InputError
-from forcelab.names import tidy_name
+from forcelab.text import tidy_name
 
 __all__ = [
     "PROJECT",

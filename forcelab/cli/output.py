@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from forcelab.atomic import write_atomically
+from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 
 __all__ = [

@@ -6,13 +6,13 @@ import argparse
 import sys
 from pathlib import Path
 
-from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs, demonstrations_in, file_names, filling
 from forcelab.cli.output import json_text, printable
 from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.times import plain_times
 from forcelab.formats.tracks import COLUMNS, table_text, to_audacity, to_csv
+from forcelab.io import write_atomically
 from forcelab.labels import Track, model_author
 from forcelab.recognition.rates import unseen
 from forcelab.recognition.silence import silence_remark

@@ -14,9 +14,8 @@ from forcelab.capture.keeping import Kept
 from forcelab.cli.output import printable
 from forcelab.cli.stopping import unbroken
 from forcelab.errors import InputError
-from forcelab.live.recognition import LiveRecognition
-from forcelab.live.segments import Recognised
-from forcelab.wording import counted
+from forcelab.live.recognition import LiveRecognition, Recognised
+from forcelab.text import counted
 
 __all__ = ["Recognition", "told"]
 

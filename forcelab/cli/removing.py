@@ -11,7 +11,7 @@ from forcelab.cli.options import WrongWordError
 from forcelab.cli.output import json_text, percent, printable
 from forcelab.errors import InputError
 from forcelab.project import DemonstrationInfo, Project
-from forcelab.wording import amount, counted, listed
+from forcelab.text import amount, counted, listed
 
 #: How many things a sentence names one by one.
 NAMED = 8

@@ -7,7 +7,6 @@ import shlex
 import time
 from collections.abc import Sequence
 
-from forcelab.assets import asset
 from forcelab.capture.devices import said
 from forcelab.capture.replaying import Board, Replay, Sensor, board_of, sensors_of
 from forcelab.cli.options import WrongWordError
@@ -15,7 +14,8 @@ from forcelab.cli.output import json_text, printable
 from forcelab.cli.stopping import stoppable
 from forcelab.formats.optoforce.calibration import read_calibrations
 from forcelab.project import Project
-from forcelab.wording import counted
+from forcelab.resources import asset
+from forcelab.text import counted
 
 #: Seconds between two looks at whether all has been played.
 LOOK = 0.1

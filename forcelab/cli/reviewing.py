@@ -17,7 +17,7 @@ from forcelab.review.differences import Difference
 from forcelab.review.judging import Judged, report
 from forcelab.review.outcome import Outcome, latest, load
 from forcelab.review.queue import Queue, queue
-from forcelab.wording import counted, unknown_word
+from forcelab.text import counted, unknown_word
 
 #: What each section is called in the table.
 KINDS = {

@@ -14,7 +14,7 @@ from forcelab.recognition.resampling import METRICS
 from forcelab.recognition.run_results import title_of
 from forcelab.review.comparing import STAGES, Comparison, as_text, compare
 from forcelab.review.outcome import load, tasks_of
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["run"]
 

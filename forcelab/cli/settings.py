@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from forcelab.cli.options import WrongWordError
 from forcelab.errors import InputError
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import preset
 from forcelab.recognition.relevance import obstacle
 from forcelab.recognition.settings import Settings

@@ -12,7 +12,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.simulation.adding import simulating
 from forcelab.simulation.origin import origins, task_named
-from forcelab.wording import counted
+from forcelab.text import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

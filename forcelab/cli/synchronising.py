@@ -12,7 +12,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.project import Project
-from forcelab.signals.synchronising import Proposal, proposing_for
+from forcelab.signals.sync import Proposal, proposing_for
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.formats.tracks import quoted_text
+from forcelab.io import write_atomically
 from forcelab.recognition.intervals import look_up
 from forcelab.recognition.project_runs import Evaluated
 from forcelab.recognition.resampling import METRICS

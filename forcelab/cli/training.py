@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from forcelab.atomic import write_atomically
 from forcelab.cli.files import check_outputs
 from forcelab.cli.output import json_text, printable, progress_bar
 from forcelab.cli.settings import choice_from, settings_from
+from forcelab.io import write_atomically
 from forcelab.jobs import finish
 from forcelab.project import Project
 from forcelab.recognition.project_runs import train_tasks
-from forcelab.wording import counted
+from forcelab.text import counted
 
 
 def run(arguments: argparse.Namespace) -> None:

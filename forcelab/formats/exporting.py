@@ -7,13 +7,13 @@ from collections.abc import Collection, Generator
 from pathlib import Path
 from typing import Literal
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.formats.boris import Film, Observation, to_boris
 from forcelab.formats.elan import to_elan
 from forcelab.formats.events import Coded, to_table
 from forcelab.formats.folders import file_names, filling
 from forcelab.formats.tracks import to_audacity, to_csv
+from forcelab.io import write_atomically
 from forcelab.jobs import Progress
 from forcelab.labels import Track
 from forcelab.project import DemonstrationInfo, Project

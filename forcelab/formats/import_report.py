@@ -9,7 +9,7 @@ from pathlib import Path
 from forcelab.errors import InputError
 from forcelab.formats.recording import Recording
 from forcelab.project import Added
-from forcelab.wording import listed
+from forcelab.text import listed
 
 __all__ = ["ImportReport", "Imported", "report_of"]
 

@@ -22,8 +22,8 @@ from forcelab.formats.videos import beside, paired, with_videos
 from forcelab.jobs import Progress, finish
 from forcelab.project import Added, Incoming, Project
 from forcelab.project.records import Keepable
-from forcelab.signals.remarks import glitch_remarks
-from forcelab.wording import listed
+from forcelab.signals.quality import glitch_remarks
+from forcelab.text import listed
 
 __all__ = ["ImportReport", "Imported", "import_files", "importing"]
 

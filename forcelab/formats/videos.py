@@ -75,7 +75,7 @@ def with_videos(
     failures : dict of Path to InputError
         The videos that cannot be read, and why.
     """
-    from forcelab.video.checking import check_video
+    from forcelab.video.validate import check_video
 
     result = {path: list(recordings) for path, recordings in read_files.items()}
     known = _with_video(project) if videos else frozenset()

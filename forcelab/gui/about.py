@@ -30,7 +30,7 @@ from forcelab import __version__
 from forcelab.gui import settings
 from forcelab.gui.arranging import stress
 from forcelab.gui.faults import log_file
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = ["AboutDialog", "ManualDialog", "facts", "manual"]
 

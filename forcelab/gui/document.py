@@ -19,10 +19,10 @@ from forcelab.gui.looking import Snap
 from forcelab.gui.reviewing import Reviewing
 from forcelab.gui.seen_labels import Seen, seen_by
 from forcelab.labels import Segments, is_model
-from forcelab.names import tidy_name
 from forcelab.project import DemonstrationInfo, Project, Reverted
 from forcelab.project.labelling import Labelling
 from forcelab.review.places import Place
+from forcelab.text import tidy_name
 from forcelab.vocabulary import Vocabulary
 
 if TYPE_CHECKING:

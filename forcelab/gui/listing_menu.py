@@ -88,7 +88,7 @@ class ListingMenu(QObject):
 
     def attach_video(self, id_: str, path: Path) -> bool:
         """Copy a video into the project; its clock is set by synchronising."""
-        from forcelab.video.checking import check_video
+        from forcelab.video.validate import check_video
 
         damage = ""
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from PySide6.QtWidgets import QMessageBox, QWidget
 
-from forcelab.names import name_alike, tidy_name
+from forcelab.text import name_alike, tidy_name
 
 __all__ = ["settled_name", "verbatim"]
 

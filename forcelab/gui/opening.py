@@ -14,8 +14,8 @@ from forcelab.gui.choosing import last_folder
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress
-from forcelab.names import name_alike, tidy_name
 from forcelab.project import Project
+from forcelab.text import name_alike, tidy_name
 
 __all__ = ["Opening", "sample_place"]
 

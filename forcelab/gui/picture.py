@@ -17,10 +17,10 @@ from PySide6.QtCore import (
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import QApplication
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.gui.start import Start
 from forcelab.gui.window import Window
+from forcelab.io import write_atomically
 
 __all__ = ["draw", "settle", "without_chatter"]
 

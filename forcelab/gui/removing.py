@@ -19,7 +19,7 @@ from forcelab.gui.listing_rows import Row, percent
 from forcelab.gui.naming import verbatim
 from forcelab.labels import is_model
 from forcelab.project import Project, RunUse
-from forcelab.wording import amount
+from forcelab.text import amount
 
 __all__ = ["Removal", "removal_agreed", "removal_of", "removal_of_run"]
 

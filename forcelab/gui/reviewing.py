@@ -11,8 +11,8 @@ from PySide6.QtCore import QObject, Signal
 
 from forcelab.gui.editing import Editing
 from forcelab.labels import Segment, Segments
-from forcelab.painting import SLIVER
 from forcelab.review.places import Place
+from forcelab.segment_edits import SLIVER
 
 if TYPE_CHECKING:
     from forcelab.review.outcome import Outcome, Reviewed

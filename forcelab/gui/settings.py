@@ -22,7 +22,7 @@ from typing import TypeVar
 
 from PySide6.QtCore import QSettings, QStandardPaths
 
-from forcelab.names import tidy_name
+from forcelab.text import tidy_name
 
 __all__ = [
     "coder",

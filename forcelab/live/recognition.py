@@ -1,4 +1,4 @@
-"""A trained recogniser on what is being captured: segments as they end, and the track of them."""
+"""Live recognition: segments as they end, their track, snapshots, and the latency budget."""
 
 from __future__ import annotations
 
@@ -6,24 +6,292 @@ import math
 import time
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from forcelab.capture.blocks import Device
 from forcelab.capture.following import Following
 from forcelab.capture.keeping import Kept
 from forcelab.capture.recorder import Recorder
-from forcelab.labels import Segment, model_author
-from forcelab.live.glimpse import Glimpse, Recent
-from forcelab.live.segments import Growing, Recognised
+from forcelab.demonstration import GAP_PERIODS, Channel
+from forcelab.labels import UNLABELLED, Segment, model_author
 from forcelab.project import Project
-from forcelab.recognition.online import OnlineRecogniser
+from forcelab.recognition.certainty import RATE, Certainty
+from forcelab.recognition.live_part import needs_whole
+from forcelab.recognition.online import Decided, OnlineRecogniser
+from forcelab.recognition.online_budget import Early
 from forcelab.recognition.rates import unseen_at
 from forcelab.recognition.recogniser import Recogniser
 
-__all__ = ["LATENCY", "LiveRecognition"]
+
+@dataclass(frozen=True)
+class Recognised:
+    """A segment whose end is decided.
+
+    Parameters
+    ----------
+    start, end : float
+        Seconds of the host's monotonic clock.
+    action : str
+    probability : float
+        Mean over its samples; NaN of a classifier that has none.
+    """
+
+    start: float
+    end: float
+    action: str
+    probability: float
+
+    @property
+    def segment(self) -> Segment:
+        """Without its probability."""
+        return Segment(self.start, self.end, self.action)
+
+
+class Growing:
+    """Segments of labels that come in their order.
+
+    Parameters
+    ----------
+    online : OnlineRecogniser
+        Which gives the labels.
+
+    Attributes
+    ----------
+    action : str
+        Of the latest label; empty where that is unlabelled, or there is none yet.
+    probability : float
+        Of that action; NaN where it is not known.
+    """
+
+    def __init__(self, online: OnlineRecogniser) -> None:
+        self._online = online
+        self.action, self.probability = "", math.nan
+        self._code = UNLABELLED
+        self._start = self._last = math.nan
+        self._sum, self._count = 0.0, 0
+
+    @property
+    def until(self) -> float:
+        """The time up to which labels are decided; NaN while there are none."""
+        return self._last + self._period
+
+    @property
+    def present(self) -> Recognised | None:
+        """The segment that has not ended, as far as it is decided."""
+        if self._code == UNLABELLED:
+            return None
+        return Recognised(self._start, self.until, self.action, self._sum / self._count)
+
+    def take(self, decided: Decided) -> list[Recognised]:
+        """Take in labels; gives the segments that they end."""
+        if not len(decided):
+            return []
+        times, codes = decided.times, decided.codes
+        sure = np.full(len(codes), np.nan)
+        if decided.probabilities is not None:
+            rows = np.arange(len(codes))
+            sure = np.where(codes >= 0, decided.probabilities[rows, np.maximum(codes, 0)], np.nan)
+        before = np.concatenate([[self._last], times[:-1]])
+        parted = times - before > GAP_PERIODS * self._period
+        changed = codes != np.concatenate([[self._code], codes[:-1]])
+        found = []
+        edges = [0, *np.flatnonzero(parted | changed).tolist(), len(codes)]
+        for first, last in pairwise(edges):
+            if first == last:
+                continue
+            if parted[first] or changed[first]:
+                gone = float(before[first]) + self._period
+                found += self._closed(gone if parted[first] else float(times[first]))
+                self._code, self._start = int(codes[first]), float(times[first])
+                self._sum, self._count = 0.0, 0
+            self._sum += float(sure[first:last].sum())
+            self._count += last - first
+        self._last = float(times[-1])
+        unlabelled = self._code == UNLABELLED
+        self.action = "" if unlabelled else self._online.actions[self._code]
+        self.probability = math.nan if unlabelled else float(sure[-1])
+        return found
+
+    def finish(self) -> list[Recognised]:
+        """The segment that has not ended, which ends with the last label."""
+        found = self._closed(self.until)
+        self._code = UNLABELLED
+        return found
+
+    @property
+    def _period(self) -> float:
+        return self._online.step or 1.0 / self._online.recogniser.rate
+
+    def _closed(self, end: float) -> list[Recognised]:
+        if self._code == UNLABELLED:
+            return []
+        action = self._online.actions[self._code]
+        return [Recognised(self._start, end, action, self._sum / self._count)]
+
+
+#: Seconds that are kept for views.
+SECONDS = 15.0
+
+
+@dataclass(frozen=True, eq=False)
+class LiveSnapshot:
+    """What was recognised last; never changed, so that any thread may look at it.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        Of the last seconds, on the host's monotonic clock; the last one may still grow.
+    certainty : Certainty or None
+        Of the same time; None of a classifier without probabilities.
+    until : float
+        The time (s) up to which labels are decided; NaN while there are none.
+    action : str
+        Of the latest label; empty where that is unlabelled.
+    probabilities : tuple of float
+        Of each action the recogniser knows, over the latest labels; empty where they are unknown.
+    cost : float
+        Share of one core that recognising has taken of late.
+    """
+
+    segments: tuple[Segment, ...] = ()
+    certainty: Certainty | None = None
+    until: float = math.nan
+    action: str = ""
+    probabilities: tuple[float, ...] = ()
+    cost: float = 0.0
+
+
+class Recent:
+    """Gathers what a :class:`LiveSnapshot` shows; memory is taken once.
+
+    Parameters
+    ----------
+    actions : tuple of str, length K
+    """
+
+    def __init__(self, actions: tuple[str, ...]) -> None:
+        self._actions = actions
+        self._length = math.ceil(SECONDS * RATE)
+        self._sums = np.zeros((self._length, len(actions)))
+        self._counts = np.zeros(self._length)
+        self._newest: int | None = None  # bin since the clock's zero
+        self._segments: deque[Segment] = deque()
+        self._latest: tuple[float, ...] = ()
+
+    def take(self, decided: Decided, ended: list[Recognised]) -> None:
+        """Take in labels and the segments that they ended."""
+        self._segments.extend(one.segment for one in ended)
+        if not len(decided):
+            return
+        while self._segments and self._segments[0].end < decided.times[-1] - SECONDS:
+            self._segments.popleft()
+        if decided.probabilities is None:
+            return
+        times = decided.times
+        kept = times > times[-1] - SECONDS + 1.0
+        self._latest = tuple(decided.probabilities[-1].tolist())
+        self._add(np.floor(times[kept] * RATE).astype(np.int64), decided.probabilities[kept])
+
+    def end(self, growing: Growing) -> None:
+        """The segment that grows ends here: another recogniser goes on."""
+        present = growing.present
+        if present is not None:
+            self._segments.append(present.segment)
+        self._latest = ()
+
+    def glimpse(self, growing: Growing, cost: float) -> LiveSnapshot:
+        """What is to be seen now."""
+        present = growing.present
+        segments = (*self._segments, *(() if present is None else (present.segment,)))
+        return LiveSnapshot(
+            segments, self._certainty(), growing.until, growing.action, self._latest, cost
+        )
+
+    def _add(self, bins: NDArray[np.int64], probabilities: NDArray[np.float64]) -> None:
+        """Add probabilities to their bins; bins that nobody filled are empty."""
+        last = int(bins[-1])
+        if self._newest is not None and last > self._newest:
+            fresh = np.arange(max(self._newest + 1, last - self._length + 1), last + 1)
+            self._sums[fresh % self._length] = 0.0
+            self._counts[fresh % self._length] = 0.0
+        self._newest = last
+        np.add.at(self._sums, bins % self._length, probabilities)
+        np.add.at(self._counts, bins % self._length, 1.0)
+
+    def _certainty(self) -> Certainty | None:
+        """The means, from the oldest bin to the newest."""
+        if self._newest is None:
+            return None
+        bins = np.arange(self._newest - self._length + 1, self._newest + 1)
+        rows = bins % self._length
+        means = self._sums[rows] / np.maximum(self._counts[rows], 1.0)[:, None]
+        values = np.rint(255.0 * np.clip(means, 0.0, 1.0)).astype(np.uint8)
+        return Certainty(float(bins[0]) / RATE, RATE, self._actions, values)
+
+
+#: Seconds of latency, and points of accuracy lost against a second: preset ``fast``, leaving one
+#: demonstration out, mean of the stylus and the foam (``forcelab evaluate --latency``).
+LOSSES = ((0.0, 4.0), (0.05, 2.0), (0.1, 0.5), (0.3, 0.1), (1.0, 0.0))
+
+
+@dataclass(frozen=True)
+class LatencyBudget:
+    """What a latency is spent on, and what it leaves to be estimated.
+
+    Parameters
+    ----------
+    latency : float
+        Seconds from a sample to its label.
+    ahead, filters : float
+        Seconds of it that wavelets or windows look ahead, and filters or the decoder.
+    scales : int
+        Of wavelets that are used on a stream; 0 where windows take their place.
+    early : tuple of Early
+        Those that are estimated before their wavelet has passed.
+    loss : float
+        Points of accuracy that the latency takes against one of a second, as far as it was
+        measured: see :data:`LOSSES`.
+    """
+
+    latency: float
+    ahead: float
+    filters: float
+    scales: int
+    early: tuple[Early, ...]
+    loss: float = 0.0
+
+
+def promised(recogniser: Recogniser, latency: float) -> LatencyBudget:
+    """What a latency means, at the rate that the recogniser was trained at.
+
+    Parameters
+    ----------
+    recogniser : Recogniser
+    latency : float
+        Seconds.
+
+    Raises
+    ------
+    InputError
+        If the latency is negative.
+    """
+    channels = [Channel(name, "N") for name in recogniser.channels]
+    online = OnlineRecogniser(recogniser, latency, channels, recogniser.rate)
+    budget, step = online.budget, online.step
+    assert budget is not None
+    assert step is not None
+    filters = (budget.median + budget.drop + budget.decoder) * step
+    scales = 0 if needs_whole(recogniser.settings) else len(recogniser.settings.scales)
+    # Of wavelets the errors of the early ones say it.
+    loss = 0.0 if scales else float(np.interp(latency, *np.transpose(LOSSES)))
+    return LatencyBudget(latency, budget.features * step, filters, scales, online.early, loss)
+
 
 #: Seconds from a sample to its label where nothing else is asked for.
 LATENCY = 0.3
@@ -82,7 +350,7 @@ class LiveRecognition:
         self.remarks = (*recogniser.remarks_on(self._following.channels), *slow)
         self._segments = Growing(self._online)
         self._recent = Recent(self._online.actions)
-        self.glimpse = Glimpse()
+        self.glimpse = LiveSnapshot()
         self._found: list[Recognised] = []
         self._ages: deque[float] = deque(maxlen=AGES)
         self._keeping = True

@@ -23,7 +23,7 @@ from forcelab.simulation.solvers import (
     integrate,
 )
 from forcelab.simulation.system import Array
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["REFERENCES", "SETTINGS", "Setting", "measuring", "tabulate"]
 

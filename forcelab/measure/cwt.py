@@ -30,8 +30,8 @@ from forcelab.measure.streams import forces
 from forcelab.measure.timing import Timed, Way, timed_ways
 from forcelab.measure.wavelet_ways import Features, P, Peer, ours, ours_anew, peers_of_tapered
 from forcelab.signals.cwt import usual_scales
-from forcelab.signals.engine.design import TOLERANCES
-from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.cwt_blocks import TOLERANCES
+from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.wavelets import Morlet
 
 __all__ = ["direct_sums", "measuring", "measuring_long", "tabulate", "tapered"]

@@ -15,11 +15,11 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.timing import machine
 from forcelab.measure.wavelet_ways import PEERS, Features, Peer, features_of
+from forcelab.resources import versions
 from forcelab.signals.conditioning import bridge, condition
 from forcelab.signals.cwt import cwt
-from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.streaming import StreamingCwt
-from forcelab.versions import versions
 
 __all__ = ["CASES", "Case", "Verdicts", "tabulate_extremes"]
 

@@ -7,17 +7,17 @@ from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
-from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.recognition import measuring
 from forcelab.measure.recognition_settings import VARIANTS, Variant, with_data_of
 from forcelab.measure.recognition_tasks import size_of, usual_coder
 from forcelab.measure.rows import Row, with_front
+from forcelab.process import interruptible
 from forcelab.project import LabelsUsed, Project, StoredRun
 from forcelab.recognition.corpus import corpus
 from forcelab.recognition.settings import Settings
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = ["KIND", "Measured", "keeping", "load", "same_method"]
 
@@ -75,7 +75,7 @@ def keeping(
 ) -> Generator[Progress, None, int]:
     """Measure a task, and keep what came of it in the project.
 
-    Made for :func:`forcelab.elsewhere.elsewhere`, so it opens the project by itself.
+    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself.
 
     Parameters
     ----------

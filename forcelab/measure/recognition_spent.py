@@ -17,7 +17,7 @@ from forcelab.recognition.evaluation import tested_by
 from forcelab.recognition.examples import Examples, Labelled
 from forcelab.recognition.metrics import Counts, Scores, pool
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.wording import there_are
+from forcelab.text import there_are
 
 __all__ = [
     "Seen",

@@ -9,7 +9,7 @@ from typing import Any
 
 from forcelab.errors import InputError
 from forcelab.measure.timing import Timed, machine
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = ["FRONT", "Judgement", "Row", "Table", "timed_row", "with_front"]
 

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.signals.engine.design import SINGLE
-from forcelab.signals.engine.plan import Plan, plan_for
+from forcelab.signals.cwt_blocks import SINGLE
+from forcelab.signals.cwt_engine import Plan, plan_for
 from forcelab.signals.wavelets import Morlet
 
 __all__ = [

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from operator import attrgetter
 
 from forcelab.labels import Segment, Segments, ordered
-from forcelab.painting import SLIVER, paint
+from forcelab.segment_edits import SLIVER, paint
 
 __all__ = ["free_parts", "paint_all"]
 
@@ -26,7 +26,7 @@ def paint_all(segments: Segments, proposed: Segments) -> tuple[Segments, Segment
     Returns
     -------
     after : tuple of Segment
-        As :func:`forcelab.painting.paint` makes it of the track, called for each in turn.
+        As :func:`forcelab.segment_edits.paint` makes it of the track, called for each in turn.
     painted : tuple of Segment
         Those of `proposed` that were not there already.
 

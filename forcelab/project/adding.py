@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
+from forcelab.io import sync_folder
 from forcelab.labels import Track, is_model
 from forcelab.project import files
 from forcelab.project.database import Database, Value

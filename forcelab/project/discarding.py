@@ -10,8 +10,8 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Collection, Mapping
 
-from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
+from forcelab.io import sync_folder
 from forcelab.project import files
 from forcelab.project.clearing import give_back, lifted
 from forcelab.project.database import Database

@@ -1,6 +1,7 @@
 """Tracks and the edits that made them: append-only, undone and redone by further edits.
 
-Every edit replaces a run of segments by another (see :func:`forcelab.splicing.splice`), so that it
+Every edit replaces a run of segments by another (see :func:`forcelab.segment_edits.splice`), so
+that it
 costs the same on a long track as on a short one, and swapping the two runs undoes it.
 """
 
@@ -19,7 +20,7 @@ from forcelab.project.history import Line, edit_of, edits_of, line_of
 from forcelab.project.judged import follow_edit
 from forcelab.project.ownership import kind_of, track_for, track_of
 from forcelab.project.records import AuthorKind, Edit, EditKind, segments_to_json, utc_now
-from forcelab.splicing import splice, spliced
+from forcelab.segment_edits import splice, spliced
 
 __all__ = ["Tracks"]
 

@@ -24,8 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.atomic import sync_folder
 from forcelab.errors import InputError
+from forcelab.io import sync_folder
 
 __all__ = [
     "STORED_ID",

@@ -10,7 +10,11 @@ from typing import Literal, TypeVar
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
-from forcelab.painting import (
+from forcelab.project.accepting import free_parts, paint_all
+from forcelab.project.records import Edit
+from forcelab.project.reverting import Reverted
+from forcelab.project.store import Project
+from forcelab.segment_edits import (
     SLIVER,
     erase,
     fill_gaps,
@@ -19,13 +23,10 @@ from forcelab.painting import (
     move_segment,
     paint,
     relabel,
+    splice,
+    spliced,
     split,
 )
-from forcelab.project.accepting import free_parts, paint_all
-from forcelab.project.records import Edit
-from forcelab.project.reverting import Reverted
-from forcelab.project.store import Project
-from forcelab.splicing import splice, spliced
 
 __all__ = ["Labelling", "said"]
 
@@ -62,7 +63,7 @@ class Labelling:
     Raises
     ------
     InputError
-        Every verb: as of the function of :mod:`forcelab.painting` that bears its name, and of
+        Every verb: as of the function of :mod:`forcelab.segment_edits` that bears its name, and of
         :meth:`Project.edit`; nothing was written then.
     StaleTrackError
         Every verb: if another window or process changed the track; :meth:`refresh` and repeat.

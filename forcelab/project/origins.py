@@ -15,10 +15,10 @@ from operator import attrgetter
 from types import MappingProxyType
 
 from forcelab.labels import Segment, Segments
-from forcelab.painting import SLIVER
 from forcelab.project.database import Database
 from forcelab.project.records import Origin, segments_from_json
 from forcelab.project.troubles import told_of_content
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["Origins"]
 

@@ -22,8 +22,8 @@ from forcelab.project.loading import natural_order
 from forcelab.project.painted import ProjectPainted
 from forcelab.project.records import utc_now
 from forcelab.project.vocabularies import write_vocabulary
+from forcelab.text import counted, listed, unknown_word
 from forcelab.vocabulary import Vocabulary
-from forcelab.wording import counted, listed, unknown_word
 
 __all__ = ["ProjectRenaming", "Renaming"]
 

@@ -15,7 +15,7 @@ from typing import Literal
 from forcelab.project.history import edit_of, line_of, stands
 from forcelab.project.painted import ProjectPainted
 from forcelab.project.records import Edit
-from forcelab.wording import counted, listed
+from forcelab.text import counted, listed
 
 __all__ = ["ProjectReverting", "Reverted"]
 

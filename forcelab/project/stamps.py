@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
+from forcelab.io import atomic_file
 from forcelab.project import files
 from forcelab.project.database import Database
 from forcelab.project.loading import home_of, known_id, row_of

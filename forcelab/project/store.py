@@ -17,7 +17,7 @@ from forcelab.project.recorded import ProjectRecorded
 from forcelab.project.records import Added, DemonstrationInfo, Incoming
 from forcelab.project.renaming import ProjectRenaming
 from forcelab.project.reverting import ProjectReverting
-from forcelab.wording import unknown_word
+from forcelab.text import unknown_word
 
 __all__ = ["Project"]
 

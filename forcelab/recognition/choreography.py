@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.painting import fill_gaps
+from forcelab.segment_edits import fill_gaps
 
 __all__ = ["Choreography"]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition.learning import AVERAGED, Care, fitting_averaged
-from forcelab.signals.engine.threads import one_blas_thread
+from forcelab.signals.cwt_blocks import one_blas_thread
 
 __all__ = ["Step", "fitting"]
 

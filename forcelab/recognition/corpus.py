@@ -9,7 +9,7 @@ from itertools import compress
 
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError, UnclearAuthorError
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.examples import Labelled, kept_apart
 

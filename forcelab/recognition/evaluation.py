@@ -29,7 +29,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.silence import silence_remark
 from forcelab.recognition.training import preparing
 from forcelab.recognition.trimming import remark_on
-from forcelab.wording import there_are
+from forcelab.text import there_are
 
 __all__ = ["Job", "leave_one_out", "ready_to_part", "tested_by", "together"]
 

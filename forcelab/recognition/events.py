@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.recognition.overlay import Overlay
-from forcelab.stretches import Stretches
+from forcelab.runs import Runs
 
 __all__ = ["Events", "Tally", "event_errors"]
 
@@ -147,7 +147,7 @@ def event_errors(over: Overlay) -> Events:
         return Events()
     cut = _stretches(over)
 
-    def tally(kind: int, neighbours: int, events: Stretches | None = None) -> Tally:
+    def tally(kind: int, neighbours: int, events: Runs | None = None) -> Tally:
         """Sum up stretches, counting the events that hold them where `events` is given."""
         chosen = (cut.kinds == kind) & (cut.neighbours == neighbours)
         held = np.flatnonzero(chosen)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, Segments, to_codes
-from forcelab.merging import MergeMap
 from forcelab.recognition.features import features
 from forcelab.recognition.peaks import peak_features
 from forcelab.recognition.settings import Settings

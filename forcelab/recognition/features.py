@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
-from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.wavelets import Wavelet
 
 __all__ = ["features"]

@@ -14,7 +14,7 @@ from scipy.ndimage import rank_filter
 
 from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED
-from forcelab.stretches import sample_ends, stretches
+from forcelab.runs import sample_ends, stretches
 
 __all__ = ["ROUNDING", "drop_short", "median", "threshold"]
 

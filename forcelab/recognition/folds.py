@@ -10,7 +10,7 @@ from time import perf_counter
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.processes import shared
+from forcelab.parallel import shared
 from forcelab.recognition.examples import Examples, actions_of
 from forcelab.recognition.recogniser import Prediction, Recogniser
 from forcelab.recognition.reliability import Reliability

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.forest import softmax
 from forcelab.recognition.recogniser import Recogniser
-from forcelab.signals.engine.threads import one_blas_thread
+from forcelab.signals.cwt_blocks import one_blas_thread
 
 __all__ = ["FLOOR", "Judge", "Network", "Voter", "judge_of", "log_odds"]
 

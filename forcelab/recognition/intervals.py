@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.metrics import Counts
 from forcelab.recognition.resampling import METRICS, draws, replicates
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = [
     "FEWEST",

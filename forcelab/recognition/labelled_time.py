@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.overlay import Overlay
 from forcelab.recognition.segmental import Matches
-from forcelab.stretches import Stretches
+from forcelab.runs import Runs
 
 __all__ = ["NEAR", "boundaries_found", "closed_up", "inner_boundary_errors"]
 
@@ -30,14 +30,14 @@ def closed_up(over: Overlay) -> Overlay:
     places = np.concatenate([[0], np.cumsum(samples)])
     times = np.concatenate([[0.0], np.cumsum(seconds)])
 
-    def gathered(codes: NDArray[np.int64]) -> Stretches:
+    def gathered(codes: NDArray[np.int64]) -> Runs:
         """Neighbouring pieces of one code together; unlabelled ones left out."""
         changes = np.flatnonzero(np.diff(codes)) + 1
         first = np.concatenate([[0], changes]) if len(codes) else changes
         last = np.concatenate([changes, [len(codes)]]) if len(codes) else changes
         kept = codes[first] >= 0
         first, last = first[kept], last[kept]
-        return Stretches(codes[first], places[first], places[last], times[first], times[last])
+        return Runs(codes[first], places[first], places[last], times[first], times[last])
 
     return Overlay.gathered(over.human_codes, over.predicted_codes, over.actions, gathered)
 

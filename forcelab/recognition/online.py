@@ -35,9 +35,8 @@ from forcelab.recognition.online_windows import PartStages
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.signals.channels import channel_map
 from forcelab.signals.cwt import frequencies
-from forcelab.signals.engine.threads import one_blas_thread
-from forcelab.signals.streaming import StreamingCwt, early_error
-from forcelab.signals.streaming_kernels import reaches
+from forcelab.signals.cwt_blocks import one_blas_thread
+from forcelab.signals.streaming import StreamingCwt, early_error, reaches
 
 __all__ = ["LONGEST", "Decided", "OnlineRecogniser", "check_latency", "with_latency"]
 

@@ -10,7 +10,7 @@ from forcelab.recognition.live_part import hop_of, live_for, needs_whole
 from forcelab.recognition.online_filters import CausalDrop
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.windows import REACH
-from forcelab.signals.streaming_kernels import reaches
+from forcelab.signals.streaming import reaches
 
 __all__ = ["TOLERANCE", "Budget", "Early", "budget_of", "limits_of", "longest_gap"]
 

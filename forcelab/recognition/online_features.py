@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from forcelab.recognition.features import NOISE_SHARE, ROUNDING
 from forcelab.signals.conditioning import noise_level, robust_peak
-from forcelab.signals.streaming import StreamingCwt
-from forcelab.signals.streaming_tape import CHUNK, level_of
+from forcelab.signals.streaming import CHUNK, StreamingCwt, level_of
 
 __all__ = ["EVERY", "FIRST", "Floor", "StreamingFeatures", "rows_of"]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.recognition.online_resampling import Resampling, Steps
 from forcelab.signals.grid import SAME_RATE, measured
-from forcelab.signals.streaming_glitches import CausalGlitches
+from forcelab.signals.streaming import CausalGlitches
 
 __all__ = ["PATIENCE", "CausalGrid"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import UNLABELLED
-from forcelab.stretches import Stretches, sample_ends, stretches
+from forcelab.runs import Runs, sample_ends, stretches
 
 __all__ = ["Overlay", "overlay"]
 
@@ -31,9 +31,9 @@ class Overlay:
         How many actions there are.
     """
 
-    human: Stretches
-    predicted: Stretches
-    pieces: Stretches
+    human: Runs
+    predicted: Runs
+    pieces: Runs
     human_codes: NDArray[np.int64]
     predicted_codes: NDArray[np.int64]
     actions: int
@@ -44,7 +44,7 @@ class Overlay:
         human: NDArray[np.int64],
         predicted: NDArray[np.int64],
         actions: int,
-        gather: Callable[[NDArray[np.int64]], Stretches],
+        gather: Callable[[NDArray[np.int64]], Runs],
     ) -> Overlay:
         """Mask the prediction to where the human labelled, and gather both tracks and their pairs.
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from forcelab.errors import InputError
 from forcelab.recognition.settings import Settings
-from forcelab.wording import unknown_word
+from forcelab.text import unknown_word
 
 __all__ = ["PRESETS", "preset"]
 

@@ -22,7 +22,7 @@ from forcelab.recognition.training import training
 from forcelab.recognition.transfer import across
 from forcelab.recognition.trimming import remark_on
 from forcelab.recognition.units import mixed_units
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = [
     "Evaluated",

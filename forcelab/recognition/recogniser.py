@@ -24,7 +24,7 @@ from forcelab.recognition.posterior import marginals
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.trimming import Contradicted
 from forcelab.recognition.units import other_units
-from forcelab.signals.engine.threads import one_blas_thread
+from forcelab.signals.cwt_blocks import one_blas_thread
 
 if TYPE_CHECKING:
     from forcelab.recognition.live_part import LivePart

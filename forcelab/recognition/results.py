@@ -15,7 +15,7 @@ from forcelab.recognition.intervals import Intervals, intervals
 from forcelab.recognition.metrics import Counts, Scores, count, pool
 from forcelab.recognition.reliability import Reliability
 from forcelab.recognition.settings import Settings
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = ["Evaluation", "Tested"]
 

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.errors import InputError
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 from forcelab.recognition.peaks import PEAKS, SPANS
 from forcelab.signals.cwt import frequencies, geometric_scales
 from forcelab.signals.wavelets import Wavelet, wavelet_named
-from forcelab.wording import unknown_word
+from forcelab.text import unknown_word
 
 __all__ = [
     "AMPLITUDES",

@@ -16,8 +16,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
+from forcelab.io import write_atomically
 from forcelab.recognition.averaged import Averaged
 from forcelab.recognition.changes import Changes
 from forcelab.recognition.choreography import Choreography
@@ -25,7 +25,7 @@ from forcelab.recognition.live_part import LivePart
 from forcelab.recognition.recogniser import Recogniser
 from forcelab.recognition.settings import PLAIN_CLASSIFIERS, RATES, Settings
 from forcelab.recognition.soundness import check_classifier, check_numbers
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 __all__ = ["dump", "load", "pack", "save"]
 

@@ -16,7 +16,7 @@ from forcelab.errors import InputError
 from forcelab.labels import UNLABELLED, Segments
 from forcelab.recognition.metrics import Counts, Scores, count_overlay, pool
 from forcelab.recognition.overlay import Overlay
-from forcelab.stretches import Stretches, stretches
+from forcelab.runs import Runs, stretches
 
 __all__ = ["TICKS", "score_tracks", "timed_counts", "timed_overlay"]
 
@@ -110,7 +110,7 @@ def _codes(
 
 def _stretches(
     codes: NDArray[np.int64], ticks: NDArray[np.int64], times: NDArray[np.float64]
-) -> Stretches:
+) -> Runs:
     """Gather neighbours of equal code, numbered in ticks instead of in edges."""
     found = stretches(codes, times[:-1], times[1:])
-    return Stretches(found.codes, ticks[found.firsts], ticks[found.lasts], found.starts, found.ends)
+    return Runs(found.codes, ticks[found.firsts], ticks[found.lasts], found.starts, found.ends)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.painting import SLIVER
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["WINDOW", "Boundaries", "boundaries", "match_boundaries"]
 

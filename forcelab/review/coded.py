@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.labels import Segments, is_model, to_codes
-from forcelab.painting import SLIVER
 from forcelab.project import Project
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["Coded", "Pieces", "actions_of", "coded_demonstrations", "pieces_of"]
 
@@ -75,7 +75,7 @@ class Pieces:
 def pieces_of(tracks: Sequence[Segments], actions: Sequence[str]) -> Pieces:
     """Lay tracks over each other: exact, nothing is sampled.
 
-    Pieces no longer than :data:`~forcelab.painting.SLIVER` are float dust and left out.
+    Pieces no longer than :data:`~forcelab.segment_edits.SLIVER` are float dust and left out.
 
     Parameters
     ----------

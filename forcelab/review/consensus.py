@@ -15,11 +15,11 @@ from typing import Literal
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment, Segments
-from forcelab.painting import SLIVER, erase, paint
 from forcelab.project import Edit, Project
 from forcelab.review.coded import actions_of, pieces_of
 from forcelab.review.disagreeing import Disagreement, differences
-from forcelab.wording import counted
+from forcelab.segment_edits import SLIVER, erase, paint
+from forcelab.text import counted
 
 __all__ = ["CONSENSUS", "TOLERANCE", "Consensus", "Disagreement", "differences", "standing"]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from forcelab.labels import Segments
-from forcelab.painting import SLIVER
 from forcelab.review.coded import Pieces, actions_of, pieces_of
 from forcelab.review.places import Place
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["Disagreement", "differences"]
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.painting import SLIVER
 from forcelab.recognition.overlay import Overlay
 from forcelab.recognition.segmental import OVERLAPS, f1, match
 from forcelab.review.coded import Pieces
-from forcelab.stretches import Stretches
+from forcelab.runs import Runs
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["segment_counts", "segment_f1"]
 
@@ -108,12 +108,12 @@ def _overlay(laid: _Laid, human: int, predicted: int) -> Overlay:
     )
 
 
-def _stretches(laid: _Laid, numbers: NDArray[np.int64], codes: NDArray[np.int64]) -> Stretches:
+def _stretches(laid: _Laid, numbers: NDArray[np.int64], codes: NDArray[np.int64]) -> Runs:
     """Neighbouring pieces of one number as one stretch."""
     if not len(numbers):
         none, never = np.empty(0, dtype=np.int64), np.empty(0)
-        return Stretches(none, none, none, never, never)
+        return Runs(none, none, none, never, never)
     firsts = np.concatenate([[0], np.flatnonzero(np.diff(numbers)) + 1])
     starts = laid.ticks[firsts]
     ends = np.append(starts[1:], laid.ticks[-1])
-    return Stretches(codes[firsts], starts, ends, starts / TICKS, ends / TICKS)
+    return Runs(codes[firsts], starts, ends, starts / TICKS, ends / TICKS)

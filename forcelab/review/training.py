@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from forcelab.demonstration import Demonstration
-from forcelab.elsewhere import interruptible
 from forcelab.errors import InputError, StoreBusyError
 from forcelab.labels import from_codes
+from forcelab.process import interruptible
 from forcelab.project import DemonstrationInfo, LabelsUsed, Project
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.corpus import Corpus
@@ -28,10 +28,10 @@ from forcelab.recognition.run_results import digest, kept, title_of
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.storage import dump
 from forcelab.recognition.training import training
+from forcelab.resources import versions
 from forcelab.review.outcome import KIND
 from forcelab.review.steps import Step, Steps
 from forcelab.review.typicality import sampled, typicality
-from forcelab.versions import versions
 
 __all__ = ["reviewing"]
 
@@ -69,7 +69,7 @@ def reviewing(
 ) -> Generator[Step, None, int]:
     """Evaluate, train, and propose labels; kept in the project as one run.
 
-    Made for :func:`forcelab.elsewhere.elsewhere`, so it opens the project by itself.
+    Made for :func:`forcelab.process.elsewhere`, so it opens the project by itself.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 ``W(a, b) = a^-1/2 sum_n x_n conj(psi((n - b) / a))`` for scales `a` in samples. Before the first
 and after the last sample the end values hold. This is the plain and exact way;
-:mod:`forcelab.signals.engine` gives the same to a tolerance, many times as fast.
+:mod:`forcelab.signals.cwt_engine` gives the same to a tolerance, many times as fast.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy import fft
 
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
-from forcelab.signals.engine.ring import laid_into_ring, ring_length, ring_response
+from forcelab.signals.cwt_engine import laid_into_ring, ring_length, ring_response
 from forcelab.signals.wavelets import Morlet, Wavelet
 
 __all__ = [

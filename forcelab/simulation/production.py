@@ -14,7 +14,7 @@ import numpy as np
 from forcelab.clock import ClockMap
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.jobs import Progress, finish
-from forcelab.processes import shared
+from forcelab.parallel import shared
 from forcelab.project import Incoming
 from forcelab.project.records import segments_to_json
 from forcelab.simulation.coders import CODERS, Coding, code

@@ -1,17 +1,33 @@
-"""Video: which codecs work on this machine."""
+"""OpenCV, loaded when a video is met, and which codecs work on this machine."""
 
 from __future__ import annotations
 
+import os
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
 from forcelab.errors import InputError
-from forcelab.video.opencv import opencv
 
-__all__ = ["CODECS", "Codec", "try_codec"]
+
+def opencv() -> ModuleType:
+    """OpenCV's module, silent: what goes wrong with a video is told as one sentence instead.
+
+    Raises
+    ------
+    ImportError
+        If OpenCV is not installed, or lacks a library of the system.
+    """
+    # Read once, when the first video is opened: -8 is FFmpeg's AV_LOG_QUIET.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+    import cv2
+
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    module: ModuleType = cv2
+    return module
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.video.opencv import opencv
+from forcelab.video.codecs import opencv
 
 __all__ = ["Index", "indexing", "last_at", "open_video", "told_length", "told_rate"]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.video.codecs import opencv
 from forcelab.video.index import SAME, open_video
-from forcelab.video.opencv import opencv
 
 __all__ = ["MotionEnergy", "measuring_motion"]
 

@@ -28,7 +28,7 @@ from forcelab.measure.recognition_tasks import rows_of_tasks
 from forcelab.measure.rows import Table, with_front
 from forcelab.project import Project
 from forcelab.recognition.presets import PRESETS
-from forcelab.wording import counted
+from forcelab.text import counted
 from tests.benchmarks import label_next, swapped
 from tests.benchmarks.latency import Latencies
 from tests.benchmarks.realism import FACTOR, MARK, cells, comparing

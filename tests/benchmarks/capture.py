@@ -28,7 +28,7 @@ from forcelab.errors import InputError
 from forcelab.jobs import Progress
 from forcelab.measure.rows import Row, Table, with_front
 from forcelab.project import Project
-from forcelab.video.opencv import opencv
+from forcelab.video.codecs import opencv
 
 Real = NDArray[np.float64]
 

@@ -34,7 +34,7 @@ from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import fit_examples, preparing
 from forcelab.review.proposing import uncertainty
 from forcelab.review.typicality import sampled, typicality
-from forcelab.wording import there_are
+from forcelab.text import there_are
 
 #: What the columns of the table hold.
 ERROR_NEXT, SECONDS_NEXT = "1 - accuracy, mean over what is labelled", "choosing (CPU s)"

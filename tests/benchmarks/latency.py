@@ -16,7 +16,7 @@ import numpy as np
 
 from forcelab.errors import InputError
 from forcelab.measure.timing import machine
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 Statistic = Literal["median", "p95", "p99", "worst"]
 

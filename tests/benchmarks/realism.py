@@ -23,8 +23,8 @@ from scipy.signal import butter, sosfiltfilt, welch
 from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segments
-from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.corpus import corpus
 from forcelab.recognition.evaluation import leave_one_out

@@ -27,12 +27,13 @@ from forcelab.signals.scalogram import (
     Scalogram,
     Step,
     Survey,
+    keep,
+    kept,
     row_scales,
     scalogram,
     survey,
 )
-from forcelab.signals.scalogram_columns import Columns
-from forcelab.signals.scalogram_kept import keep, kept
+from forcelab.signals.scalogram_frames import Columns
 
 Real = NDArray[np.float64]
 

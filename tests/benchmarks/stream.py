@@ -15,9 +15,9 @@ from forcelab.measure.rows import Judgement, Row, Table, timed_row, with_front
 from forcelab.measure.streams import forces
 from forcelab.measure.timing import Way, timed_ways
 from forcelab.signals.cwt import cwt, geometric_scales
-from forcelab.signals.engine.threads import one_blas_thread
+from forcelab.signals.cwt_blocks import one_blas_thread
 from forcelab.signals.streaming import StreamingCwt
-from forcelab.wording import counted
+from forcelab.text import counted
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complexfloating]

@@ -54,7 +54,7 @@ from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
-from forcelab.video.opencv import opencv
+from forcelab.video.codecs import opencv
 from tests.benchmarks.latency import Bound, Latencies, Latency, load, refused
 
 #: The coder of all measurements, and the size of the window in pixels.

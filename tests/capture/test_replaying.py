@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from forcelab.assets import asset
 from forcelab.capture.replaying import sensors_of
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.formats.optoforce.calibration import read_calibrations
+from forcelab.resources import asset
 
 
 def test_a_reading_beyond_all_numbers_is_clipped_and_keeps_its_sign():

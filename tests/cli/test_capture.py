@@ -12,12 +12,12 @@ import pytest
 from fake_devices import eventually
 from read_back import block_of
 
-from forcelab.assets import asset
 from forcelab.capture.journal import Kind, header_bytes, read
 from forcelab.capture.keeping import CAPTURES, unfinished
 from forcelab.capture.virtual import VirtualOptoForce
 from forcelab.capture.virtual_faults import Faults
 from forcelab.project import Project
+from forcelab.resources import asset
 
 #: How often a recording is killed; more often when asked, as it takes seconds each.
 KILLS = int(os.environ.get("FORCELAB_KILLS", "1"))

@@ -12,7 +12,6 @@ from fake_devices import FakeDevice, FakeEncoder
 from synthetic import synthetic_set
 from trained_project import FAST
 
-from forcelab.assets import asset
 from forcelab.capture.following import Following
 from forcelab.capture.replaying import sensors_of
 from forcelab.capture.ring import Ring
@@ -27,6 +26,7 @@ from forcelab.recognition.examples import Labelled
 from forcelab.recognition.online import with_latency
 from forcelab.recognition.storage import save
 from forcelab.recognition.training import train
+from forcelab.resources import asset
 
 CALIBRATION = asset("calibrations", "3-axis-40N.toml")
 LATENCY = 0.3

@@ -307,7 +307,7 @@ def test_scores_are_told_though_the_disk_is_full(forcelab, project, tmp_path, mo
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("forcelab.atomic.os.replace", full)
+    monkeypatch.setattr("forcelab.io.os.replace", full)
     name = tmp_path / {"--figure": "f.svg", "--table": "t.csv", "--json": "j.json"}[option]
     said = forcelab("evaluate", project, "--task", "foam", *FAST, option, name)
     assert said.status == 1

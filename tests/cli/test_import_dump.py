@@ -3,9 +3,9 @@
 import pytest
 from optoforce_streams import packet, stream
 
-from forcelab.assets import asset
 from forcelab.formats.optoforce.packets import KINDS
 from forcelab.project import Project
+from forcelab.resources import asset
 
 
 def test_a_dump_becomes_a_demonstration_and_json_tells_what_was_lost(forcelab, tmp_path):

@@ -9,8 +9,8 @@ from quick import FAST
 
 from forcelab.cli import main
 from forcelab.labels import UNLABELLED, to_codes
-from forcelab.painting import paint
 from forcelab.project import Project
+from forcelab.segment_edits import paint
 
 SETTINGS = [word for word in FAST if word not in ("--jobs", "1")]
 

@@ -12,7 +12,7 @@ from forcelab.gui import about, asking, settings
 from forcelab.gui.about import AboutDialog, ManualDialog
 from forcelab.gui.document import Document
 from forcelab.gui.faults import log_file
-from forcelab.versions import versions
+from forcelab.resources import versions
 
 
 @pytest.fixture

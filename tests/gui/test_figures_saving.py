@@ -22,7 +22,7 @@ from forcelab.gui.figures.tradeoff import Tradeoff
 from forcelab.gui.figures.wavelets import WaveletFigure
 from forcelab.labels import Segment
 from forcelab.measure.rows import Row, Table, with_front
-from forcelab.signals.showcase import WaveletView
+from forcelab.signals.example import WaveletView
 from forcelab.vocabulary import Vocabulary
 
 HOSTILE = "a name that is far too long & <never ends> \x00\ud800\n" * 8

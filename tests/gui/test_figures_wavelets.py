@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor
 from forcelab.errors import InputError
 from forcelab.gui.figures.shades import shade
 from forcelab.gui.figures.wavelets import WaveletFigure, wavelet_figure
-from forcelab.signals.showcase import WaveletView
+from forcelab.signals.example import WaveletView
 
 RATE = 200.0
 TIMES = np.arange(0, 5, 1 / RATE)

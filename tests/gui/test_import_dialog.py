@@ -10,7 +10,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QComboBox, QMessageBox, QPushButton
 
-from forcelab.assets import asset
 from forcelab.formats.optoforce.packets import KINDS
 from forcelab.gui import importing, settings
 from forcelab.gui.document import Document
@@ -18,6 +17,7 @@ from forcelab.gui.importing import ImportDialog
 from forcelab.gui.jobs import Jobs
 from forcelab.gui.typing_guard import guard
 from forcelab.project import Project
+from forcelab.resources import asset
 
 FOAM = Path(__file__).parents[2] / "assets" / "foam-01.csv"
 

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.labels import from_codes
-from forcelab.live.glimpse import Recent
-from forcelab.live.segments import Growing
+from forcelab.live.recognition import Growing, Recent
 from forcelab.recognition.online import Decided
 
 ACTIONS = ("grab", "pull")

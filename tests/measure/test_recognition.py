@@ -8,6 +8,7 @@ from trained_project import make
 
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
 from forcelab.measure import recognition
 from forcelab.measure.recognition import measuring
@@ -21,7 +22,6 @@ from forcelab.measure.recognition_settings import (
     with_data_of,
 )
 from forcelab.measure.recognition_tasks import measured_tasks, usual_coder
-from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled

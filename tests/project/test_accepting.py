@@ -12,9 +12,9 @@ from in_memory import labelling_in_memory, stored
 
 from forcelab.errors import ForcelabError, InputError
 from forcelab.labels import Segment
-from forcelab.painting import paint
 from forcelab.project.accepting import free_parts, paint_all
 from forcelab.project.labelling import Labelling
+from forcelab.segment_edits import paint
 
 MODEL = "model paper 12"
 ACTIONS = ("grab", "hold", "slip")

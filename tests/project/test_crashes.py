@@ -19,8 +19,8 @@ from pathlib import Path
 import pytest
 
 from forcelab.labels import Segment, Track
-from forcelab.painting import paint
 from forcelab.project import Project
+from forcelab.segment_edits import paint
 
 KILLS = int(os.environ.get("FORCELAB_KILLS", "8"))
 
@@ -32,7 +32,7 @@ import numpy as np
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import ForcelabError, StaleTrackError
 from forcelab.labels import Segment, Track
-from forcelab.painting import paint
+from forcelab.segment_edits import paint
 from forcelab.project import Incoming, Project
 
 def say(text):

@@ -11,8 +11,8 @@ from in_memory import folder_in_memory
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError, StaleTrackError
 from forcelab.labels import Segment, Track
-from forcelab.painting import erase, paint
 from forcelab.project import Project
+from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(0.2, 0.3, "hold"))

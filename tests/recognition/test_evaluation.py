@@ -16,8 +16,8 @@ from forcelab.errors import InputError
 from forcelab.formats import pdl
 from forcelab.formats.recording import ReadOptions
 from forcelab.jobs import finish
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segment, from_codes, to_codes
-from forcelab.merging import MergeMap
 from forcelab.recognition import folds, grouping
 from forcelab.recognition.evaluation import leave_one_out
 from forcelab.recognition.examples import Labelled, kept_apart

@@ -6,8 +6,8 @@ from synthetic import synthetic_demonstration
 
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
+from forcelab.label_map import MergeMap
 from forcelab.labels import UNLABELLED, Segment, to_codes
-from forcelab.merging import MergeMap
 from forcelab.recognition.examples import (
     Labelled,
     actions_of,

@@ -13,7 +13,7 @@ from forcelab.demonstration import Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.labels import UNLABELLED
-from forcelab.live.promise import promised
+from forcelab.live.recognition import promised
 from forcelab.recognition import learning, live_evaluation
 from forcelab.recognition.averaged import sharpened
 from forcelab.recognition.causal import CausalWindows, StreamingWindows

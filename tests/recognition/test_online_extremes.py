@@ -15,8 +15,7 @@ from forcelab.recognition.online import OnlineRecogniser
 from forcelab.recognition.online_features import EVERY, LASTING, Floor, StreamingFeatures
 from forcelab.recognition.settings import Settings
 from forcelab.recognition.training import train
-from forcelab.signals.streaming import StreamingCwt
-from forcelab.signals.streaming_kernels import HALF
+from forcelab.signals.streaming import HALF, StreamingCwt
 from forcelab.signals.wavelets import Morlet
 
 RATE, N = 250.0, 900

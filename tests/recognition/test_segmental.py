@@ -16,7 +16,7 @@ from forcelab.recognition.segmental import (
     edit_score,
     match,
 )
-from forcelab.stretches import sample_ends, stretches
+from forcelab.runs import sample_ends, stretches
 
 ACTIONS = ["a", "b", "c"]
 

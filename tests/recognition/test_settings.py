@@ -10,7 +10,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from forcelab.errors import InputError
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 from forcelab.recognition.presets import PRESETS, preset
 from forcelab.recognition.settings import CLASSIFIERS, Settings
 from forcelab.signals.wavelets import Morlet

@@ -12,8 +12,8 @@ from synthetic import ACTIONS, synthetic_demonstration, synthetic_set
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.errors import InputError
 from forcelab.jobs import finish
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.merging import MergeMap
 from forcelab.recognition import learning, live_part, trimming
 from forcelab.recognition import training as training_module
 from forcelab.recognition.classifiers import Step

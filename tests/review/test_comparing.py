@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from outcomes import drawn_outcome, outcome_of
 
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 from forcelab.recognition.intervals import differences, look_up
 from forcelab.recognition.metrics import pool
 from forcelab.recognition.settings import Settings

@@ -9,9 +9,9 @@ from painting_bench import MEMORY, demonstration
 
 from forcelab.errors import InputError
 from forcelab.labels import Segment
-from forcelab.painting import SLIVER
 from forcelab.project import Project
 from forcelab.review.consensus import Consensus, Disagreement, differences
+from forcelab.segment_edits import SLIVER
 
 
 def track(*rows):

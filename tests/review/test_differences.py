@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.merging import MergeMap
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings
 from forcelab.review.differences import compared, spelt, spelt_back

@@ -14,10 +14,10 @@ from synthetic import synthetic_set
 from trained_project import CHOICE, FAST, make
 
 from forcelab.cli import main
-from forcelab.elsewhere import elsewhere
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
 from forcelab.labels import Segment, Track, from_codes
+from forcelab.process import elsewhere
 from forcelab.project import Project
 from forcelab.recognition.choice import Choice
 from forcelab.recognition.evaluation import leave_one_out

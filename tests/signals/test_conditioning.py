@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from forcelab.signals.conditioning import SPIKE, bridge, condition, glitches, noise_level
-from forcelab.signals.streaming_glitches import CausalGlitches
+from forcelab.signals.streaming import CausalGlitches
 
 NAN, INF = np.nan, np.inf
 

@@ -14,8 +14,7 @@ from scipy.special import eval_hermitenorm, gamma
 
 from forcelab.errors import InputError
 from forcelab.signals.cwt import cwt, frequencies, geometric_scales, usual_scales
-from forcelab.signals.wavelet import cone_of_influence
-from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet
+from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, cone_of_influence
 
 PAPER = geometric_scales()
 

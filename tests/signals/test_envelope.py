@@ -6,8 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from forcelab.jobs import finish
-from forcelab.signals.columns import CHUNK, MANY, SIZES, Columns
-from forcelab.signals.envelope import Envelope, drawn_together, read_envelopes
+from forcelab.signals.minmax import (
+    CHUNK,
+    MANY,
+    SIZES,
+    Columns,
+    Envelope,
+    drawn_together,
+    read_envelopes,
+)
 
 
 def brute(times, values, edges):

@@ -16,12 +16,10 @@ from forcelab.errors import InputError
 from forcelab.jobs import finish
 from forcelab.recognition import features
 from forcelab.signals import scalogram as module
-from forcelab.signals import scalogram_picture, scalogram_tiles
 from forcelab.signals.cwt import cwt
 from forcelab.signals.grid import on_grid
-from forcelab.signals.scalogram import row_scales, scalogram, survey
-from forcelab.signals.scalogram_source import Level, Source, open_source
-from forcelab.signals.scalogram_tiles import Tiles
+from forcelab.signals.scalogram import Tiles, row_scales, scalogram, survey
+from forcelab.signals.scalogram_frames import Level, Source, open_source
 from forcelab.signals.wavelets import Morlet
 
 RATE = 1000.0
@@ -138,7 +136,7 @@ def long_from_little(monkeypatch):
     monkeypatch.setattr(module, "LONG", 1 << 14)
     monkeypatch.setattr(module, "SHOWN", 1 << 14)
     monkeypatch.setattr(module, "CHUNK", 1 << 14)
-    monkeypatch.setattr(scalogram_tiles, "CHUNK", 1 << 14)
+    monkeypatch.setattr(module, "CHUNK", 1 << 14)
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -266,7 +264,7 @@ def test_tiles_of_endless_recordings_are_bounded():
         endless = replace(source, count=count)
         tiles = Tiles(endless, 0.0, Level(0.0, 0), row_scales(100, 2048.0), Morlet())
         assert tiles.cell == cell
-        assert tiles.nbytes < 1.05 * scalogram_tiles.MOST
+        assert tiles.nbytes < 1.05 * module.MOST
 
 
 @pytest.mark.parametrize("samples", [60_000, 600_000])
@@ -528,7 +526,7 @@ def test_the_range_of_colours_is_that_of_the_whole_demonstration():
 
 
 def test_the_floor_is_that_of_the_features():
-    assert scalogram_picture.NOISE_SHARE == features.NOISE_SHARE
+    assert module.NOISE_SHARE == features.NOISE_SHARE
 
 
 def test_rows_divide_the_logarithm_evenly():

@@ -7,13 +7,12 @@ import time
 import numpy as np
 import pytest
 
-from forcelab import atomic
+from forcelab import io
 from forcelab.demonstration import Channel, Demonstration
 from forcelab.jobs import finish
-from forcelab.signals import scalogram_kept, scalogram_tiles
-from forcelab.signals.scalogram import row_scales, scalogram, survey
-from forcelab.signals.scalogram_kept import keep, kept
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals import scalogram as module
+from forcelab.signals.scalogram import keep, kept, row_scales, scalogram, survey
+from forcelab.signals.scalogram_frames import Source
 from forcelab.signals.wavelets import Morlet
 
 RATE = 1000.0
@@ -77,7 +76,7 @@ def test_a_kept_scalogram_is_the_computed_one_to_within_what_is_stated(
 
 
 def test_what_is_not_in_the_file_is_computed(file, complete, demonstration, monkeypatch):
-    monkeypatch.setattr(scalogram_tiles, "TOLD", 150_000)  # of cells of 256 samples and more
+    monkeypatch.setattr(module, "TILES_TOLD", 150_000)  # of cells of 256 samples and more
     assert keep(file.parent, complete, SCALES)
     view = again(file.parent, demonstration)
     tiles = view.tiles(SCALES)
@@ -125,7 +124,7 @@ def test_a_full_disk_leaves_what_was_there(file, complete, demonstration, monkey
     def full(_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(atomic.os, "fsync", full)
+    monkeypatch.setattr(io.os, "fsync", full)
     assert not keep(file.parent, complete, SCALES)
     assert file.read_bytes() == before
     assert list(file.parent.iterdir()) == [file]
@@ -136,7 +135,7 @@ def test_what_a_killed_process_left_is_cleared_away_once_nobody_writes_it(file, 
     old, new = (file.with_name(f".forcelab-{digit * 16}.part") for digit in "ab")
     for part in (old, new):
         part.write_bytes(b"half")
-    before = time.time() - scalogram_kept.ABANDONED - 1
+    before = time.time() - module.ABANDONED - 1
     os.utime(old, (before, before))
     assert keep(file.parent, complete, SCALES)
     assert not old.exists()
@@ -151,7 +150,7 @@ def test_the_oldest_files_go_where_all_of_them_are_too_large(tmp_path, complete,
         assert keep(folder, complete, SCALES)
         (file,) = folder.glob("scalogram-*")
         os.utime(file, (number, number))
-    monkeypatch.setattr(scalogram_kept, "MOST", int(2.5 * file.stat().st_size))
+    monkeypatch.setattr(module, "MOST_ON_DISK", int(2.5 * file.stat().st_size))
     assert keep(folders[0], complete, SCALES)
     assert [len(list(folder.glob("scalogram-*"))) for folder in folders] == [1, 0, 1]
     assert all((folder / "signals.npy").exists() for folder in folders)
@@ -160,14 +159,12 @@ def test_the_oldest_files_go_where_all_of_them_are_too_large(tmp_path, complete,
 def test_a_file_is_a_few_megabytes_however_long_the_recording_is():
     from dataclasses import replace
 
-    from forcelab.signals.scalogram_source import Level, open_source
+    from forcelab.signals.scalogram_frames import Level, open_source
 
     scales = row_scales(100, 2048.0)
     short = Demonstration("a", "a", np.arange(9.0), np.zeros((9, 1)), (Channel("fz"),))
     source = finish(open_source(short, "fz"))
     for count, cell in ((1_000_000, 64), (10_000_000, 256), (86_000_000, 2048)):
-        tiles = scalogram_tiles.Tiles(
-            replace(source, count=count), 0.0, Level(0.0, 0), scales, Morlet()
-        )
+        tiles = module.Tiles(replace(source, count=count), 0.0, Level(0.0, 0), scales, Morlet())
         assert tiles.told_cell == cell
         assert tiles.told()["cells"].nbytes <= 10_000_000

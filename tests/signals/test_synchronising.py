@@ -8,8 +8,8 @@ import pytest
 from forcelab.demonstration import Channel, Demonstration, VideoReference
 from forcelab.errors import InputError
 from forcelab.jobs import Progress, finish
-from forcelab.signals.synchronising import proposing, proposing_for
-from forcelab.signals.tapping import find_taps
+from forcelab.signals.sync import proposing, proposing_for
+from forcelab.signals.taps import find_taps
 from forcelab.video.motion import MotionEnergy
 
 FRAME = 1 / 30
@@ -121,7 +121,7 @@ def test_a_glitch_in_a_channel_that_is_hardly_touched_hides_no_tap(monkeypatch):
         yield Progress(1, 1, "motion")
         return MotionEnergy(frames, energy)
 
-    monkeypatch.setattr("forcelab.signals.synchronising.measuring_motion", motion)
+    monkeypatch.setattr("forcelab.signals.sync.measuring_motion", motion)
     channels = tuple(Channel(name, "counts") for name in ("fx", "fy", "fz"))
     film = VideoReference(Path("film.mp4"))
     spoilt, usual = (

@@ -12,7 +12,7 @@ from scipy.special import erfc, eval_hermitenorm, gammaln
 
 from forcelab.errors import InputError
 from forcelab.signals.cwt import cwt
-from forcelab.signals.engine.plan import plan_for
+from forcelab.signals.cwt_engine import plan_for
 from forcelab.signals.wavelets import (
     DOG,
     WAVELETS,

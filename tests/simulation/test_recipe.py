@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from forcelab import assets
+from forcelab import resources
 from forcelab.errors import InputError
 from forcelab.simulation.scene import TASKS
 from forcelab.simulation.tasks import scene_of
@@ -38,8 +38,8 @@ def of_parts(**parts):
 def rewritten(tmp_path, monkeypatch):
     """Rewrites a task's recipe in a copy of the assets, for as long as the test lasts."""
     folder = tmp_path / "assets"
-    shutil.copytree(assets.asset("tasks", "foam.toml").parent, folder / "tasks")
-    monkeypatch.setattr(assets, "FOLDERS", (folder,))
+    shutil.copytree(resources.asset("tasks", "foam.toml").parent, folder / "tasks")
+    monkeypatch.setattr(resources, "FOLDERS", (folder,))
 
     def rewrite(old, new, task="foam"):
         path = folder / "tasks" / f"{task}.toml"

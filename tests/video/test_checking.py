@@ -7,7 +7,7 @@ import films
 import pytest
 
 from forcelab.errors import InputError
-from forcelab.video.checking import check_video
+from forcelab.video.validate import check_video
 
 COUNT = 300
 

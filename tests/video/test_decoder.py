@@ -2,9 +2,8 @@ import films
 import numpy as np
 import pytest
 
-from forcelab.video.decoder import LEAD, Decoder, Decoders
 from forcelab.video.index import Index
-from forcelab.video.reader import VideoReader
+from forcelab.video.reader import LEAD, Decoder, Decoders, VideoReader
 
 COUNT = 300
 

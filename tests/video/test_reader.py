@@ -10,10 +10,9 @@ import pytest
 
 from forcelab.errors import InputError
 from forcelab.jobs import Progress
-from forcelab.video.decoder import Decoder
+from forcelab.video.codecs import opencv
 from forcelab.video.index import indexing
-from forcelab.video.opencv import opencv
-from forcelab.video.reader import VideoReader
+from forcelab.video.reader import Decoder, VideoReader
 
 #: Steps in each direction; FORCELAB_VIDEO_STEPS=500 for the whole proof.
 STEPS = int(os.environ.get("FORCELAB_VIDEO_STEPS", "60"))

@@ -3,7 +3,7 @@ import pytest
 
 from forcelab.jobs import finish
 from forcelab.video.index import indexing
-from forcelab.video.sketches import Sketches
+from forcelab.video.reader import Sketches
 
 TIMES = films.odd_times(120)
 

@@ -6,7 +6,6 @@ import contextlib
 from pathlib import Path
 from typing import Any
 
-from forcelab.atomic import atomic_file
 from forcelab.errors import InputError
 from forcelab.formats.archive.members import MANIFEST, VERSION, Writer
 from forcelab.formats.archive.values import (
@@ -16,6 +15,7 @@ from forcelab.formats.archive.values import (
     note_to_json,
     verdict_to_json,
 )
+from forcelab.io import atomic_file
 from forcelab.project import DemonstrationInfo, Edit, Project, StoredRecogniser, StoredRun
 from forcelab.project.records import segments_to_json
 

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import Channel
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.packets import Kind
-from forcelab.small_files import small_text
+from forcelab.io import small_text
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -20,7 +20,7 @@ from forcelab.formats.optoforce.dump import SEAM, Dump, parse_dump
 from forcelab.formats.optoforce.packets import Parser
 from forcelab.formats.optoforce.status import faulty, overloaded, sentences
 from forcelab.formats.recording import ReadOptions, Recording
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["read", "sniff"]
 

@@ -20,7 +20,7 @@ from forcelab.errors import InputError
 from forcelab.formats.rosbag.fields import Field, Path, address_of, follow
 from forcelab.formats.table.clocks import RawStamps
 from forcelab.formats.table.stamps import repair
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["Held", "Placed", "placed"]
 

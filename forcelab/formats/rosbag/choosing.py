@@ -9,7 +9,7 @@ from forcelab.errors import InputError
 from forcelab.formats.recording import ReadOptions
 from forcelab.formats.rosbag.aligning import Held
 from forcelab.formats.rosbag.fields import Contents, Field, Path, follow, with_sensors, within
-from forcelab.wording import listed
+from forcelab.text import listed
 
 __all__ = ["chosen", "left_numbers", "some"]
 

@@ -36,7 +36,7 @@ from forcelab.formats.table.roles import (
 from forcelab.formats.table.signals import missing, switches
 from forcelab.formats.table.stamps import Repaired, repair
 from forcelab.labels import UNLABELLED, Track, from_codes
-from forcelab.wording import counted, listed
+from forcelab.text import counted, listed
 
 __all__ = ["read", "sniff"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.demonstration import LARGEST, Channel
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["missing", "switches"]
 

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from forcelab.demonstration import GAP_PERIODS
 from forcelab.errors import InputError
 from forcelab.formats.table.clocks import YEAR_2100, RawStamps
-from forcelab.wording import counted
+from forcelab.text import counted
 
 __all__ = ["Repaired", "repair"]
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from forcelab.capture.recorder import Recorder
     from forcelab.capture.recorder_state import RecorderState
     from forcelab.demonstration import Channel
-    from forcelab.live.strip import Strip
+    from forcelab.live.scalogram import RollingImage
 
 __all__ = ["Attached"]
 
@@ -140,7 +140,7 @@ class Attached(QObject):
         """Of all devices that are connected."""
         return self._connection.channels if self.connected else ()
 
-    def drawing(self, made: Drawing) -> Generator[Strip | None, None, None]:
+    def drawing(self, made: Drawing) -> Generator[RollingImage | None, None, None]:
         """A job that draws a scalogram, see :meth:`Connection.drawing`."""
         return self._connection.drawing(made)
 

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from forcelab.capture.keeping import Kept, Recovered
     from forcelab.capture.recorder import Recorder
     from forcelab.demonstration import Channel
-    from forcelab.live.scalogram import LiveScalogram
-    from forcelab.live.strip import Strip
+    from forcelab.live.scalogram import LiveScalogram, RollingImage
 
 log = logging.getLogger("forcelab")
 
@@ -148,7 +147,7 @@ class Connection:
             with self._lock:
                 self.track.begin(None, keeping=False)
 
-    def drawing(self, made: Drawing) -> Generator[Strip | None, None, None]:
+    def drawing(self, made: Drawing) -> Generator[RollingImage | None, None, None]:
         """Have a scalogram grow until the devices are let go of; yields the newest picture.
 
         Parameters

@@ -27,7 +27,7 @@ from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.force_curves import Canvas, Curve
 from forcelab.gui.theme import colours, themes
-from forcelab.signals.envelope import Extremes
+from forcelab.signals.minmax import Extremes
 
 __all__ = ["LiveView"]
 

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from forcelab.capture.blocks import Device
     from forcelab.capture.keeping import Kept
     from forcelab.capture.recorder import Recorder
-    from forcelab.live.glimpse import Glimpse
-    from forcelab.live.recognition import LiveRecognition
+    from forcelab.live.recognition import LiveRecognition, LiveSnapshot
 
 log = logging.getLogger("forcelab")
 
@@ -38,7 +37,7 @@ class LiveTrack:
         self._trouble = ""  # why a recording has no track; what failed is asked nothing more
 
     @property
-    def glimpse(self) -> Glimpse | None:
+    def glimpse(self) -> LiveSnapshot | None:
         """What was recognised last, for any thread; None where nothing is."""
         live = self._live
         return None if live is None or self._trouble else live.glimpse

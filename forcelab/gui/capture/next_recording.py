@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QComboBox, QFormLayout, QLineEdit, QWidget
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.session import Session
 from forcelab.gui.naming import settled_name
-from forcelab.names import tidy_name
+from forcelab.text import tidy_name
 
 __all__ = ["NextRecording"]
 

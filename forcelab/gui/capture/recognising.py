@@ -27,9 +27,7 @@ from forcelab.gui.jobs import Jobs
 if TYPE_CHECKING:
     from forcelab.capture.blocks import Device
     from forcelab.capture.recorder import Recorder
-    from forcelab.live.glimpse import Glimpse
-    from forcelab.live.promise import Promise
-    from forcelab.live.recognition import LiveRecognition
+    from forcelab.live.recognition import LatencyBudget, LiveRecognition, LiveSnapshot
     from forcelab.recognition.recogniser import Recogniser
 
 __all__ = ["LATENCIES", "LOADING", "RECOGNISING", "Choice", "Loaded", "Recognising"]
@@ -69,7 +67,7 @@ class Loaded:
 
     choice: Choice
     recogniser: Recogniser
-    promise: Promise
+    promise: LatencyBudget
 
 
 class Recognising(QObject):
@@ -114,7 +112,7 @@ class Recognising(QObject):
         self._delays: deque[float] = deque(maxlen=FRAMES)
 
     @property
-    def glimpse(self) -> Glimpse | None:
+    def glimpse(self) -> LiveSnapshot | None:
         """What was recognised last; None while nothing is."""
         return self._connection.track.glimpse if self.choice is not None else None
 
@@ -241,7 +239,7 @@ def _loading(
     choice: Choice, latency: float, known: Recogniser | None
 ) -> Generator[None, None, Loaded]:
     """Read a recogniser that is not known yet, and ask what it can promise."""
-    from forcelab.live.promise import promised
+    from forcelab.live.recognition import promised
     from forcelab.recognition.storage import load
 
     yield

@@ -16,7 +16,7 @@ from forcelab.gui.capture.session import Session
 from forcelab.gui.theme import colours, themes
 
 if TYPE_CHECKING:
-    from forcelab.live.promise import Promise
+    from forcelab.live.recognition import LatencyBudget
 
 __all__ = ["RecognitionPanel", "measured", "promise_text"]
 
@@ -119,7 +119,7 @@ def promise_text(loaded: Loaded) -> str:
     )
 
 
-def _of_windows(promise: Promise) -> str:
+def _of_windows(promise: LatencyBudget) -> str:
     """The same of a recogniser that looks at a stream in windows."""
     sentence = (
         f"Windows see {1000 * promise.ahead:.0f} ms ahead, the decoder waits for "

@@ -33,8 +33,7 @@ from forcelab.gui.theme import colours, themes
 if TYPE_CHECKING:
     from forcelab.capture.blocks import Device
     from forcelab.capture.recorder import Recorder
-    from forcelab.live.scalogram import LiveScalogram
-    from forcelab.live.strip import Strip
+    from forcelab.live.scalogram import LiveScalogram, RollingImage
 
 __all__ = ["DRAWING", "LiveScalogramView"]
 
@@ -66,11 +65,11 @@ class LiveScalogramView(QWidget):
         super().__init__()
         self._session, self._jobs, self._beside = session, jobs, beside
         self.channel = settings.text(CHANNEL)
-        self.strip: Strip | None = None
+        self.strip: RollingImage | None = None
         self._trouble = ""
         self._tried: tuple[float, ...] = ()
         self._job: Job | None = None
-        self._image: tuple[Strip, bool, QImage] | None = None
+        self._image: tuple[RollingImage, bool, QImage] | None = None
         self.setAccessibleName("Live scalogram")
         self.setToolTip(
             "Right of the line wavelets have not passed yet: what is seen there is estimated "
@@ -178,11 +177,13 @@ class LiveScalogramView(QWidget):
         self._trouble = str(error) if isinstance(error, ForcelabError) else type(error).__name__
         self.update()
 
-    def _take(self, strip: Strip | None) -> None:
+    def _take(self, strip: RollingImage | None) -> None:
         if strip is not None:
             self.strip = strip
 
-    def _paint_picture(self, painter: QPainter, plot: QRectF, axis: Axis, strip: Strip) -> None:
+    def _paint_picture(
+        self, painter: QPainter, plot: QRectF, axis: Axis, strip: RollingImage
+    ) -> None:
         dark = colours().dark
         if self._image is None or self._image[0] is not strip or self._image[1] != dark:
             made = drawing.magnitudes(strip.values, strip.low, strip.high, dark)
@@ -195,7 +196,9 @@ class LiveScalogramView(QWidget):
         self._paint_early(painter, plot, axis, strip)
         painter.restore()
 
-    def _paint_early(self, painter: QPainter, plot: QRectF, axis: Axis, strip: Strip) -> None:
+    def _paint_early(
+        self, painter: QPainter, plot: QRectF, axis: Axis, strip: RollingImage
+    ) -> None:
         """Mark what is estimated: right of a line, below a thin wash."""
         step = plot.height() / len(strip.complete)
         edge = [
@@ -224,7 +227,7 @@ class LiveScalogramView(QWidget):
             at = QPointF(plot.right() - face.horizontalAdvance(said) - 6, plot.bottom() - 6)
             painter.drawText(at, said)
 
-    def _paint_gutter(self, painter: QPainter, plot: QRectF, strip: Strip) -> None:
+    def _paint_gutter(self, painter: QPainter, plot: QRectF, strip: RollingImage) -> None:
         """The axis in Hz, and the legend of the colours."""
         half = math.sqrt(strip.hertz[0] / strip.hertz[1])  # rows are as high as their distance
         rows = drawing.Rows(

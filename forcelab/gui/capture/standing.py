@@ -14,7 +14,7 @@ from forcelab.gui.capture.calm_label import CalmLabel, show_text
 from forcelab.gui.capture.session import Session
 from forcelab.gui.numerals import thousands
 from forcelab.gui.theme import colours, themes
-from forcelab.wording import amount
+from forcelab.text import amount
 
 __all__ = ["Standing", "alarms_of"]
 

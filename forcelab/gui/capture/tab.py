@@ -14,7 +14,7 @@ from forcelab.gui.capture.elsewhere import DOT, RecordingLine, asks_to_leave
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
-from forcelab.wording import amount
+from forcelab.text import amount
 
 if TYPE_CHECKING:
     from forcelab.gui.capture.workspace import CaptureWorkspace

@@ -18,9 +18,9 @@ from PySide6.QtGui import (
 )
 from PySide6.QtSvg import QSvgGenerator
 
-from forcelab.atomic import write_atomically
 from forcelab.errors import InputError
 from forcelab.gui.figures import text
+from forcelab.io import write_atomically
 
 __all__ = ["LIGHT", "MARGIN", "Figure", "Theme"]
 

@@ -16,7 +16,7 @@ from forcelab.gui.figures.axes import Axis, LogAxis, draw_bottom, draw_left
 from forcelab.gui.figures.canvas import LIGHT, MARGIN, Figure, Theme
 from forcelab.gui.figures.curves import CURVES, curve_pen, paint_curve, paint_names
 from forcelab.gui.figures.shades import shades
-from forcelab.signals.showcase import WaveletView, two_tones, view_wavelets
+from forcelab.signals.example import WaveletView, two_tones, view_wavelets
 
 __all__ = ["WaveletFigure", "wavelet_figure"]
 

@@ -14,7 +14,7 @@ from forcelab.gui.figures import text
 from forcelab.gui.figures.axes import Axis
 from forcelab.gui.figures.shades import translucent
 from forcelab.gui.theme import colours, themes
-from forcelab.signals.synchronising import Proposal
+from forcelab.signals.sync import Proposal
 
 __all__ = ["AlignmentPlot"]
 

@@ -29,8 +29,7 @@ from forcelab.gui.naming import verbatim
 from forcelab.gui.numerals import thousands
 from forcelab.gui.panel import TimePanel
 from forcelab.gui.theme import Colours, colours
-from forcelab.signals.columns import Columns
-from forcelab.signals.envelope import Extremes
+from forcelab.signals.minmax import Columns, Extremes
 
 __all__ = ["ForcePanel"]
 

@@ -18,8 +18,7 @@ from forcelab.gui import settings
 from forcelab.gui.document import Document
 from forcelab.gui.jobs import Jobs
 from forcelab.jobs import Progress, finish
-from forcelab.signals.columns import Columns
-from forcelab.signals.envelope import Envelope, Extremes, drawn_together, read_envelopes
+from forcelab.signals.minmax import Columns, Envelope, Extremes, drawn_together, read_envelopes
 
 __all__ = ["ForceChannels", "Gaps"]
 

@@ -16,7 +16,7 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from forcelab.gui.figures.axes import Axis
-from forcelab.signals.envelope import Extremes
+from forcelab.signals.minmax import Extremes
 
 __all__ = ["Canvas", "Curve", "fill_columns"]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from forcelab.demonstration import Channel
 from forcelab.gui.figures.axes import Axis
-from forcelab.signals.envelope import Extremes
+from forcelab.signals.minmax import Extremes
 
 __all__ = ["Lane", "axis_of", "group_of", "lanes", "span_of", "spanning"]
 

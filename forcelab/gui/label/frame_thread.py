@@ -16,8 +16,7 @@ from forcelab.errors import InputError
 from forcelab.gui.label.picture_view import scaled
 
 if TYPE_CHECKING:
-    from forcelab.video.reader import Frame, VideoReader
-    from forcelab.video.sketches import Sketches
+    from forcelab.video.reader import Frame, Sketches, VideoReader
 
 __all__ = ["FrameThread"]
 
@@ -105,7 +104,7 @@ class FrameThread:
 
     def _read(self, reader: VideoReader) -> None:
         """Serve requests, in between look at the neighbours of the last one and make sketches."""
-        from forcelab.video.sketches import Sketches
+        from forcelab.video.reader import Sketches
 
         self._sketches = Sketches(self.path, reader.index)
         if self._sketches.worthwhile:

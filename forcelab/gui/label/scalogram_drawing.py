@@ -18,7 +18,7 @@ from forcelab.gui.figures.shades import translucent
 from forcelab.gui.label.colourmaps import magnitude_colours, phase_colours
 from forcelab.gui.label.scalogram_scales import E_FOLDING
 from forcelab.gui.theme import Colours
-from forcelab.signals.wavelet import cone_of_influence
+from forcelab.signals.wavelets import cone_of_influence
 
 if TYPE_CHECKING:
     from forcelab.signals.scalogram import Scalogram

@@ -74,8 +74,7 @@ def compute(wish: Wish, known: Survey | None) -> Generator[Progress, None, Scalo
         Of the channel, from an earlier picture.
     """
     # In the job's thread these imports, most of a second the first time, delay nobody.
-    from forcelab.signals.scalogram import LONG, Step, row_scales, scalogram, survey
-    from forcelab.signals.scalogram_kept import keep, kept
+    from forcelab.signals.scalogram import LONG, Step, keep, kept, row_scales, scalogram, survey
     from forcelab.signals.wavelets import Morlet
 
     all_of_it = row_scales(LONG_ROWS, LARGEST, SMALLEST)

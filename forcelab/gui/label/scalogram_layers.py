@@ -33,7 +33,7 @@ def colour_range(picture: Scalogram, steady: bool) -> tuple[float, float]:
     known = picture.values[np.isfinite(picture.values)]
     if steady or picture.phase or not known.size:
         return view.low, view.high
-    from forcelab.signals.scalogram_survey import colour_range as fitted  # loaded by then
+    from forcelab.signals.scalogram import colour_range as fitted  # loaded by then
 
     return fitted(known, 0.5)
 

@@ -1,6 +1,7 @@
 """The rows of the segment table: some of a track's segments, in some order.
 
-What has changed is told to the view as one run of rows, found by :func:`forcelab.splicing.splice`:
+What has changed is told to the view as one run of rows, found by
+:func:`forcelab.segment_edits.splice`:
 a stroke on a track of 10,000 segments costs one comparison of two tuples.
 """
 
@@ -18,7 +19,7 @@ from forcelab.gui.indexes import NOWHERE, Index
 from forcelab.gui.label.proposed import origin_words
 from forcelab.labels import Segment, Segments
 from forcelab.project import Origin
-from forcelab.splicing import splice
+from forcelab.segment_edits import splice
 
 __all__ = ["ACTION", "DURATION", "END", "NUMBER", "START", "SegmentModel"]
 

@@ -15,7 +15,7 @@ from forcelab.gui.label.segment_verbs import on_segment
 from forcelab.gui.label.side_lists import SideList
 from forcelab.gui.label.track_menu import relabel_menu, shown_name
 from forcelab.gui.theme import themes
-from forcelab.painting import SLIVER
+from forcelab.segment_edits import SLIVER
 
 __all__ = ["SegmentTable"]
 

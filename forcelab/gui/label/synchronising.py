@@ -17,7 +17,7 @@ from forcelab.gui.jobs import Jobs
 from forcelab.gui.label.synchronising_form import SynchroniseForm
 from forcelab.gui.theme import colours
 from forcelab.jobs import Progress
-from forcelab.signals.synchronising import Proposal, proposing_for
+from forcelab.signals.sync import Proposal, proposing_for
 
 __all__ = ["SynchroniseDialog", "TapRow"]
 

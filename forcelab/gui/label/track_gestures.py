@@ -16,7 +16,7 @@ from forcelab.gui.document import Document, Snap
 from forcelab.gui.label.snapping import Targets, rounded, snap
 from forcelab.gui.label.track_hits import Hit
 from forcelab.labels import Segments
-from forcelab.painting import SLIVER, move_edge, move_segment, paint
+from forcelab.segment_edits import SLIVER, move_edge, move_segment, paint
 
 __all__ = ["Brushing", "Drag", "Gesture", "Marking", "MovingEdge", "MovingSegment", "begun"]
 

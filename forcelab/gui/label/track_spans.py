@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from forcelab.labels import Segments
-from forcelab.splicing import splice
+from forcelab.segment_edits import splice
 
 __all__ = ["Spans", "spans_of"]
 

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QSizePolicy, QWidg
 from forcelab.gui import settings
 from forcelab.gui.naming import settled_name
 from forcelab.gui.review.narrow_list import NarrowList
-from forcelab.names import tidy_name
 from forcelab.review.consensus import CONSENSUS
+from forcelab.text import tidy_name
 
 if TYPE_CHECKING:
     from forcelab.review.coded import Coded

@@ -26,7 +26,7 @@ from forcelab.gui.indexes import Index
 from forcelab.gui.review.settings_editors import Editor
 from forcelab.gui.review.settings_facts import Facts
 from forcelab.gui.review.settings_field import Field
-from forcelab.merging import MergeMap
+from forcelab.label_map import MergeMap
 
 __all__ = ["MergeEditor"]
 

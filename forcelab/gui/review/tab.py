@@ -124,7 +124,7 @@ class ReviewTab(QWidget):
 
 def _warming_up() -> Generator[None, None, None]:
     """Load what training needs, so that it begins at once."""
-    from forcelab.elsewhere import warm_up
+    from forcelab.process import warm_up
     from forcelab.review.training import reviewing
 
     yield

@@ -94,7 +94,7 @@ def _training(
     path: Path, given: Given, name: str, trail: list[Step]
 ) -> Generator[object, None, Outcome]:
     """Train in a process of its own, then read what it has stored."""
-    from forcelab.elsewhere import elsewhere
+    from forcelab.process import elsewhere
     from forcelab.review.steps import Step
     from forcelab.review.training import reviewing
 

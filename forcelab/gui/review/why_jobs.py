@@ -55,7 +55,7 @@ class Shelf:
 
 def withhold(path: Path, outcome: Outcome, id_: str) -> Generator[Progress, None, Withheld]:
     """Train without a demonstration, in a process of its own."""
-    from forcelab.elsewhere import elsewhere
+    from forcelab.process import elsewhere
     from forcelab.review.why_training import withholding  # takes a second to load
 
     return (yield from elsewhere(withholding, path, outcome, id_))

@@ -39,8 +39,8 @@ def _measuring(
     path: Path, task: str, author: str | None, settings: Settings
 ) -> Generator[object, None, Measured]:
     """Measure in a process of its own, then read what it has stored."""
-    from forcelab.elsewhere import elsewhere
     from forcelab.measure.recognition_runs import keeping, load
+    from forcelab.process import elsewhere
     from forcelab.project import Project
 
     number = yield from elsewhere(keeping, path, task, author, settings)

@@ -9,8 +9,8 @@ from typing import Any, NoReturn, get_args, get_type_hints
 
 import numpy as np
 
-from forcelab.assets import read_toml
 from forcelab.errors import InputError
+from forcelab.resources import read_toml
 from forcelab.simulation.scene import Scene, Task
 
 __all__ = ["Recipe", "recipe"]

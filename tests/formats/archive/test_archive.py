@@ -26,8 +26,8 @@ from forcelab.formats.archive.members import LARGEST, LARGEST_EDITS, LARGEST_TEX
 from forcelab.formats.importing import import_files
 from forcelab.formats.recording import ReadOptions
 from forcelab.labels import Segment, Track
-from forcelab.painting import erase, paint
 from forcelab.project import LabelsUsed, Origin, Project, Verdict
+from forcelab.segment_edits import erase, paint
 
 GRAB = (Segment(0.0, 0.1, "grab"),)
 HOLD = (Segment(0.0, 0.1, "grab"), Segment(1 / 3, 0.7, "höld"))

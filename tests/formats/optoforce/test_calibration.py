@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from forcelab.assets import asset
 from forcelab.errors import InputError
 from forcelab.formats.optoforce.calibration import channels_of, read_calibrations
 from forcelab.formats.optoforce.packets import KINDS
+from forcelab.resources import asset
 
 AXES3, FOUR, AXES6 = KINDS
 GOOD = """\

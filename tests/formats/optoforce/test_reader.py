@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from optoforce_streams import CONFIGURED, packet, sealed, stream
 
-from forcelab.assets import asset
 from forcelab.errors import InputError
 from forcelab.formats import identify, read
 from forcelab.formats.optoforce import sniff
 from forcelab.formats.optoforce.packets import KINDS
 from forcelab.formats.recording import ReadOptions
+from forcelab.resources import asset
 
 DUMP = Path(__file__).resolve().parents[3] / "../shared/data/optoforce/stream-3axis.bin"
 AXES3, FOUR, AXES6 = KINDS

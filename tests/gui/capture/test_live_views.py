@@ -9,8 +9,7 @@ from forcelab.gui.capture.phase import Phase
 from forcelab.gui.capture.recognising import RECOGNISING, Choice, Loaded
 from forcelab.gui.capture.recognition import promise_text
 from forcelab.gui.capture.scalogram import DRAWING
-from forcelab.live.promise import promised
-from forcelab.live.recognition import LiveRecognition
+from forcelab.live.recognition import LiveRecognition, promised
 from forcelab.project import Project
 from forcelab.recognition.examples import Labelled
 from forcelab.recognition.presets import preset

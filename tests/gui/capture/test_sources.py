@@ -5,11 +5,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QPalette
 from PySide6.QtTest import QTest
 
-from forcelab.assets import asset
 from forcelab.capture.discovery import FoundPort
 from forcelab.gui import settings, theme
 from forcelab.gui.capture.phase import Phase
 from forcelab.gui.figures.text import contrast
+from forcelab.resources import asset
 
 FILE = asset("calibrations", "3-axis-40N.toml")
 

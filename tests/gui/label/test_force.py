@@ -14,7 +14,7 @@ from forcelab.gui.label.force import ForcePanel
 from forcelab.gui.label.force_axes import curve_ink
 from forcelab.gui.label.force_names import number_of
 from forcelab.gui.theme import DARK, LIGHT, colours
-from forcelab.signals.envelope import Envelope
+from forcelab.signals.minmax import Envelope
 
 NAMES = ("fx1", "fy1", "fz1", "fx2", "fy2", "temperature")
 CHANNELS = tuple(Channel(name, "°C" if name == "temperature" else "N") for name in NAMES)

@@ -14,7 +14,7 @@ from forcelab.gui.label.force_curves import Canvas, Curve, fill_columns
 from forcelab.gui.label.force_lanes import axis_of, group_of, lanes, spanning
 from forcelab.gui.label.force_names import number_of
 from forcelab.gui.theme import LIGHT
-from forcelab.signals.envelope import Extremes
+from forcelab.signals.minmax import Extremes
 
 
 @pytest.mark.parametrize(

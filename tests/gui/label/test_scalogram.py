@@ -22,10 +22,10 @@ from forcelab.gui.label.scalogram_drawing import amount
 from forcelab.gui.label.scalogram_job import Wish, compute
 from forcelab.project import Project
 from forcelab.recognition.presets import preset
+from forcelab.signals import scalogram
 from forcelab.signals import scalogram as signals
-from forcelab.signals import scalogram_tiles
 from forcelab.signals.cwt import cwt, frequencies
-from forcelab.signals.scalogram_source import Source
+from forcelab.signals.scalogram_frames import Source
 from forcelab.signals.wavelets import Morlet
 
 NAMES = ("fx1", "fy1", "fz1")
@@ -164,7 +164,7 @@ def long_from_little(monkeypatch):
     monkeypatch.setattr(scalogram_job, "KEPT", 1 << 12)
     monkeypatch.setattr(signals, "LONG", 1 << 12)
     monkeypatch.setattr(signals, "CHUNK", 1 << 12)
-    monkeypatch.setattr(scalogram_tiles, "CHUNK", 1 << 12)
+    monkeypatch.setattr(scalogram, "CHUNK", 1 << 12)
 
 
 @pytest.mark.usefixtures("long_from_little")
@@ -461,8 +461,8 @@ def test_an_exact_picture_does_not_wait_for_what_is_not_seen(panel, document, mo
     document.look(tone(60_000))
     wish = Wish(document.demonstration, "fz1", (2.0, 4.0), 80, 400, False)
     built = []
-    build = scalogram_tiles.Tiles._build
-    monkeypatch.setattr(scalogram_tiles.Tiles, "_build", lambda *a: built.append(a) or build(*a))
+    build = scalogram.Tiles._build
+    monkeypatch.setattr(scalogram.Tiles, "_build", lambda *a: built.append(a) or build(*a))
     for step in compute(wish, None):
         if getattr(step, "picture", None) is not None and not step.picture.coarse:
             break

@@ -22,8 +22,8 @@ from forcelab.gui.review import pairs_canvas
 from forcelab.gui.review.colouring import painted_by
 from forcelab.gui.review.pairs import PairsView
 from forcelab.gui.review.pairs_hits import told
+from forcelab.label_map import MergeMap
 from forcelab.labels import Segment
-from forcelab.merging import MergeMap
 from forcelab.project import Project
 from forcelab.recognition.certainty import Certainty
 from forcelab.recognition.settings import Settings

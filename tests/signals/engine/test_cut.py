@@ -9,9 +9,8 @@ import pytest
 
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import transform_channels
-from forcelab.signals.engine.cut import Cut
-from forcelab.signals.engine.design import TOLERANCES
-from forcelab.signals.engine.plan import Plan
+from forcelab.signals.cwt_blocks import TOLERANCES
+from forcelab.signals.cwt_engine import Cut, Plan
 from forcelab.signals.wavelets import Morlet
 
 N = 9001
@@ -19,8 +18,7 @@ N = 9001
 
 @pytest.fixture
 def _short_rings_are_long(monkeypatch):
-    monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 1 << 12)
-    monkeypatch.setattr("forcelab.signals.engine.plan.RING", 1 << 12)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.RING_KEPT", 1 << 12)
 
 
 def channels():
@@ -70,10 +68,10 @@ def test_a_band_that_ends_on_a_bin_exactly_is_had_as_a_whole(tolerance):
 def test_in_few_points_at_a_time_it_is_the_same(monkeypatch):
     x, scales = channels(), [1.0, 2.0, 3.0]
     found = Plan(N, scales, Morlet(), 1e-7, True).coefficients(x)
-    monkeypatch.setattr("forcelab.signals.engine.cut.POINTS", 1)
-    monkeypatch.setattr("forcelab.signals.engine.cut.TOGETHER", 1)
-    monkeypatch.setattr("forcelab.signals.engine.cut.KEPT", 1)
-    monkeypatch.setattr("forcelab.signals.engine.cut.STRETCH", 100)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.CUT_POINTS", 1)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.TOGETHER", 1)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.KEPT", 1)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.STRETCH", 100)
     alone = Plan(N, scales, Morlet(), 1e-7, True).coefficients(x)
     assert worst(alone, found) < 2e-7
 

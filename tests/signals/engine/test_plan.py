@@ -18,10 +18,15 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from forcelab.errors import InputError
 from forcelab.signals.conditioning import condition
 from forcelab.signals.cwt import geometric_scales, transform_channels, usual_scales
-from forcelab.signals.engine.design import TOLERANCES, design
-from forcelab.signals.engine.long_ring import PARTS, from_spectrum, spectrum
-from forcelab.signals.engine.plan import ROUNDING, Plan, plan_for
-from forcelab.signals.engine.threads import one_blas_thread
+from forcelab.signals.cwt_blocks import (
+    PARTS,
+    TOLERANCES,
+    design,
+    from_spectrum,
+    one_blas_thread,
+    spectrum,
+)
+from forcelab.signals.cwt_engine import ROUNDING, Plan, plan_for
 from forcelab.signals.wavelets import DOG, Haar, Morlet, RealMorlet, TorrenceCompoMorlet
 
 #: What single precision adds to an error, and double precision, as shares of the largest.
@@ -163,7 +168,7 @@ def test_memory_is_not_had_from_the_system_again_for_each_transform():
     faults = "resource.getrusage(resource.RUSAGE_SELF).ru_minflt"
     lines = (
         "import numpy as np, resource",
-        "from forcelab.signals.engine.plan import plan_for",
+        "from forcelab.signals.cwt_engine import plan_for",
         "x = np.random.default_rng(0).standard_normal((6, 1 << 15))",
         "plan = plan_for(1 << 15, 2.0 ** np.arange(1, 16))",
         "for _ in range(5):",
@@ -238,8 +243,8 @@ def test_a_recording_in_blocks_is_the_whole_recording(monkeypatch, tolerance):
     x = condition(np.stack([white(n), walk(n)])).values
     scales = geometric_scales(2.0, 3.0 * n, 1.0)
     expected = plan_for(n, scales, tolerance=1e-14).coefficients(x)
-    monkeypatch.setattr("forcelab.signals.engine.plan.WHOLE", 4096)
-    monkeypatch.setattr("forcelab.signals.engine.plan.BLOCK", 2048)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.WHOLE", 4096)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.BLOCK", 2048)
     plan = Plan(n, scales.tolist(), Morlet(), tolerance, tolerance >= 1e-7)
     assert share_of_largest(plan.coefficients(x), expected) < allowed(tolerance)
     together = plan.log_polar(x)
@@ -331,7 +336,7 @@ def test_the_band_and_the_reach_widen_as_the_tolerance_falls():
 def test_a_ring_too_long_to_keep_its_responses_gives_the_same(monkeypatch, n, wavelet):
     x = condition(np.stack([white(n), walk(n)])).values
     scales = [0.7, 2.0, 3.0]
-    monkeypatch.setattr("forcelab.signals.engine.ring.KEPT", 100)
+    monkeypatch.setattr("forcelab.signals.cwt_engine.RING_KEPT", 100)
     plan = Plan(n, scales, wavelet, 1e-14, False)
     expected = transform_channels(x, np.array(scales), wavelet)
     assert share_of_largest(plan.coefficients(x), expected) < 1e-14

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from forcelab.signals.engine.ring import ring_length, ring_response
+from forcelab.signals.cwt_engine import ring_length, ring_response
 from forcelab.signals.wavelets import Morlet
 
 

@@ -1,0 +1,87 @@
+"""What the program carries with it, and the versions of everything a result depends on.
+
+In a checkout these files lie in ``assets/`` beside the package, where people read and change them;
+an installed forcelab has them inside the package.
+"""
+
+from __future__ import annotations
+
+import platform
+import sys
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from forcelab import __version__
+from forcelab.errors import InputError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+PACKAGE = Path(__file__).resolve().parent
+#: Where assets may be, in order: packaging puts them inside, and only a checkout has none there.
+FOLDERS = (PACKAGE / "assets_data", PACKAGE.parent / "assets")
+
+
+def asset(*parts: str) -> Path:
+    """Find a file that the program carries with it.
+
+    Parameters
+    ----------
+    *parts : str
+        Its folder, if it is in one, and its name: ``"actions.toml"``, or ``"tasks", "foam.toml"``,
+        or both in one with a forward slash.
+
+    Raises
+    ------
+    InputError
+        If it is not there.
+    """
+    folder = next((folder for folder in FOLDERS if folder.is_dir()), FOLDERS[0])
+    path = folder.joinpath(*parts)
+    if not path.is_file():
+        raise InputError(
+            f"forcelab's own file '{'/'.join(parts)}' is missing from {folder}; install forcelab "
+            f"again, or take it from a complete checkout."
+        )
+    return path
+
+
+def read_toml(*parts: str) -> dict[str, Any]:
+    """Read one of the program's own TOML files.
+
+    Parameters
+    ----------
+    *parts : str
+        As of :func:`asset`.
+
+    Raises
+    ------
+    InputError
+        If it is not there or is not TOML.
+    """
+    path = asset(*parts)
+    try:
+        return tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"'{path}' cannot be read: {error}; install forcelab again.") from error
+    except OSError as error:
+        raise InputError(f"'{path}' cannot be read: {error.strerror}.") from error
+
+
+PACKAGES = ("numpy", "scipy", "scikit-learn", "skops")
+
+
+def versions() -> dict[str, str]:
+    """Versions of forcelab, Python and the numerical packages, by name; nothing is imported."""
+    return {"forcelab": __version__, "python": platform.python_version(), **_installed()}
+
+
+@cache
+def _installed() -> dict[str, str]:
+    """Versions of the packages; to look for one takes milliseconds."""
+    return {package: version(package) for package in PACKAGES}

@@ -1,0 +1,328 @@
+"""Every way to change a track's segments, as pure functions on tuples, and what an edit changed.
+
+Each verb takes segments in order and never overlapping, and gives a new tuple of the same kind;
+what it was given stays as it is. Times are in seconds. What lasts no longer than :data:`SLIVER` is
+float dust: a piece that short is dropped, and a hole that short counts as none, so that segments
+on either side of it touch.
+
+The cost of a verb is one copy of the tuple; only :func:`fill_gaps` looks at every segment. What a
+verb changed is told by :mod:`forcelab.segment_edits`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from dataclasses import replace
+from itertools import pairwise
+from operator import attrgetter
+from typing import Literal
+
+from forcelab.errors import InputError, StaleTrackError
+from forcelab.labels import Segment, Segments
+
+#: Segments that are compared at once.
+BLOCK = 256
+
+
+def splice(before: Segments, after: Segments) -> tuple[int, Segments, Segments]:
+    """Find the smallest replacement that turns one tuple into another.
+
+    Returns
+    -------
+    position : int
+        Where the replacement starts.
+    removed : tuple of Segment
+        What lay there before.
+    inserted : tuple of Segment
+        What lies there after. Swapped with `removed`, it undoes the edit.
+    """
+    shorter = min(len(before), len(after))
+    head = _agreeing(before, after, shorter)
+    tail = _agreeing(before[head:][::-1], after[head:][::-1], shorter - head)
+    return head, before[head : len(before) - tail], after[head : len(after) - tail]
+
+
+def spliced(segments: Segments, position: int, removed: Segments, inserted: Segments) -> Segments:
+    """Carry out a replacement found by :func:`splice`.
+
+    Raises
+    ------
+    StaleTrackError
+        If `removed` does not lie at `position`, or `inserted` does not fit between its neighbours:
+        the track is not the one that the replacement was made for.
+    """
+    end = position + len(removed)
+    there = position >= 0 and end <= len(segments) and segments[position:end] == removed
+    result = segments[:position] + inserted + segments[end:] if there else ()
+    around = result[max(position - 1, 0) : position + len(inserted) + 1]
+    if not there or any(b.start < a.end for a, b in pairwise(around)):
+        raise StaleTrackError(
+            "The track was changed since it was read, so the edit was left out; look at the track "
+            "as it is now and repeat the edit."
+        )
+    return result
+
+
+def _agreeing(one: Segments, other: Segments, count: int) -> int:
+    """How many segments are equal before the first that is not, out of `count`."""
+    # Most segments of an edited track are the very same object: whole blocks of them are compared
+    # faster than a loop looks at one.
+    same = 0
+    while same < count and one[same : same + BLOCK] == other[same : same + BLOCK]:
+        same += BLOCK
+    # The first that differs lies in the half whose slices do.
+    width = BLOCK
+    while width > 1:
+        width //= 2
+        if one[same : same + width] == other[same : same + width]:
+            same += width
+    return min(same, count)
+
+
+#: Seconds up to which a piece or a hole is float dust: far below any sample period, far above the
+#: rounding of times of a day-long recording (1.5e-11 s).
+SLIVER = 1e-9
+
+_start = attrgetter("start")
+_end = attrgetter("end")
+
+
+def paint(segments: Segments, start: float, end: float, action: str) -> Segments:
+    """Paint an action over ``[start, end)``.
+
+    What is below is trimmed, split or removed. Segments of the same action that overlap or touch
+    the painted stretch become one with it; segments further off that touch only those do not.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    start, end : float
+        Stretch to paint, in seconds.
+    action : str
+        The action to paint.
+
+    Returns
+    -------
+    tuple of Segment
+        In order, never overlapping; `action` covers all of ``[start, end)``.
+
+    Raises
+    ------
+    InputError
+        If the stretch is empty or not finite, or the action has no name.
+    """
+    _check_stretch(start, end)
+    first = bisect_left(segments, start - SLIVER, key=_end)
+    last = bisect_right(segments, end + SLIVER, key=_start)
+    same = [segment for segment in segments[first:last] if segment.action == action]
+    if same:
+        start, end = min(start, same[0].start), max(end, same[-1].end)
+    return _placed(segments, Segment(start, end, action))
+
+
+def erase(segments: Segments, start: float, end: float) -> Segments:
+    """Make ``[start, end)`` unlabelled; segments that reach into it are trimmed or split.
+
+    Raises
+    ------
+    InputError
+        If the stretch is empty or a bound is not a number.
+    """
+    _check_stretch(start, end)
+    before, after = _around(segments, start, end)
+    return before + after
+
+
+def move_edge(
+    segments: Segments, index: int, edge: Literal["start", "end"], time: float
+) -> Segments:
+    """Move one edge of a segment.
+
+    An edge shared with a touching neighbour moves for both. Growing over other segments trims or
+    removes them; nothing merges.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    index : int
+        Which segment, from 0.
+    edge : "start" or "end"
+        Which of its edges.
+    time : float
+        Where the edge goes, in seconds.
+
+    Raises
+    ------
+    InputError
+        If there is no such segment, or the edge would reach the segment's other edge.
+    """
+    old = _at(segments, index)
+    start, end = (time, old.end) if edge == "start" else (old.start, time)
+    if not end - start > SLIVER:
+        raise InputError(
+            f"The {edge} of '{old.action}' ({old.start:g} s to {old.end:g} s) cannot move to "
+            f"{time:g} s; delete the segment instead."
+        )
+    moved = Segment(start, end, old.action)
+    before, after = segments[:index], segments[index + 1 :]
+    if edge == "start":
+        if before and before[-1].end < start and old.start - before[-1].end <= SLIVER:
+            before = (*before[:-1], replace(before[-1], end=start))
+        else:
+            before, _ = _around(before, start, end)
+    elif after and end < after[0].start and after[0].start - old.end <= SLIVER:
+        after = (replace(after[0], start=end), *after[1:])
+    else:
+        _, after = _around(after, start, end)
+    return (*before, moved, *after)
+
+
+def move_segment(segments: Segments, index: int, start: float) -> Segments:
+    """Move a segment to another start time; it keeps its duration.
+
+    It paints over what is below without merging, and leaves its old place unlabelled.
+
+    Raises
+    ------
+    InputError
+        If there is no such segment or the time is not finite.
+    """
+    old = _at(segments, index)
+    moved = Segment(start, start + old.duration, old.action)
+    return _placed(segments[:index] + segments[index + 1 :], moved)
+
+
+def split(segments: Segments, time: float) -> Segments:
+    """Cut the segment that covers `time` (s) into two touching ones of the same action.
+
+    Raises
+    ------
+    InputError
+        If no segment lies on both sides of that time.
+    """
+    index = bisect_right(segments, time, key=_end)
+    old = segments[index] if index < len(segments) else None
+    if old is None or not (time - old.start > SLIVER and old.end - time > SLIVER):
+        raise InputError(f"There is no segment to split at {time:g} s; pick a time inside one.")
+    halves = (replace(old, end=time), replace(old, start=time))
+    return segments[:index] + halves + segments[index + 1 :]
+
+
+def merge(segments: Segments, first: int, last: int, action: str | None = None) -> Segments:
+    """Make one segment of the run from `first` to `last`, unlabelled time between them included.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    first, last : int
+        The first and the last segment of the run, both included, from 0.
+    action : str, optional
+        The action of the whole; by default that of the first.
+
+    Raises
+    ------
+    InputError
+        If there is no such run.
+    """
+    opening, closing = _at(segments, first), _at(segments, last)
+    if last < first:
+        raise InputError(f"Segments {first} to {last} run backwards; give the earlier one first.")
+    whole = Segment(opening.start, closing.end, opening.action if action is None else action)
+    return (*segments[:first], whole, *segments[last + 1 :])
+
+
+def relabel(segments: Segments, index: int, action: str) -> Segments:
+    """Give a segment another action; its edges stay, and it merges with no neighbour.
+
+    Raises
+    ------
+    InputError
+        If there is no such segment or the action has no name.
+    """
+    renamed = replace(_at(segments, index), action=action)
+    return (*segments[:index], renamed, *segments[index + 1 :])
+
+
+def fill_gaps(segments: Segments, longest: float, action: str | None = None) -> Segments:
+    """Fill short unlabelled stretches between two segments.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+        In order, never overlapping.
+    longest : float
+        Longest stretch to fill, in seconds; compared to within :data:`SLIVER`.
+    action : str, optional
+        What the stretches get, as one segment with a neighbour of the same action. By default both
+        neighbours grow to the middle, and neighbours of one action become one segment.
+
+    Returns
+    -------
+    tuple of Segment
+        Time before the first and after the last segment stays as it is.
+
+    Raises
+    ------
+    InputError
+        If `longest` is negative or not a number.
+    """
+    if not longest >= 0:
+        raise InputError(f"The longest gap to fill must be 0 s or more, not {longest:g} s.")
+    filled = list(segments[:1])
+    for right in segments[1:]:
+        left = filled[-1]
+        gap = right.start - left.end
+        if SLIVER < gap <= longest + SLIVER:
+            filled[-1:] = _bridged(left, right, action)
+        else:
+            filled.append(right)
+    return tuple(filled)
+
+
+def _check_stretch(start: float, end: float) -> None:
+    """Refuse a stretch that holds no time."""
+    if not end - start > SLIVER:
+        raise InputError(f"A stretch must end after it starts, not go from {start} s to {end} s.")
+
+
+def _at(segments: Segments, index: int) -> Segment:
+    """The segment at `index`, which does not count from the end."""
+    if not 0 <= index < len(segments):
+        raise InputError(f"There is no segment {index}; the track has {len(segments)}.")
+    return segments[index]
+
+
+def _around(segments: Segments, start: float, end: float) -> tuple[Segments, Segments]:
+    """What is left before and after ``[start, end)`` when all below it is cut away."""
+    first = bisect_right(segments, start, key=_end)
+    last = bisect_left(segments, end, key=_start)
+    before, after = segments[:first], segments[last:]
+    if first < last:
+        opening, closing = segments[first], segments[last - 1]
+        if start - opening.start > SLIVER:
+            before = (*before, replace(opening, end=start))
+        if closing.end - end > SLIVER:
+            after = (replace(closing, start=end), *after)
+    return before, after
+
+
+def _placed(segments: Segments, segment: Segment) -> Segments:
+    """Put a segment over all that is below it, without merging."""
+    before, after = _around(segments, segment.start, segment.end)
+    return (*before, segment, *after)
+
+
+def _bridged(left: Segment, right: Segment, action: str | None) -> list[Segment]:
+    """Two neighbours with the stretch between them filled, equal ones made one."""
+    if action is None and left.action != right.action:
+        middle = left.end + (right.start - left.end) / 2
+        return [replace(left, end=middle), replace(right, start=middle)]
+    filling = left.action if action is None else action
+    start = left.start if left.action == filling else left.end
+    end = right.end if right.action == filling else right.start
+    run = [] if left.action == filling else [left]
+    run.append(Segment(start, end, filling))
+    return run if right.action == filling else [*run, right]

@@ -1,0 +1,754 @@
+"""What the wavelet engine is built from: filter design, kernels, decimated copies and rings.
+
+``W(t) = sum_m c_m phi(t / D - m)`` for a grid of step D, where phi is the "exponential of
+semicircle" ``phi(z) = exp(beta (sqrt(1 - (2 z / w)^2) - 1))`` for ``|z| < w / 2``, 0 beyond. A
+wave ``exp(i omega m)`` on the grid comes out multiplied by phi's transform, so the row is divided
+by that beforehand; what is left are the aliases ``phi_hat(omega + 2 pi k)``, k = -1, 1, ...
+
+References
+----------
+.. [1] Barnett, A. H., Magland, J. and af Klinteberg, L., "A parallel nonuniform fast Fourier
+   transform library based on an 'exponential of semicircle' kernel", SIAM J. Sci. Comput. 41
+   (2019), section 3.
+
+A ring of ``L = M P`` samples is seen as a table with M rows or columns (the "four-step" FFT [1]_):
+the spectrum of every M-th sample at a time, then short transforms across them, and back likewise.
+
+References
+----------
+.. [1] Bailey, D. H., "FFTs in external or hierarchical memory", J. Supercomputing 4 (1990).
+
+A copy's values are Gaussian means of the finer one, so that what it loses is known and can be
+divided out again: after several of them the variances of the Gaussians have added up.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+from scipy import fft
+from scipy.special import erfc
+
+from forcelab.errors import InputError
+from forcelab.signals.wavelets import Morlet
+
+_lock = threading.Lock()
+_inside = 0
+#: Libraries that were found with more than one thread, with how many.
+_before: list[tuple[Any, int]] = []
+
+
+@cache
+def _libraries(_scipy: bool) -> list[Any]:
+    """What tells each BLAS how many threads to use; looking for them takes milliseconds."""
+    from threadpoolctl import ThreadpoolController
+
+    return list(ThreadpoolController().select(user_api="blas").lib_controllers)
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Keep BLAS on one thread until the last of all that run at once has ended.
+
+    The setting is the process's: were each to restore what it found, the last one might restore
+    what another had set. Quick enough to be entered a thousand times a second.
+    """
+    global _inside  # noqa: PLW0603 - so is the setting
+    with _lock:
+        # SciPy brings a BLAS of its own, perhaps while others are inside.
+        for library in _libraries("scipy.linalg._fblas" in sys.modules):
+            if (count := library.get_num_threads()) != 1:
+                _before.append((library, count))
+                library.set_num_threads(1)
+        _inside += 1
+    try:
+        yield
+    finally:
+        with _lock:
+            _inside -= 1
+            while _inside == 0 and _before:
+                library, count = _before.pop()  # the first found is the last restored
+                library.set_num_threads(count)
+
+
+#: Bytes. The temporary arrays of a transform take less, one by one; up to twice as much is kept.
+LARGEST = 1 << 24
+
+
+def keep_freed_memory() -> None:
+    """Have the C library keep what is freed, rather than hand it back to the system at once.
+
+    Getting the pages again took up to a fifth of a transform. glibc keeps more once it has seen a
+    large block freed; other libraries take no notice. None of the block's pages is ever touched.
+    """
+    np.empty(LARGEST, dtype=np.uint8)
+
+
+Real = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
+
+#: Outputs of one row of the matrix product: enough work a row, and few products with zeros.
+ROW = 64
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """An exponential of semicircle.
+
+    Parameters
+    ----------
+    taps : int
+        Its width w in steps of the grid: even.
+    beta : float
+        How fast it falls; about ``pi w (1 - 1 / (2 s))`` for a grid s times as fine as the band
+        needs ([1]_, equation 3.8 for s = 2).
+    """
+
+    taps: int
+    beta: float
+
+    def __call__(self, z: Real) -> Real:
+        """The kernel at `z` steps of the grid."""
+        inside = np.maximum(1.0 - (2.0 * z / self.taps) ** 2, 0.0)
+        fallen = np.exp(self.beta * (np.sqrt(inside) - 1.0))
+        return np.where(inside > 0, fallen, 0.0)
+
+    def transform(self, omega: Real) -> Real:
+        """phi_hat at `omega` of at most 5 pi rad a step, by the midpoint rule.
+
+        In ``z = w/2 sin(theta)`` the square root at the kernel's ends is gone, and what is left is
+        almost a Gaussian, for which the rule is as exact as float64.
+        """
+        count = 12 * self.taps + 40
+        width = math.pi / count
+        theta = width * (np.arange(count) + 0.5) - 0.5 * math.pi
+        fallen = width * np.cos(theta) * np.exp(self.beta * (np.cos(theta) - 1))
+        waves = np.cos(np.multiply.outer(omega, 0.5 * self.taps * np.sin(theta)))
+        return np.asarray(0.5 * self.taps * (waves @ fallen), dtype=np.float64)
+
+    @cached_property
+    def _series(self) -> Real:
+        """Chebyshev coefficients of phi_hat over omega in -pi .. pi."""
+        degree = 2 * self.taps + 40
+        nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+        return np.asarray(chebyshev.chebfit(nodes, self.transform(np.pi * nodes), degree))
+
+    def transforms(self, omega: Real) -> Real:
+        """phi_hat at many frequencies of at most pi rad a step; a hundred times as fast."""
+        return np.asarray(chebyshev.chebval(omega / np.pi, self._series), dtype=np.float64)
+
+    def aliases(self, omega: Real) -> Real:
+        """Size of all aliases of a wave, as a share of the wave."""
+        folds = 2.0 * math.pi * np.array([-2, -1, 1, 2])
+        beside = np.abs(self.transform(np.add.outer(omega, folds)))
+        # What is left below is the quadrature's own rounding.
+        beside[beside < 4 * np.finfo(np.float64).eps] = 0.0
+        # All others together come from the small steps at the kernel's ends.
+        steps = 2.0 * math.exp(-self.beta)
+        return np.asarray((beside.sum(axis=-1) + steps) / self.transform(omega), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Interpolation:
+    """One matrix product that makes all samples of a row from its coarse grid.
+
+    Each row of the left factor holds `inputs` neighbouring points of the grid, `points` after those
+    of the row before, and gives the ``points * step`` samples from its middle.
+
+    Parameters
+    ----------
+    step : int
+        D, samples of a step of the grid.
+    points : int
+        Steps that one row of the product covers.
+    before : int
+        Points of the grid that a row needs before its first sample.
+    matrix : ndarray, shape (inputs, points * step)
+        For real and imaginary parts apart.
+    interleaved : ndarray, shape (2 * inputs, 2 * points * step)
+        The same for parts in turn, as complex numbers lie in memory: half of it is zero, but its
+        product is written where it belongs at once.
+    """
+
+    step: int
+    points: int
+    before: int
+    matrix: NDArray[np.floating]
+    interleaved: NDArray[np.floating]
+
+    @property
+    def inputs(self) -> int:
+        """Points of the grid in one row of the left factor."""
+        return len(self.matrix)
+
+    @property
+    def outputs(self) -> int:
+        """Samples in one row of the product."""
+        return self.points * self.step
+
+
+@cache
+def interpolation(kernel: Kernel, step: int, single: bool) -> Interpolation:
+    """The products for grids of one step, in single or double precision."""
+    points = max(1, ROW // step)
+    before = kernel.taps // 2 - 1
+    grid = np.arange(kernel.taps + points - 1)[:, None] - before
+    matrix = kernel(np.arange(points * step) / step - grid)
+    interleaved = np.zeros((len(grid), 2, points * step, 2))
+    interleaved[:, 0, :, 0] = interleaved[:, 1, :, 1] = matrix
+    flat = interleaved.reshape(2 * len(grid), -1)
+    if single:
+        return Interpolation(
+            step, points, before, matrix.astype(np.float32), flat.astype(np.float32)
+        )
+    return Interpolation(step, points, before, matrix, flat)
+
+
+def windows(points: Floats, rows: int, product: Interpolation, group: int = 1) -> Floats:
+    """Overlapping windows of rows of `group` numbers a point: (..., rows, inputs * group).
+
+    Each window begins `product.points` points after the one before.
+    """
+    *outer, last = points.strides
+    strides = (*outer, product.points * group * last, last)
+    shape = (*points.shape[:-1], rows, product.inputs * group)
+    return np.lib.stride_tricks.as_strided(points, shape, strides, writeable=False)
+
+
+#: Errors to choose from, relative to the largest coefficient of the scale, and fewest taps.
+TOLERANCES = {1e-3: 4, 1e-5: 6, 1e-7: 8, 1e-10: 12, 1e-14: 16}
+#: From this tolerance on, the result is in single precision unless double is asked for.
+SINGLE = 1e-7
+#: Each of the four things that are left away (tails in time, both ends of the band, aliases) errs
+#: by no more than this share of the tolerance.
+SHARE = 0.2
+#: The finest grid, in points to those that the band needs; before it a kernel takes more taps.
+FINEST = 2.4
+MOST_TAPS = 24
+#: Further taps for a band whose grid may be coarse: its window is the shorter in time.
+WIDER = 4
+#: Rates and Gaussians of copies: what folds is below 4e-9 of what is kept, or below 1e-16.
+COPIES = (4.0, 1.4)
+FINE_COPIES = (8.0, 1.6)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a tolerance asks of transforming with one Morlet wavelet.
+
+    Parameters
+    ----------
+    reach : float
+        Half-width of the wavelet in scales, beyond which it is left away.
+    low, high : float
+        Band outside of which its spectrum is left away, in radians per unit of scale.
+    kernel : Kernel
+    points : float
+        Fewest points of the grid a scale: the step may be up to ``scale / points`` samples.
+    rate, gaussian : float
+        For transforming on a copy of the signal: its samples to the shortest period wanted, and
+        the width of the Gaussian that makes it, in its steps.
+    """
+
+    reach: float
+    low: float
+    high: float
+    kernel: Kernel
+    points: float
+    rate: float
+    gaussian: float
+
+    def copy_step(self, scale: float) -> int:
+        """The largest power of two that a copy's step may be at a scale."""
+        return 2 ** math.floor(math.log2(max(1.0, 2 * math.pi * scale / (self.rate * self.high))))
+
+    def step(self, scale: float) -> int:
+        """The largest power of two that the grid's step may be at a scale."""
+        return 2 ** max(0, math.floor(math.log2(max(scale / self.points, 1.0))))
+
+    def half_width(self, scale: float) -> int:
+        """Samples to both sides that take part in a coefficient."""
+        return math.ceil(self.reach * scale) + 2
+
+    def is_cut(self, scale: float) -> bool:
+        """Whether the band reaches past the Nyquist frequency."""
+        return self.high > math.pi * scale
+
+
+@cache
+def design(p: float, tolerance: float) -> Design:
+    """Work out the cheapest design for a Morlet wavelet that holds a tolerance.
+
+    Raises
+    ------
+    InputError
+        If the tolerance is none of :data:`TOLERANCES`.
+    """
+    if tolerance not in TOLERANCES:
+        choices = ", ".join(f"{known:g}" for known in TOLERANCES)
+        raise InputError(f"The engine's tolerance is one of {choices}, not {tolerance:g}.")
+    wavelet = Morlet(p)
+    high = p + math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
+    u = np.linspace(-12.0, high, 200)
+    size = np.abs(wavelet.spectrum(u).real)
+    size /= size.max()
+    # Forces have most of their power at low frequencies: up to 1 / u^2 in amplitude, as of a
+    # ramp or of a kink. Below the band the spectrum must be small even for these.
+    heavy = size * np.maximum(1.0, (p / np.maximum(np.abs(u), 1e-3)) ** 2) > SHARE * tolerance
+    low = min(0.0, float(u[max(0, int(np.argmax(heavy)) - 1)]))
+    kernel, points = _grid(u[u >= low], size[u >= low], high, tolerance)
+    reach = math.sqrt(2 * math.log(1e3 / tolerance))
+    copies = COPIES if tolerance >= SINGLE else FINE_COPIES
+    return Design(reach, low, high, kernel, points, *copies)
+
+
+@cache
+def band(tolerance: float) -> tuple[Kernel, float, float]:
+    """Work out a grid for a band with edges as soft as a Gaussian's integral.
+
+    In units of the Gaussian's width in frequency the band is 1 up to half of its end, and falls by
+    ``erfc((u - high / 2) / sqrt(2)) / 2``.
+
+    Returns
+    -------
+    kernel : Kernel
+    points : float
+        Fewest points of the grid to one over the Gaussian's width.
+    high : float
+        Where the band ends.
+    """
+    flat = math.sqrt(2 * math.log(1 / (SHARE * tolerance)))
+    u = np.linspace(0.0, 2 * flat, 200)
+    size = np.asarray(0.5 * erfc((u - flat) / math.sqrt(2)), dtype=np.float64)
+    return (*_grid(u, size, 2 * flat, tolerance, WIDER), 2 * flat)
+
+
+def _grid(
+    u: Real, size: Real, high: float, tolerance: float, more: int = 0
+) -> tuple[Kernel, float]:
+    """The shortest kernel, and for it the coarsest grid whose aliases are small enough.
+
+    With `more` the kernel has so many taps more than the tolerance needs at least.
+
+    They count with the spectrum where they come from: near the end of the band, where they are
+    largest, it is small.
+    """
+
+    def holding(taps: int, fineness: float) -> Kernel | None:
+        # Slightly less or more than the usual beta may do better, for the same reason.
+        for share in (0.98, 0.94, 1.02):
+            kernel = Kernel(taps, share * math.pi * taps * (1 - 1 / (2 * fineness)))
+            aliases = kernel.aliases(math.pi * u / (fineness * high))
+            if np.max(size * aliases) <= SHARE * tolerance:
+                return kernel
+        return None
+
+    taps, fine = TOLERANCES[tolerance] + more, FINEST
+    while (best := holding(taps, fine)) is None:
+        taps += 2
+        if taps > MOST_TAPS:
+            raise AssertionError("A kernel of 24 taps holds every tolerance.")
+    coarse = 1.0
+    for _ in range(6):
+        middle = 0.5 * (coarse + fine)
+        kernel = holding(taps, middle)
+        if kernel is None:
+            coarse = middle
+        else:
+            best, fine = kernel, middle
+    return best, fine * high / math.pi
+
+
+def response(wavelet: Morlet, scale: float, omega: Real) -> Real:
+    """``sqrt(a) psi_hat(a omega)``, real for a Morlet."""
+    return np.asarray(math.sqrt(scale) * wavelet.spectrum(scale * omega).real, dtype=np.float64)
+
+
+def held(values: Real, start: int, stop: int) -> Real:
+    """Samples ``[start, stop)``; before the first and after the last the end values hold.
+
+    Parameters
+    ----------
+    values : ndarray, shape (c, n)
+    start, stop : int
+
+    Returns
+    -------
+    ndarray, shape (c, stop - start)
+        A view where no end value is needed.
+    """
+    n = values.shape[1]
+    if start >= 0 and stop <= n:
+        return values[:, start:stop]
+    out = np.empty((len(values), stop - start))
+    first, last = min(max(-start, 0), stop - start), min(max(n - start, 0), stop - start)
+    out[:, :first] = values[:, :1]
+    out[:, first:last] = values[:, start + first : start + last]
+    out[:, last:] = values[:, -1:]
+    return out
+
+
+def without_line(parts: Real) -> tuple[Real, Real]:
+    """Take away the straight line through the first and the last value of each part.
+
+    The ring that a part is transformed in would turn the line into a jump.
+
+    Parameters
+    ----------
+    parts : ndarray, shape (..., m)
+
+    Returns
+    -------
+    rest : ndarray, shape (..., m)
+    slopes : ndarray, shape (..., 1)
+        Of the lines, from value to value.
+    """
+    last = parts.shape[-1] - 1
+    slopes = (parts[..., -1:] - parts[..., :1]) / last
+    rest = slopes * np.arange(last + 1)
+    rest += parts[..., :1]
+    return np.subtract(parts, rest, out=rest), slopes
+
+
+SinksFloats = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+
+
+class Sink(Protocol):
+    """Takes coefficients, part by part.
+
+    Attributes
+    ----------
+    direct : ndarray of real, shape (c, k, 2 * padded), or None
+        Where real and imaginary parts in turn can be written without the sink's help.
+    """
+
+    direct: SinksFloats | None
+
+    def write(
+        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
+    ) -> None:
+        """Take parts of shape (channels, scales, samples) from sample `start` on.
+
+        What lies past the last sample is left away. The arrays may be overwritten.
+        """
+
+
+class Coefficients:
+    """Complex coefficients.
+
+    Parameters
+    ----------
+    channels, scales, n : int
+    padded : int
+        Samples with those that only fill the last row of a product.
+    single : bool
+    """
+
+    def __init__(self, channels: int, scales: int, n: int, padded: int, single: bool) -> None:
+        kind = np.complex64 if single else np.complex128
+        self._whole = np.empty((channels, scales, padded), dtype=kind)
+        self._n = n
+        self.direct: SinksFloats | None = self._whole.view(np.float32 if single else np.float64)
+
+    @property
+    def result(self) -> Complex:
+        """What was written, shape (c, k, n)."""
+        return self._whole[:, :, : self._n]
+
+    def write(
+        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
+    ) -> None:
+        """Take parts, see :class:`Sink`."""
+        into = self.result[channels, scales, start : start + real.shape[-1]]
+        into.real = real[..., : into.shape[-1]]
+        into.imag = imag[..., : into.shape[-1]]
+
+
+class LogPolar:
+    """Log magnitudes and phases.
+
+    Parameters
+    ----------
+    channels : int
+    floor : ndarray, shape (k,)
+        Magnitudes below are raised to it, and their phase, which means nothing, is 0.
+    n : int
+    single : bool
+
+    Attributes
+    ----------
+    magnitudes, phases : ndarray, shape (c, k, n)
+        Natural logarithms, and radians in -pi .. pi.
+    """
+
+    direct: SinksFloats | None = None
+
+    def __init__(self, channels: int, floor: NDArray[np.float64], n: int, single: bool) -> None:
+        kind = np.float32 if single else np.float64
+        self.magnitudes: SinksFloats = np.empty((channels, len(floor), n), dtype=kind)
+        self.phases: SinksFloats = np.empty_like(self.magnitudes)
+        self._floor = np.maximum(floor**2, np.finfo(kind).tiny).astype(kind)[:, None]
+        self._highest = self._floor.max(initial=0.0)
+        self._half = kind(0.5)
+
+    def write(
+        self, channels: slice, scales: slice, start: int, real: SinksFloats, imag: SinksFloats
+    ) -> None:
+        """Take parts, see :class:`Sink`."""
+        magnitudes = self.magnitudes[channels, scales, start : start + real.shape[-1]]
+        phases = self.phases[channels, scales, start : start + real.shape[-1]]
+        real, imag = real[..., : phases.shape[-1]], imag[..., : phases.shape[-1]]
+        np.arctan2(imag, real, out=phases)
+        np.multiply(real, real, out=real)
+        np.multiply(imag, imag, out=imag)
+        power = np.add(real, imag, out=real)
+        if power.min(initial=np.inf) <= self._highest:
+            floor = self._floor[scales]
+            phases[power <= floor] = 0.0
+            np.maximum(power, floor, out=power)
+        np.log(power, out=power)
+        np.multiply(power, self._half, out=magnitudes)
+
+
+#: M; rows that are transformed at once, and columns.
+PARTS = 64
+ROWS = 4
+COLUMNS = 1 << 11
+#: Bins whose responses are worked out at once.
+STRETCH = 1 << 14
+
+
+def spectrum(ring: Callable[[NDArray[np.int64]], Real], length: int, kind: Any) -> list[Complex]:
+    """Half of the spectrum of a real ring.
+
+    Parameters
+    ----------
+    ring : callable
+        Gives the ring's samples at some indices.
+    length : int
+        L, a multiple of the square of :data:`PARTS`.
+    kind : dtype
+        Complex, of the result; transforms of the parts are in double precision.
+
+    Returns
+    -------
+    list of ndarray, shape (P / 2 + 1,) each
+        ``X[j P + k]`` for all j < M; those for k above P / 2 are conjugates of others, as the
+        ring is real.
+    """
+    index = PARTS * np.arange(length // PARTS)
+    table: list[Complex] = []
+    for r in range(0, PARTS, ROWS):
+        rows = np.stack([ring(index + i) for i in range(r, r + ROWS)])
+        table += [row.astype(kind) for row in fft.rfft(rows, axis=-1)]
+    for columns, turned in _turns(length, 0, len(table[0])):
+        part = np.stack([row[columns] for row in table])
+        for row, found in zip(table, fft.fft(part * np.conj(turned), axis=0), strict=True):
+            row[columns] = found
+    return table
+
+
+def from_spectrum(
+    table: list[Complex], length: int, response: Callable[[slice], Complex]
+) -> Iterator[tuple[int, Complex]]:
+    """The ring of a spectrum times a response, in pieces.
+
+    Parameters
+    ----------
+    table : list of ndarray
+        From :func:`spectrum`. It is used up, and is empty in the end: both it and what is made of
+        it would take a third more memory.
+    length : int
+        L.
+    response : callable
+        Gives the factors of the bins of a slice of 0 .. L.
+
+    Yields
+    ------
+    start : int
+        Index of a sample of the ring.
+    piece : ndarray, shape (m,)
+        The samples from there on.
+    """
+    part, width = length // PARTS, length // PARTS**2
+    half, kind = part // 2, table[0].dtype
+    blocks: dict[int, Complex] = {}
+    for j in range(PARTS // 2):
+        first, last = table.pop(0), table.pop()  # each other's mirror images
+        for place, own, mirrored in ((j, first, last), (PARTS - 1 - j, last, first)):
+            bins = np.empty(part, dtype=kind)
+            bins[: half + 1] = own
+            bins[half + 1 :] = np.conj(mirrored[half - 1 : 0 : -1])
+            for k in range(0, part, STRETCH):
+                here = bins[k : k + STRETCH]
+                here *= response(slice(place * part + k, place * part + k + len(here)))
+            # Every M-th bin beside each other.
+            blocks[place] = bins.reshape(-1, PARTS).T.copy()
+    for r in range(0, PARTS, ROWS):
+        rows = np.concatenate([blocks[j][r : r + ROWS] for j in range(PARTS)], axis=1)
+        rows = fft.ifft(rows, axis=-1, overwrite_x=True)
+        for j in range(PARTS):
+            blocks[j][r : r + ROWS] = rows[:, j * width : (j + 1) * width]
+    for j in range(PARTS):
+        for columns, turned in _turns(length, j * width, (j + 1) * width):
+            within = slice(columns.start - j * width, columns.stop - j * width)
+            block = fft.ifft(blocks[j][:, within] * turned.astype(kind), axis=0)
+            for r in range(PARTS):
+                yield r * part + columns.start, block[r]
+
+
+def _turns(length: int, begin: int, end: int) -> Iterator[tuple[slice, NDArray[np.complex128]]]:
+    """``exp(2 pi i r k / L)`` for all r < M, and k in stretches of `begin` .. `end`."""
+    r = np.arange(PARTS)[:, None]
+    first = np.exp(2j * np.pi * r * np.arange(min(COLUMNS, end - begin)) / length)
+    for start in range(begin, end, COLUMNS):
+        columns = slice(start, min(start + COLUMNS, end))
+        turned = np.exp(2j * np.pi * r * start / length)
+        yield columns, turned * first[:, : columns.stop - start]
+
+
+#: Means that one row of the matrix product gives, and samples that are smoothed at once.
+COPIES_ROW = 16
+CHUNK = 1 << 16
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """How copies are made, and which of them there are.
+
+    Parameters
+    ----------
+    steps : tuple of int
+        Samples between the values of each copy: 1, rising, each a multiple of the one before.
+    width : float
+        Of the Gaussians, in steps of the copy that they make.
+    half : int
+        Half-width in the same steps, beyond which they are left away.
+    """
+
+    steps: tuple[int, ...]
+    width: float
+    half: int
+
+    def variance(self, step: int) -> float:
+        """Of all Gaussians that a copy went through together, in samples squared."""
+        return float(sum((self.width * made) ** 2 for made in self.steps if 1 < made <= step))
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """Values at every `step` samples from sample `first` on; the end values hold for ever."""
+
+    values: Real
+    step: int
+    first: int
+
+
+class Copies:
+    """All copies of some channels, made when they are first asked for.
+
+    Parameters
+    ----------
+    values : ndarray, shape (c, n)
+    smoothing : Smoothing
+    """
+
+    def __init__(self, values: Real, smoothing: Smoothing) -> None:
+        self._smoothing = smoothing
+        self._made = [_Copy(values, 1, 0)]
+
+    @property
+    def original(self) -> Real:
+        """The channels themselves."""
+        return self._made[0].values
+
+    def held(self, step: int, start: int, count: int) -> Real:
+        """Values at every `step` samples from sample `start`, a multiple of it, shape (c, count).
+
+        Before the first and after the last sample the end values hold.
+        """
+        while self._made[-1].step < step:
+            finer = self._made[-1]
+            coarser = self._smoothing.steps[len(self._made)]
+            self._made.append(_smoothed(finer, coarser // finer.step, self._smoothing))
+        copy = next(made for made in self._made if made.step == step)
+        begin = (start - copy.first) // step
+        return held(copy.values, begin, begin + count)
+
+
+def _smoothed(finer: _Copy, ratio: int, smoothing: Smoothing) -> _Copy:
+    """Gaussian means at every `ratio` values.
+
+    ``y_m = sum_n G(n - m R) x_n`` with ``G(t) = exp(-t^2 / 2 sigma^2) / sqrt(2 pi) sigma``.
+    """
+    half, step = smoothing.half, finer.step * ratio
+    c, n = finer.values.shape
+    # From where on all that a mean is taken of is the first value, to where it is the last.
+    first = finer.first // step - half
+    last = -(-(finer.first + n * finer.step) // step) + half
+    rows = -(-(last - first + 1) // COPIES_ROW)
+    matrix = mean_weights(ratio, half, smoothing.width * ratio)
+    begin = (first - half) * ratio - finer.first // finer.step
+    out = gaussian_means(
+        lambda start, stop: held(finer.values, begin + start, begin + stop),
+        c,
+        rows,
+        ratio,
+        matrix,
+    )
+    return _Copy(out, step, first * step)
+
+
+def gaussian_means(
+    values: Callable[[int, int], Real], channels: int, rows: int, ratio: int, matrix: Real
+) -> Real:
+    """Weighted means at every `ratio` values, :data:`COPIES_ROW` in a row of a matrix product.
+
+    Parameters
+    ----------
+    values : callable
+        Gives the values ``[start, stop)``, shape (channels, stop - start), counted from the first
+        one that a mean is taken of.
+    channels, rows, ratio : int
+    matrix : ndarray
+        From :func:`mean_weights`.
+
+    Returns
+    -------
+    ndarray, shape (channels, rows * ROW)
+    """
+    out = np.empty((channels, rows * COPIES_ROW))
+    beyond = len(matrix) - COPIES_ROW * ratio
+    together = max(1, CHUNK // (COPIES_ROW * ratio))
+    for row in range(0, rows, together):
+        chosen = min(together, rows - row)
+        start = row * COPIES_ROW * ratio
+        part = values(start, start + chosen * COPIES_ROW * ratio + beyond)
+        # Each row of the left factor begins ROW means after the one before, and overlaps it.
+        strides = (part.strides[0], COPIES_ROW * ratio * part.strides[1], part.strides[1])
+        shape = (channels, chosen, len(matrix))
+        windows = np.lib.stride_tricks.as_strided(part, shape, strides, writeable=False)
+        means = np.ascontiguousarray(windows).reshape(-1, len(matrix)) @ matrix
+        out[:, row * COPIES_ROW : (row + chosen) * COPIES_ROW] = means.reshape(channels, -1)
+    return out
+
+
+@cache
+def mean_weights(ratio: int, half: int, sigma: float) -> Real:
+    """Weights of ``(ROW + 2 half) ratio`` values in each of ROW means."""
+    places = np.arange((COPIES_ROW + 2 * half) * ratio)[:, None] - ratio * (
+        half + np.arange(COPIES_ROW)
+    )
+    weights = np.exp(-0.5 * (places / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
+    return np.where(np.abs(places) <= half * ratio, weights, 0.0)

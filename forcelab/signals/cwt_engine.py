@@ -1,0 +1,1065 @@
+"""The wavelet engine: transforms to a tolerance, each scale by the cheapest way that holds it.
+
+For wavelets that are cut at the Nyquist frequency, which ring for ever, and for those without a
+compact band. The ring is that of :mod:`forcelab.signals.cwt`, so that both give the same.
+
+The row of a wide wavelet is band-limited: it is known from few points. Those are found by an
+inverse FFT of the band alone, in double precision; what lies between is interpolated
+(:mod:`forcelab.signals.cwt_blocks`), in single precision where the tolerance allows it.
+
+The straight line through the ends of a block is taken away before, as of a frame
+(:mod:`forcelab.signals.cwt_engine`): the ring would turn it into a jump, of which the ends of
+the band would cut something off. Its transform is one number.
+
+The cut makes them ring for ever, so no frame holds one. But a response ``H`` is the sum of
+``H (1 - w)``, which has no cut and dies away, and of ``H w``, with a window ``w`` that is 1 about
+the Nyquist frequency and falls smoothly to 0: a band so narrow that few points of a grid hold it.
+The first goes by frames that stay in the cache. For the second the ring is multiplied by
+``(-1)^n``, which brings the Nyquist frequency to 0, and transformed at a quarter of the rate.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from itertools import groupby
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+from scipy.special import erfc
+
+from forcelab.errors import InputError
+from forcelab.signals.cwt_blocks import (
+    COPIES_ROW,
+    PARTS,
+    SINGLE,
+    Coefficients,
+    Copies,
+    Design,
+    Interpolation,
+    LogPolar,
+    Sink,
+    Smoothing,
+    band,
+    design,
+    from_spectrum,
+    gaussian_means,
+    held,
+    interpolation,
+    keep_freed_memory,
+    mean_weights,
+    one_blas_thread,
+    response,
+    spectrum,
+    windows,
+    without_line,
+)
+from forcelab.signals.wavelets import Morlet, Wavelet
+
+Real = NDArray[np.float64]
+RingComplex = NDArray[np.complex128]
+
+#: Samples over which the last value leads to the first, half-widths away from both. A jump there
+#: would be heard at both ends by wavelets that are cut at the Nyquist frequency and ring for long.
+RAMP = 64
+#: Samples that are handed on at once.
+RING_SAMPLES = 1 << 14
+#: Rings up to this length are transformed as a whole and have their responses kept.
+RING_KEPT = 1 << 18
+#: Samples of rings that are transformed at once: FFTs of several rows are faster for each.
+RING_TOGETHER = 1 << 19
+
+
+def ring_length(n: int, scale: float, radius: float) -> int:
+    """Samples of the ring: the signal, one half-width beyond both ends, and what joins them."""
+    need = n + 2 * int(np.ceil(radius * scale)) + RAMP
+    if need > RING_KEPT:
+        return int(PARTS**2 * fft.next_fast_len(-(-need // PARTS**2), real=False))
+    # A length without factors of 7 and 11 would be faster, but how a wavelet that is cut at the
+    # Nyquist frequency rings depends on the length, and preset ``paper`` has one of those.
+    return int(fft.next_fast_len(need, real=False))
+
+
+def laid_into_ring(values: Real, length: int) -> Real:
+    """Lay channels into a ring of `length`; across the gap the last value leads to the first."""
+    n = values.shape[-1]
+    ring = np.empty((*values.shape[:-1], length))
+    ring[..., :n] = values
+    ring[..., n:] = _across(values, length, np.arange(n, length))
+    return ring
+
+
+def _across(values: Real, length: int, places: NDArray[np.int64]) -> Real:
+    """The ring's samples at places beyond the last."""
+    n = values.shape[-1]
+    ramp = np.clip(0.5 + (places - 0.5 * (n + length - 1)) / RAMP, 0.0, 1.0)
+    share = 0.5 + 0.5 * np.cos(np.pi * ramp)
+    return np.asarray(share * values[..., -1:] + (1 - share) * values[..., :1])
+
+
+def ring_part(values: Real, length: int, begin: int, end: int) -> Real:
+    """Samples ``[begin, end)`` of the rings of channels, round and round, shape (c, end - begin).
+
+    A view where none of them lies in the gap.
+    """
+    n = values.shape[1]
+    if begin >= 0 and end <= n:
+        return values[:, begin:end]
+    places = np.arange(begin, end) % length
+    out = _across(values, length, places)
+    inside = places < n
+    out[:, inside] = values[:, places[inside]]
+    return out
+
+
+def _in_ring(values: Real, length: int, places: NDArray[np.int64]) -> Real:
+    """The ring's samples of one channel at rising places."""
+    beyond = int(np.searchsorted(places, len(values)))
+    return np.concatenate([values[places[:beyond]], _across(values, length, places[beyond:])])
+
+
+def ring_response(wavelet: Wavelet, scale: float, length: int) -> RingComplex:
+    """By what the spectrum of a ring is multiplied at all frequencies of ``fftfreq``."""
+    return _response(wavelet, scale, length, np.arange(length))
+
+
+def _signed(numbers: NDArray[np.int64], length: int) -> NDArray[np.int64]:
+    """Bins of a spectrum, the upper half as the negative frequencies that it stands for."""
+    return np.where(2 * numbers >= length, numbers - length, numbers)
+
+
+def _response(
+    wavelet: Wavelet, scale: float, length: int, numbers: NDArray[np.int64]
+) -> RingComplex:
+    """The same at some bins of the spectrum, which are counted from 0."""
+    bins = _signed(numbers, length)  # whole numbers, so that the Nyquist bin is known for sure
+    omega = 2 * np.pi * (bins / length)
+    response = np.sqrt(scale) * np.conj(wavelet.spectrum(scale * omega))
+    # The Nyquist bin stands for both signs of its frequency.
+    both = wavelet.spectrum(scale * np.array([-np.pi, np.pi]))
+    response[2 * np.abs(bins) == length] = np.sqrt(scale) * np.conj(both.mean())
+    return np.asarray(response, dtype=np.complex128)
+
+
+class Ring:
+    """Some scales by products in the Fourier space of whole rings.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : ndarray, shape (s,)
+    members : sequence of int
+        Their places among all scales.
+    wavelet : Wavelet
+    single : bool
+        Whether to invert in single precision; spectra are always taken in double.
+    """
+
+    def __init__(
+        self, n: int, scales: Real, members: Sequence[int], wavelet: Wavelet, single: bool
+    ) -> None:
+        self._n, self._wavelet, self._single = n, wavelet, single
+        self._lengths: dict[int, list[tuple[int, float]]] = {}
+        self._kept: dict[int, NDArray[Any]] = {}
+        for j, scale in zip(members, scales.tolist(), strict=True):
+            length = ring_length(n, scale, wavelet.radius)
+            self._lengths.setdefault(length, []).append((j, scale))
+            if length <= RING_KEPT:
+                self._kept[j] = self._weights(scale, length)
+
+    def _weights(self, scale: float, length: int) -> NDArray[Any]:
+        """The response at the frequencies of ``fftfreq``."""
+        response: NDArray[Any] = ring_response(self._wavelet, scale, length)
+        if not np.any(response.imag):
+            # Twice each: real and imaginary parts alike, faster than a complex product.
+            return np.repeat(response.real, 2).astype(np.float32 if self._single else float)
+        return response.astype(np.complex64 if self._single else complex)
+
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels; in long rings one scale of one channel after the other."""
+        values = copies.original
+        for length, members in self._lengths.items():
+            if length > RING_KEPT:
+                for c in range(len(values)):
+                    for j, scale in members:
+                        self._transform_long(values[c], length, scale, sink, c, j)
+                continue
+            together = max(1, RING_TOGETHER // length)
+            for c in range(0, len(values), together):
+                channels = slice(c, c + together)
+                half = fft.rfft(laid_into_ring(values[channels], length), axis=-1)
+                spectra = whole_spectra(half, length, self._single)
+                for j, _ in members:
+                    self._transform(spectra, sink, channels, j)
+
+    def _transform(
+        self,
+        spectra: NDArray[np.complexfloating[Any, Any]],
+        sink: Sink,
+        channels: slice,
+        j: int,
+    ) -> None:
+        """One scale of some channels."""
+        weights = self._kept[j]
+        product = np.empty_like(spectra)
+        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+        rows = fft.ifft(product, axis=-1, overwrite_x=True)[:, : self._n]
+        if self._wavelet.real:
+            # What rounding leaves there would flip the phase of negatives between pi and -pi.
+            rows.imag = 0.0
+        step = max(1, RING_SAMPLES // len(rows))
+        for start in range(0, self._n, step):
+            part = rows[:, None, start : start + step]
+            sink.write(channels, slice(j, j + 1), start, part.real.copy(), part.imag.copy())
+
+    def _transform_long(
+        self, values: Real, length: int, scale: float, sink: Sink, c: int, j: int
+    ) -> None:
+        """One scale of one channel; responses are never there as a whole.
+
+        The spectrum is taken anew for each scale. To keep it would cost a third more memory.
+        """
+        kind = np.complex64 if self._single else np.complex128
+        table = spectrum(partial(_in_ring, values, length), length, kind)
+
+        def response(bins: slice) -> RingComplex:
+            return _response(self._wavelet, scale, length, np.arange(bins.start, bins.stop))
+
+        for start, piece in from_spectrum(table, length, response):
+            rows = piece[: max(0, self._n - start)]
+            if rows.size:
+                real = rows.real.copy()[None, None]
+                imag = np.zeros_like(real) if self._wavelet.real else rows.imag.copy()[None, None]
+                sink.write(slice(c, c + 1), slice(j, j + 1), start, real, imag)
+
+
+def whole_spectra(
+    half: RingComplex, length: int, single: bool
+) -> NDArray[np.complexfloating[Any, Any]]:
+    """Spectra of real rows at positive and negative frequencies, shape (..., length).
+
+    Parameters
+    ----------
+    half : ndarray, shape (..., length // 2 + 1)
+        From ``rfft``.
+    length : int
+    single : bool
+        Whether to give single precision.
+    """
+    bins = half.shape[-1]
+    whole = np.empty((*half.shape[:-1], length), dtype=np.complex64 if single else np.complex128)
+    whole[..., :bins] = half
+    np.conj(whole[..., length - bins : 0 : -1], out=whole[..., bins:])
+    return whole
+
+
+Floats = NDArray[np.floating[Any]]
+Complex = NDArray[np.complexfloating[Any, Any]]
+
+#: Samples of the frames that are worked on at once: with their spectra they fill half of L2.
+CACHED = 1 << 15
+#: Longest frame; whole recordings up to four times as long may still be one.
+LONGEST = 1 << 11
+
+
+class Frames:
+    """How channels are cut into frames, and the transforms of those.
+
+    A frame of `length` samples gives the `hop` coefficients from its middle; the others, which
+    the ring of the frame has spoilt, are given by the frames beside it. The straight line through
+    the ends of a frame is taken away before: the ring would turn it into a jump, beside which the
+    rest of a slow force is lost in single precision. Its transform is one number, ``-i`` times the
+    slope times the response's derivative at frequency 0.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    margin : int
+        Samples to both sides that take part in a coefficient.
+    single : bool
+        Whether to invert in single precision; spectra are always taken in double.
+    multiple : int
+        The hop is a multiple of it.
+
+    Attributes
+    ----------
+    length, margin, hop : int
+        In samples; a frame begins `margin` before the first of its coefficients.
+    count : int
+        Frames that n samples take.
+    together : int
+        Frames that fill the cache.
+    """
+
+    def __init__(self, n: int, margin: int, single: bool, multiple: int = 1) -> None:
+        self.margin = margin
+        self.length = _length(n, margin, multiple)
+        self.hop = (self.length - 2 * margin) // multiple * multiple
+        self.count = -(-n // self.hop)
+        self.together = max(1, CACHED // self.length)
+        self._single = single
+
+    def weights(self, response: Real) -> Floats:
+        """A real response at the frequencies of ``fftfreq``, as :meth:`rows` wants it.
+
+        Twice each: multiplying real and imaginary parts alike is faster than a complex product.
+        """
+        return np.repeat(response, 2).astype(np.float32 if self._single else np.float64)
+
+    def spectra(self, part: Real, frames: int) -> tuple[Complex, Real]:
+        """Spectra and slopes of neighbouring frames.
+
+        Parameters
+        ----------
+        part : ndarray, shape (c, (frames - 1) * hop + length or more)
+            From `margin` samples before the first coefficient on.
+        frames : int
+
+        Returns
+        -------
+        spectra : ndarray, shape (c, frames, length)
+            At positive and negative frequencies, without the straight lines.
+        slopes : ndarray, shape (c, frames)
+            Of the lines, a sample.
+        """
+        c, length = len(part), self.length
+        strides = (part.strides[0], self.hop * part.strides[1], part.strides[1])
+        views = np.lib.stride_tricks.as_strided(part, (c, frames, length), strides, writeable=False)
+        rest, slopes = without_line(views)
+        half = fft.rfft(rest, axis=-1, overwrite_x=True)
+        return whole_spectra(half, length, self._single), slopes[:, :, 0]
+
+    def rows(self, spectra: Complex, slopes: Real, weights: Floats, slope: float) -> Complex:
+        """Coefficients of frames, shape (c, frames, hop).
+
+        Parameters
+        ----------
+        spectra, slopes : ndarray
+            From :meth:`spectra`.
+        weights : ndarray
+            From :meth:`weights`.
+        slope : float
+            The response's derivative at frequency 0.
+        """
+        product = np.empty_like(spectra)
+        np.multiply(spectra.view(weights.dtype), weights, out=product.view(weights.dtype))
+        # The inverse transform divides by the length.
+        product[:, :, 0] = slopes * (-1j * slope * self.length)
+        found = fft.ifft(product, axis=-1, overwrite_x=True)
+        return np.asarray(found[:, :, self.margin : self.margin + self.hop])
+
+
+def slope_at_zero(wavelet: Morlet, scale: float) -> float:
+    """The response's derivative at frequency 0.
+
+    Of the spectrum exp(-(u - p)^2 / 2) - exp(-p^2 / 2) exp(-u^2 / 2): p exp(-p^2 / 2).
+    """
+    slope = math.sqrt(2 * math.pi) * math.pi**-0.25 * wavelet.p * math.exp(-(wavelet.p**2) / 2)
+    return slope * scale**1.5
+
+
+def _length(n: int, margin: int, multiple: int) -> int:
+    """The length of frames that costs least: long ones waste less, short ones stay in the cache."""
+    whole = fft.next_fast_len(n + 2 * margin + n % 2, real=True)
+    longest = max(LONGEST, 1 << math.ceil(math.log2(8 * margin)))
+    lengths = [1 << k for k in range(8, 28)] + [3 << k for k in range(7, 27)]
+    lengths = [b for b in lengths if b <= longest and b - 2 * margin >= max(64, multiple)]
+    if whole <= 4 * longest and multiple == 1:
+        lengths.append(whole)
+
+    def cost(length: int) -> float:
+        frames = -(-n // ((length - 2 * margin) // multiple * multiple))
+        missed = 1.25 if length > CACHED // 4 else 1.0
+        return frames * length * (math.log2(length) + 4) * missed
+
+    return min(lengths, key=cost)
+
+
+class Narrow:
+    """Some neighbouring scales by overlap and save.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : ndarray, shape (s,)
+        Rising, none of them cut at the Nyquist frequency.
+    members : sequence of int
+        Their places among all scales.
+    wavelet : Morlet
+    design : Design
+    single : bool
+        Whether to invert in single precision; spectra are always taken in double.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        scales: Real,
+        members: Sequence[int],
+        wavelet: Morlet,
+        design: Design,
+        single: bool,
+    ) -> None:
+        self._n = n
+        self._frames = Frames(n, design.half_width(float(scales[-1])), single)
+        omega = 2 * np.pi * fft.fftfreq(self._frames.length)
+        self._ways = [
+            (j, self._frames.weights(response(wavelet, a, omega)), slope_at_zero(wavelet, a))
+            for j, a in zip(members, scales.tolist(), strict=True)
+        ]
+
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels."""
+        values = copies.original
+        channels = max(1, self._frames.together // self._frames.count)
+        frames = max(1, self._frames.together // channels)
+        for c in range(0, len(values), channels):
+            for f in range(0, self._frames.count, frames):
+                self._transform(values, sink, slice(c, c + channels), f, f + frames)
+
+    def _transform(self, values: Real, sink: Sink, channels: slice, first: int, last: int) -> None:
+        """Frames `first` .. `last` of some channels."""
+        last = min(last, self._frames.count)
+        hop, margin = self._frames.hop, self._frames.margin
+        part = held(values[channels], first * hop - margin, last * hop + margin)
+        spectra, slopes = self._frames.spectra(part, last - first)
+        for j, weights, slope in self._ways:
+            rows = self._frames.rows(spectra, slopes, weights, slope)
+            if sink.direct is None:
+                real = np.ascontiguousarray(rows.real).reshape(len(rows), 1, -1)
+                imag = np.ascontiguousarray(rows.imag).reshape(len(rows), 1, -1)
+                sink.write(channels, slice(j, j + 1), first * hop, real, imag)
+            else:
+                self._place(rows, sink.direct[channels, j], first * hop)
+
+    def _place(
+        self,
+        rows: NDArray[np.complexfloating[Any, Any]],
+        into: NDArray[np.floating[Any]],
+        start: int,
+    ) -> None:
+        """Copy the middles of frames side by side."""
+        hop = self._frames.hop
+        place = into.view(rows.dtype)[:, start : min(self._n, start + rows.shape[1] * hop)]
+        full = place.shape[1] // hop
+        for c in range(len(rows)):
+            whole = place[c, : full * hop].reshape(full, hop)
+            whole[...] = rows[c, :full]
+            if full < rows.shape[1]:
+                rest = place[c, full * hop :]
+                rest[...] = rows[c, full, : len(rest)]
+
+
+WideComplex = NDArray[np.complex128]
+
+#: The largest step of a grid: larger ones gain nothing, and their matrices leave the cache.
+WIDEST_STEP = 256
+#: Points of the grids that are worked on together, and samples that are interpolated and handed on
+#: at once: both stay in the cache.
+POINTS = 1 << 16
+SAMPLES = 1 << 15
+#: Rows that are transformed together at least: up to twice as fast for each as one alone.
+ROWS = 4
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Neighbouring scales with the same grid.
+
+    Parameters
+    ----------
+    scales : slice
+        Their places among all scales.
+    step : int
+        D, in samples.
+    points : int
+        Of the grid, over the whole ring.
+    lines : ndarray of complex128, shape (s,)
+        Bin 0 of what a line of slope 1 a value gives.
+    positive, negative : ndarray, shape (s, 2 * bins)
+        By what the spectrum's bins 0, 1, 2, ... and -1, -2, ... are multiplied, each twice: for
+        their real and imaginary parts.
+    """
+
+    scales: slice
+    step: int
+    points: int
+    lines: WideComplex
+    positive: Real
+    negative: Real
+
+
+class Wide:
+    """Some neighbouring scales on coarse grids, from one spectrum of each block of samples.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    block : int
+        Samples that are transformed at once, a multiple of :data:`WIDEST_STEP`.
+    scales : ndarray, shape (s,)
+        Rising.
+    first : int
+        Place of the first one among all scales; the others follow.
+    wavelet : Morlet
+    design : Design
+    single : bool
+        Whether to interpolate in single precision.
+    rate_step : int
+        The spectrum is taken of a copy of the signal at every so many samples.
+    variance : float
+        Of the Gaussians that the copy went through, in samples squared.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        block: int,
+        scales: Real,
+        first: int,
+        wavelet: Morlet,
+        design: Design,
+        single: bool,
+        rate_step: int = 1,
+        variance: float = 0.0,
+    ) -> None:
+        self._n, self._block, self._design, self._single = n, block, design, single
+        self._rate_step, self._variance = rate_step, variance
+        steps = [min(WIDEST_STEP, design.step(a)) for a in scales.tolist()]
+        widest = max(*steps, rate_step)
+        half = design.half_width(float(scales[-1])) + design.kernel.taps * steps[-1]
+        # Whole steps of all grids before the first sample, so that each has a point at it.
+        self._lead = widest * -(-half // widest)
+        needed = self._lead + block + half + widest
+        self._length = widest // rate_step * fft.next_fast_len(-(-needed // widest), real=True)
+        self._grids: list[_Grid] = []
+        for step, group in groupby(range(len(scales)), key=lambda i: steps[i]):
+            members = list(group)
+            places = slice(first + members[0], first + members[-1] + 1)
+            self._grids.append(self._grid(scales[members], places, step, wavelet))
+
+    def _grid(self, scales: Real, places: slice, step: int, wavelet: Morlet) -> _Grid:
+        """Responses of scales of one step, divided by what the rest of the way multiplies."""
+        samples = self._length * self._rate_step
+        points = samples // step
+        bin_width = 2 * np.pi / samples
+        most = min(self._length // 2, points // 2 - 1)
+        below = min(math.ceil(-self._design.low / scales[0] / bin_width), most)
+        above = min(math.ceil(self._design.high / scales[0] / bin_width), most)
+        omega = bin_width * np.arange(-below, above + 1)
+        passed = self._design.kernel.transforms(step * omega) * step
+        # The Gaussians' transform, and a sum over one in R samples.
+        passed *= np.exp(-0.5 * self._variance * omega**2) / self._rate_step
+        rows = np.stack([response(wavelet, a, omega) / passed for a in scales.tolist()])
+        negative = rows[:, :below][:, ::-1]
+        slopes = np.array([slope_at_zero(wavelet, a) for a in scales.tolist()]) / self._rate_step
+        unit = points / self._design.kernel.transforms(np.zeros(1))
+        return _Grid(
+            places,
+            step,
+            points,
+            -1j * slopes * unit,
+            np.repeat(rows[:, below:], 2, axis=1),
+            np.repeat(negative, 2, axis=1),
+        )
+
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels, block by block."""
+        channels = len(copies.original)
+        together = max(1, ROWS // channels)
+        for begin in range(0, self._n, together * self._block):
+            starts = range(begin, min(begin + together * self._block, self._n), self._block)
+            parts = [
+                copies.held(self._rate_step, start - self._lead, self._length) for start in starts
+            ]
+            blocks = np.stack(parts) if len(parts) > 1 else parts[0][np.newaxis]
+            rest, slopes = without_line(blocks)
+            spectra = np.asarray(fft.rfft(rest, axis=-1, overwrite_x=True))
+            for grid in self._grids:
+                most = max(1, POINTS // (len(starts) * channels * grid.points))
+                for first in range(0, len(grid.positive), most):
+                    some = slice(first, min(first + most, len(grid.positive)))
+                    self._transform(spectra, slopes, sink, starts, grid, some)
+
+    def _transform(
+        self,
+        spectra: WideComplex,
+        slopes: Real,
+        sink: Sink,
+        starts: range,
+        grid: _Grid,
+        some: slice,
+    ) -> None:
+        """Some scales of one grid, of neighbouring blocks."""
+        blocks, channels, bins = spectra.shape
+        coarse = _coarse(spectra.reshape(-1, bins), slopes.reshape(-1, 1), grid, some)
+        coarse = coarse.reshape(blocks, channels, *coarse.shape[1:])
+        product = interpolation(self._design.kernel, grid.step, self._single)
+        # The grid's points that the first row of the product starts from.
+        skipped = self._lead // grid.step - product.before
+        scales = slice(grid.scales.start + some.start, grid.scales.start + some.stop)
+        for start, grids in zip(starts, coarse, strict=True):
+            samples = min(self._block, self._n - start)
+            rows = -(-samples // product.outputs)
+            points = grids[:, :, skipped : skipped + rows * product.points + product.inputs]
+            if sink.direct is None:
+                _write_parts(points, product, rows, sink, scales, start)
+            else:
+                _write_complex(points, product, rows, sink.direct[:, scales], start)
+
+
+def _coarse(spectra: WideComplex, slopes: Real, grid: _Grid, some: slice) -> WideComplex:
+    """Rows of some scales on their grid, shape (rows of spectra, scales, points)."""
+    positive, negative = grid.positive[some], grid.negative[some]
+    product = np.empty((len(spectra), len(positive), grid.points), dtype=np.complex128)
+    parts, source = product.view(np.float64), spectra.view(np.float64)
+    above, below = positive.shape[1], negative.shape[1]
+    np.multiply(source[:, None, :above], positive, out=parts[:, :, :above])
+    product[:, :, 0] = slopes * grid.lines[some]
+    parts[:, :, above : 2 * grid.points - below] = 0.0
+    if below:
+        mirrored = np.conj(spectra[:, 1 : below // 2 + 1]).view(np.float64)[:, None]
+        product[:, :, : -below // 2 - 1 : -1] = (mirrored * negative).view(np.complex128)
+    return np.asarray(fft.ifft(product, axis=-1, overwrite_x=True))
+
+
+def _write_complex(
+    points: WideComplex, product: Interpolation, rows: int, into: Floats, start: int
+) -> None:
+    """Interpolate, real and imaginary parts in turn, straight into the result."""
+    matrix = product.interleaved
+    parts = points.view(np.float64).astype(matrix.dtype)
+    overlapping = windows(parts, rows, product, 2)
+    place = into[:, :, 2 * start : 2 * start + rows * matrix.shape[1]]
+    left = np.empty(overlapping.shape[2:], dtype=matrix.dtype)
+    for c in range(len(points)):
+        for j in range(points.shape[1]):
+            np.copyto(left, overlapping[c, j])
+            np.matmul(left, matrix, out=place[c, j].reshape(rows, -1))
+
+
+def _write_parts(
+    points: WideComplex, product: Interpolation, rows: int, sink: Sink, scales: slice, start: int
+) -> None:
+    """Interpolate real and imaginary parts apart and hand them on while they are in the cache."""
+    matrix = product.matrix
+    c, s, _ = points.shape
+    # (2, c, s, points): real parts, then imaginary parts.
+    parts = np.empty((2, *points.shape), dtype=matrix.dtype)
+    parts[0], parts[1] = points.real, points.imag
+    overlapping = windows(parts, rows, product)
+    together = min(rows, max(1, SAMPLES // product.outputs))
+    stack = min(s, max(1, SAMPLES // (rows * product.outputs)))
+    channels = max(1, SAMPLES // (s * rows * product.outputs))
+    for i in range(0, c, channels):
+        for j in range(0, s, stack):
+            for row in range(0, rows, together):
+                chosen = overlapping[:, i : i + channels, j : j + stack, row : row + together]
+                shape = chosen.shape
+                left = np.ascontiguousarray(chosen).reshape(-1, product.inputs)
+                real, imag = (left @ matrix).reshape(*shape[:3], -1)
+                sink.write(
+                    slice(i, i + shape[1]),
+                    slice(scales.start + j, scales.start + j + shape[2]),
+                    start + row * product.outputs,
+                    real,
+                    imag,
+                )
+
+
+CutComplex = NDArray[np.complex128]
+
+#: Steps of the grid of the band at the Nyquist frequency, and of the ring's copy, in samples.
+GRID, COPY = 8, 4
+#: Points of the grids, and samples of the rings, that are worked on together.
+CUT_POINTS, TOGETHER = 1 << 21, 1 << 19
+#: Rings up to this length have their responses kept.
+KEPT = 1 << 21
+#: Bins whose responses are worked out at once.
+STRETCH = 1 << 16
+
+
+class Cut:
+    """Some scales of long rings, cut at the Nyquist frequency.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : ndarray, shape (s,)
+        Rising.
+    members : sequence of int
+        Their places among all scales.
+    wavelet : Morlet
+    design : Design
+    tolerance : float
+    single : bool
+        Whether to give single precision; spectra are always taken in double.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        scales: Real,
+        members: Sequence[int],
+        wavelet: Morlet,
+        design: Design,
+        tolerance: float,
+        single: bool,
+    ) -> None:
+        self._wavelet = wavelet
+        kernel, points, self._high = band(tolerance)
+        #: Width in time, in samples, of the Gaussian whose transform's integral is w's edge.
+        self._width = max(points * GRID, design.rate * COPY * self._high / (2 * math.pi))
+        self._half = math.ceil(design.reach * design.gaussian)
+        self._sigma = design.gaussian * COPY
+        self._kernel = kernel
+        product = interpolation(kernel, GRID, single)
+        self._product = product
+        # Back from frequency 0 to the Nyquist frequency.
+        self._matrix = product.matrix * np.where(np.arange(product.outputs) % 2, -1, 1).astype(
+            product.matrix.dtype
+        )
+        margin = math.ceil(design.reach * math.hypot(self._width, float(scales[-1]))) + 2
+        self._frames = Frames(n, margin, single, product.outputs)
+        omega = 2 * np.pi * fft.fftfreq(self._frames.length)
+        rest = 1.0 - self._window(np.pi - np.abs(omega))
+        self._rings: dict[int, list[tuple[int, float]]] = {}
+        self._ways: dict[int, tuple[Floats, float]] = {}
+        self._bands: dict[int, Real] = {}
+        for j, scale in zip(members, scales.tolist(), strict=True):
+            length = ring_length(n, scale, wavelet.radius)
+            self._rings.setdefault(length, []).append((j, scale))
+            weights = self._frames.weights(rest * response(wavelet, scale, omega))
+            self._ways[j] = weights, slope_at_zero(wavelet, scale)
+            if length <= KEPT:
+                self._bands[j] = self._band(scale, length)
+
+    def _window(self, distance: Real) -> Real:
+        """The window w at distances from the Nyquist frequency, in radians a sample."""
+        at = (distance * self._width - 0.5 * self._high) / math.sqrt(2)
+        return np.asarray(0.5 * erfc(at), dtype=np.float64)
+
+    def _bins(self, length: int) -> int:
+        """How many bins of a ring's spectrum the band goes on for, on either side of Nyquist's.
+
+        It may end on a bin exactly, so rounding is asked only here.
+        """
+        most = min(length // (2 * COPY), length // (2 * GRID) - 1)
+        return min(math.ceil(self._high / self._width * length / (2 * math.pi)), most)
+
+    def _band(self, scale: float, length: int) -> Real:
+        """By what the copy's spectrum is multiplied at bins -K .. K, counted from Nyquist's.
+
+        That is ``H w`` over what the Gaussian and the interpolation multiply by.
+        """
+        bin_width, bins = 2 * math.pi / length, self._bins(length)
+        # Bit by bit: of a long ring what it takes is more than the result.
+        return np.concatenate(
+            [
+                self._band_part(
+                    scale, bin_width * np.arange(k, min(k + STRETCH, bins + 1), dtype=float)
+                )
+                for k in range(-bins, bins + 1, STRETCH)
+            ]
+        )
+
+    def _band_part(self, scale: float, omega: Real) -> Real:
+        """The same at frequencies in radians a sample, counted from Nyquist's."""
+        passed = self._kernel.transforms(GRID * omega) * GRID
+        passed *= np.exp(-0.5 * (self._sigma * omega) ** 2) / COPY
+        # Below the Nyquist frequency, and above it, where the negative ones begin.
+        weights = response(self._wavelet, scale, omega + np.where(omega > 0, -math.pi, math.pi))
+        # Its own bin stands for both signs.
+        both = response(self._wavelet, scale, np.array([-math.pi, math.pi]))
+        weights[omega == 0] = both.mean()
+        return np.asarray(weights * self._window(np.abs(omega)) / passed, dtype=np.float64)
+
+    def transform(self, copies: Copies, sink: Sink) -> None:
+        """Transform channels."""
+        values = copies.original
+        for length, members in self._rings.items():
+            channels = max(1, TOGETHER // length)
+            scales = max(1, CUT_POINTS * GRID // length)
+            for c in range(0, len(values), channels):
+                spectra = self._spectra(values[c : c + channels], length)
+                for i in range(0, len(members), scales):
+                    chosen = members[i : i + scales]
+                    grids = {j: self._grid(spectra, length, j, scale) for j, scale in chosen}
+                    count = max(1, self._frames.together // len(spectra))
+                    for f in range(0, self._frames.count, count):
+                        self._transform(values, length, grids, sink, c, slice(f, f + count))
+
+    def _spectra(self, values: Real, length: int) -> CutComplex:
+        """Half of the spectra of ``(-1)^n x_n`` at every COPY samples of rings."""
+        weights = mean_weights(COPY, self._half, self._sigma)
+        weights = weights * np.where(np.arange(len(weights)) % 2, -1.0, 1.0)[:, None]
+        before = self._half * COPY
+        means = gaussian_means(
+            lambda start, stop: ring_part(values, length, start - before, stop - before),
+            len(values),
+            length // (COPIES_ROW * COPY),
+            COPY,
+            weights,
+        )
+        # A copy: the rest of the spectrum is not needed.
+        return fft.rfft(means, axis=-1, overwrite_x=True)[:, : self._bins(length) + 1].copy()
+
+    def _grid(self, spectra: CutComplex, length: int, j: int, scale: float) -> Floats:
+        """Points of one scale's band all along the ring; parts apart, shape (2, c, points)."""
+        weights = self._bands[j] if j in self._bands else self._band(scale, length)
+        bins, points = len(weights) // 2, length // GRID
+        product = np.zeros((len(spectra), points), dtype=np.complex128)
+        np.multiply(spectra[:, : bins + 1], weights[bins:], out=product[:, : bins + 1])
+        np.conj(spectra[:, bins:0:-1], out=product[:, points - bins :])
+        product[:, points - bins :] *= weights[:bins]
+        found = fft.ifft(product, axis=-1, overwrite_x=True)
+        before = self._product.before
+        needed = before + self._frames.count * self._frames.hop // GRID + self._product.inputs
+        parts = np.empty((2, len(spectra), needed), dtype=self._matrix.dtype)
+        place = 0
+        while place < needed:  # round and round the ring
+            at = (place - before) % points
+            count = min(points - at, needed - place)
+            parts[0, :, place : place + count] = found.real[:, at : at + count]
+            parts[1, :, place : place + count] = found.imag[:, at : at + count]
+            place += count
+        return parts
+
+    def _transform(
+        self, values: Real, length: int, grids: dict[int, Floats], sink: Sink, c: int, some: slice
+    ) -> None:
+        """Some scales, over some frames."""
+        frames, product = self._frames, self._product
+        first, count = some.start, min(some.stop, frames.count) - some.start
+        rows_of_one = next(iter(grids.values())).shape[1]
+        channels = slice(c, c + rows_of_one)
+        start = first * frames.hop
+        stop = start + count * frames.hop + 2 * frames.margin
+        part = ring_part(values[channels], length, start - frames.margin, stop)
+        spectra, slopes = frames.spectra(part, count)
+        rows = count * frames.hop // product.outputs
+        from_point = start // GRID
+        for j, points in grids.items():
+            found = frames.rows(spectra, slopes, *self._ways[j])
+            left = np.ascontiguousarray(windows(points[:, :, from_point:], rows, product))
+            both = (left.reshape(-1, product.inputs) @ self._matrix).reshape(2, *found.shape)
+            both[0] += found.real
+            both[1] += found.imag
+            real, imag = both.reshape(2, rows_of_one, 1, -1)
+            sink.write(channels, slice(j, j + 1), start, real, imag)
+
+
+AnyComplex = NDArray[np.complexfloating[Any, Any]]
+
+#: Magnitudes of channels of amplitude 1 that are above this share times the root of the scale are
+#: above the rounding of the transform.
+ROUNDING = 1e-13
+#: Recordings above the first length are cut into blocks of the second.
+WHOLE, BLOCK = 1 << 17, 1 << 16
+#: Wavelets take part with grids of this step and wider.
+COARSE = 4
+#: Up to this length, where a call costs more than a sample, copies are for the widest only.
+SHORT = 1 << 15
+#: A wavelet that reaches further than this share of a block is transformed on a slower copy.
+SHARE = 0.15
+#: Scales of one copy are up to so many times the narrowest of them.
+SPAN = 16.0
+
+
+class _Path(Protocol):
+    """A way to transform some of the scales."""
+
+    def transform(self, copies: Copies, sink: Sink) -> None: ...
+
+
+class Plan:
+    """A transform that is ready to run; use :func:`plan_for`, which keeps plans.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel.
+    scales : sequence of float
+        In samples, positive, in any order.
+    wavelet : Wavelet
+    tolerance : float
+        One of 1e-3, 1e-5, 1e-7, 1e-10 and 1e-14.
+    single : bool
+        Whether coefficients are given in single precision, and interpolated in it.
+    """
+
+    def __init__(
+        self, n: int, scales: Sequence[float], wavelet: Wavelet, tolerance: float, single: bool
+    ) -> None:
+        keep_freed_memory()
+        self.n, self.tolerance, self.single = n, tolerance, single
+        self.scales: Real = np.asarray(scales, dtype=np.float64)
+        # In rising order inside.
+        self._order = np.argsort(self.scales, kind="stable")
+        rising = self.scales[self._order]
+        block = WIDEST_STEP * -(-(n if n <= WHOLE else BLOCK) // WIDEST_STEP)
+        self._padded = n
+        self._smoothing = Smoothing((1,), 1.0, 1)
+        if type(wavelet) is Morlet:
+            self._paths = self._morlet(rising, wavelet, design(wavelet.p, tolerance), block)
+        else:
+            design(5.0, tolerance)  # refuses unknown tolerances
+            self._paths = [Ring(n, rising, range(len(rising)), wavelet, single)]
+
+    def _morlet(self, scales: Real, wavelet: Morlet, made: Design, block: int) -> list[_Path]:
+        """Ways for cut, narrow, wide and the widest wavelets."""
+        n, single = self.n, self.single
+        cut = [j for j, a in enumerate(scales.tolist()) if made.is_cut(a)]
+        narrow = [
+            j for j, a in enumerate(scales.tolist()) if j not in cut and made.step(a) < COARSE
+        ]
+        paths: list[_Path] = []
+        if cut and ring_length(n, float(scales[0]), wavelet.radius) > RING_KEPT:
+            paths.append(Cut(n, scales[cut], cut, wavelet, made, self.tolerance, single))
+        elif cut:
+            paths.append(Ring(n, scales[cut], cut, wavelet, single))
+        if narrow:
+            paths.append(Narrow(n, scales[narrow], narrow, wavelet, made, single))
+        first = len(cut) + len(narrow)
+        if first < len(scales):
+            self._padded = WIDEST_STEP * -(-n // WIDEST_STEP)
+        half = math.ceil(made.reach * made.gaussian)
+        self._smoothing = Smoothing((1,), made.gaussian, half)
+        while first < len(scales):
+            scale = float(scales[first])
+            near = made.half_width(scale) <= max(SHARE * block, 512)
+            step = self._copy_step(scale, made, near)
+            last = int(np.searchsorted(scales, self._reached(scale, step, made, block)))
+            last = max(last, first + 1)
+            paths.append(
+                Wide(
+                    n,
+                    block if near else self._padded,
+                    scales[first:last],
+                    first,
+                    wavelet,
+                    made,
+                    single,
+                    step,
+                    self._smoothing.variance(step),
+                )
+            )
+            first = last
+        return paths
+
+    def _copy_step(self, scale: float, made: Design, near: bool) -> int:
+        """Samples a step of the copy that a scale is transformed on; 1 for the signal itself."""
+        known = self._smoothing.steps
+        step = min(made.copy_step(scale), 1 << max(0, (self.n // 32).bit_length() - 1))
+        if step <= known[-1] or (near and self.n <= SHORT):
+            return known[-1]
+        self._smoothing = replace(self._smoothing, steps=(*known, step))
+        return step
+
+    def _reached(self, scale: float, step: int, made: Design, block: int) -> float:
+        """The scale up to which others join that one on its copy."""
+        farthest = (max(SHARE * block, 512) - 2) / made.reach
+        if scale > farthest:
+            return SPAN * scale
+        return min(farthest * (1 + 1e-12), SPAN * scale if step > 1 else math.inf)
+
+    def coefficients(self, values: Real) -> AnyComplex:
+        """Transform channels.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (c, n)
+            Finite, moderate in size, as from :func:`forcelab.signals.conditioning.condition`.
+
+        Returns
+        -------
+        ndarray of complex64 or complex128, shape (c, k, n)
+        """
+        sink = Coefficients(len(values), len(self.scales), self.n, self._padded, self.single)
+        self._run(values, sink)
+        return self._as_asked(sink.result)
+
+    def log_polar(self, values: Real) -> tuple[Floats, Floats]:
+        """Log magnitudes and phases of channels, without their coefficients ever being kept.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (c, n)
+            As for :meth:`coefficients`.
+
+        Returns
+        -------
+        magnitudes, phases : ndarray of float32 or float64, shape (c, k, n)
+            Natural logarithms, and radians from -pi to pi. Magnitudes below :data:`ROUNDING` times
+            the root of the scale are raised to that, and their phase is 0.
+        """
+        floor = ROUNDING * np.sqrt(self.scales[self._order])
+        sink = LogPolar(len(values), floor, self.n, self.single)
+        self._run(values, sink)
+        return self._as_asked(sink.magnitudes), self._as_asked(sink.phases)
+
+    def _run(self, values: Real, sink: Sink) -> None:
+        if values.ndim != 2 or values.shape[1] != self.n:
+            raise InputError(
+                f"This plan is for channels of {self.n} samples, not for {values.shape}."
+            )
+        values = np.ascontiguousarray(values, dtype=np.float64)
+        with one_blas_thread():
+            copies = Copies(values, self._smoothing)
+            for path in self._paths:
+                path.transform(copies, sink)
+
+    def _as_asked(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Bring scales back into the order they were given in."""
+        if np.array_equal(self._order, np.arange(len(self._order))):
+            return rows
+        return rows[:, np.argsort(self._order)]
+
+
+_kept = lru_cache(maxsize=8)(Plan)
+
+
+def plan_for(
+    n: int,
+    scales: Sequence[float] | Real,
+    wavelet: Wavelet | None = None,
+    tolerance: float = 1e-7,
+    *,
+    double: bool = False,
+) -> Plan:
+    """A plan for transforms; the last few are kept and given again.
+
+    Parameters
+    ----------
+    n : int
+        Samples of a channel, at least 1.
+    scales : array_like, shape (k,)
+        In samples, positive, in any order.
+    wavelet : Wavelet, optional
+        The Morlet with p = 5 by default. Any other than the complex Morlet takes the plain way.
+    tolerance : float
+        1e-3, 1e-5, 1e-7, 1e-10 or 1e-14: error relative to the largest coefficient of its scale.
+    double : bool
+        Whether to give double precision where single precision holds the tolerance.
+
+    Raises
+    ------
+    InputError
+        If there are no samples, a scale is not positive or the tolerance is unknown.
+    """
+    sizes = np.asarray(scales, dtype=np.float64)
+    if n < 1:
+        raise InputError(f"A transform needs at least one sample, not {n}.")
+    if sizes.ndim != 1 or sizes.size == 0 or not np.all((sizes > 0) & np.isfinite(sizes)):
+        raise InputError("Scales are positive numbers of samples.")
+    single = tolerance >= SINGLE and not double
+    return _kept(int(n), tuple(sizes.tolist()), wavelet or Morlet(), float(tolerance), single)

@@ -1,1 +1,0 @@
-"""The wavelet engine: transforms to a tolerance, each scale by the cheapest way that holds it."""

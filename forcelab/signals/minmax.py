@@ -1,0 +1,527 @@
+"""Minimum and maximum of a channel in every pixel column.
+
+What is found here serves all channels of a demonstration; :mod:`forcelab.signals.minmax` finds
+the extremes of each channel with it, and says why these blocks.
+
+A curve of more samples than the screen has columns is drawn as one upright line a column, from the
+least to the greatest sample whose stamp lies in it; nothing vanishes, however far out one zooms.
+A pyramid of the extremes of 16, 64, 256, ... samples, built once, gives a column's extremes at a
+cost that does not depend on how many samples it holds:
+
+* of the coarsest level of which a mean column still holds 16 blocks, all blocks that touch a column
+  are looked at: they lie next to each other, so that many of them cost less than to pick few.
+
+Below 64 samples a column, its extremes are exactly those of its samples. From there on, every
+sample of a column is in its extremes, and at either end less than one block of its neighbours may
+be: fewer than 16 samples, or a sixteenth of a mean column, and of less than a column's width in
+time. Columns that a block would reach further out of, as across a gap, are looked at sample by
+sample at both ends, and between by blocks of one level after the other that lie inside of them. The
+pyramid takes 2/16 + 2/64 + ... = 1/6 of the memory of its channel.
+
+Between the samples a curve is a straight line. With the line's values at the edges of the columns
+the same upright lines join up to the curve, however few samples there are; across a gap in the
+stamps and across a missing sample there is no line.
+
+One glitch of 1e16 would leave nothing to be seen of forces of some newtons: samples that no sensor
+can have read count as missing here too, and :attr:`Envelope.glitches` tells where they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.jobs import Progress
+from forcelab.signals.conditioning import GLITCH, in_short_runs
+from forcelab.signals.grid import readings
+
+#: Samples in a block of the finest level, and blocks in a block of the next level.
+UNIT = 16
+FACTOR = 4
+#: Samples in a block of each level.
+SIZES = tuple(UNIT * FACTOR**k for k in range(8))
+#: Samples that are read at once: one block of the coarsest level.
+CHUNK = SIZES[-1]
+#: Up to so many samples a column are picked one by one rather than found run by run.
+PICKED = 32
+#: From so many blocks of the finest level a column on, a pyramid is used; and from a coarser level
+#: on where a column holds at least so many of its blocks.
+FEWEST, FINE = 4, 16
+#: Stamps of so many samples do not fit into a processor's cache: to search them is to wait.
+MANY = 200_000
+#: From so many samples a column on, extremes are drawn; below, a line through the samples.
+DENSE = 3.0
+
+Real = NDArray[np.float64]
+Whole = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ends:
+    """The samples, or the blocks of one level, at both ends of columns.
+
+    Parameters
+    ----------
+    which : ndarray of int64, shape (m,)
+        The columns that hold any.
+    blocks : ndarray of int64, shape (2 * few, m)
+        Those of each, none outside of it, some of them more than once.
+    """
+
+    which: Whole
+    blocks: Whole
+
+    @classmethod
+    def of(cls, which: Whole, firsts: Whole, lasts: Whole, few: int) -> _Ends:
+        """The `few` at either end of the runs from `firsts` up to `lasts`."""
+        there = firsts < lasts
+        first, final = firsts[there], lasts[there] - 1
+        steps = np.arange(few)[:, np.newaxis]
+        ends = (np.minimum(first + steps, final), np.maximum(final - steps, first))
+        return cls(which[there], np.concatenate(ends))
+
+
+class Columns:
+    """Which samples lie in each column of the screen; shared by all channels of a demonstration.
+
+    Parameters
+    ----------
+    times : ndarray of float64, shape (n,)
+        Stamps in seconds, strictly increasing; they need not be regular.
+    edges : array_like, shape (k + 1,)
+        Edges of the columns in seconds, rising; column ``i`` holds the samples with
+        ``edges[i] <= time < edges[i + 1]``.
+    longest : float
+        Neighbouring stamps further apart than this many seconds have a gap between them.
+
+    Attributes
+    ----------
+    firsts, lasts : ndarray of int64, shape (k,)
+        Column ``i`` holds the samples ``firsts[i]`` up to, not including, ``lasts[i]``.
+    """
+
+    def __init__(self, times: Real, edges: ArrayLike, longest: float = np.inf) -> None:
+        self._times: Real = np.asarray(times)
+        self._edges: Real = np.asarray(edges, dtype=np.float64)
+        self._longest = longest
+        self._adopt(_found(self._times, self._edges))
+
+    def _adopt(self, bounds: Whole) -> None:
+        """Take the first sample of each column, and the one after the last column."""
+        self._bounds = bounds
+        self.firsts, self.lasts = bounds[:-1], bounds[1:]
+        self._restricted: dict[int, Columns] = {}
+
+    def __len__(self) -> int:
+        return len(self.firsts)
+
+    @property
+    def samples(self) -> int:
+        """Samples in all columns together."""
+        return int(self._bounds[-1] - self._bounds[0])
+
+    @cached_property
+    def full(self) -> Whole:
+        """The columns that hold a sample."""
+        return np.flatnonzero(self.firsts < self.lasts)
+
+    @property
+    def crowd(self) -> float:
+        """Mean number of samples in a column that holds any; 0 where none does."""
+        return self.samples / len(self.full) if len(self.full) else 0.0
+
+    @property
+    def dense(self) -> bool:
+        """Whether extremes are to be drawn rather than a line through the samples."""
+        return self.crowd >= DENSE
+
+    @property
+    def pyramid(self) -> bool:
+        """Whether a pyramid is needed; without, at most 64 samples a column are looked at."""
+        return self.crowd >= FEWEST * UNIT
+
+    @cached_property
+    def picks(self) -> Whole | None:
+        """The samples of each column that holds any, one column below the other, shape (s, m).
+
+        A column with fewer than `s` repeats its last one. None where columns hold too many, or
+        some hold many more than others.
+        """
+        first, last = self.firsts[self.full], self.lasts[self.full]
+        most = int((last - first).max(initial=0))
+        if most > PICKED or most * len(self.full) > 2 * self.samples + len(self.full):
+            return None
+        return np.minimum(first + np.arange(most)[:, np.newaxis], last - 1)
+
+    def up_to(self, count: int) -> Columns:
+        """The same columns with only the first `count` samples of the demonstration in them."""
+        if count >= self._bounds[-1]:
+            return self
+        if count not in self._restricted:
+            part = Columns.__new__(Columns)
+            part._times, part._edges, part._longest = self._times, self._edges, self._longest
+            part._adopt(np.minimum(self._bounds, count))
+            self._restricted[count] = part
+        return self._restricted[count]
+
+    @property
+    def around(self) -> slice:
+        """The samples in all columns, and one on either side."""
+        return slice(max(int(self._bounds[0]) - 1, 0), int(self._bounds[-1]) + 1)
+
+    @cached_property
+    def crossings(self) -> tuple[Whole, Whole, Real]:
+        """The edges that a line between two samples crosses, shape (m,) each.
+
+        Which edges, the sample after each, and the share of the way to it.
+        """
+        which = np.flatnonzero((self._bounds > 0) & (self._bounds < len(self._times)))
+        after = self._bounds[which]
+        left, right = self._times.take(after - 1), self._times.take(after)
+        joined = right - left <= self._longest
+        share = (self._edges[which] - left) / (right - left)
+        return which[joined], after[joined], share[joined]
+
+    @cached_property
+    def top(self) -> int:
+        """The coarsest level that is looked at, where a pyramid is needed."""
+        return max(k for k, size in enumerate(SIZES) if k == 0 or size * FINE <= self.crowd)
+
+    @cached_property
+    def narrow(self) -> Whole:
+        """The columns that hold samples, but whose blocks would reach too far out of them."""
+        which, size = self.full, SIZES[self.top]
+        opening = self._times.take(self.firsts[which] // size * size)
+        closing = -(-self.lasts[which] // size) * size
+        closing = self._times.take(np.minimum(closing, len(self._times)) - 1)
+        left, right = self._edges[which], self._edges[which + 1]
+        return which[np.maximum(left - opening, closing - right) > right - left]
+
+    @cached_property
+    def ends(self) -> tuple[_Ends, ...]:
+        """What is looked at one by one at both ends of :attr:`narrow` columns.
+
+        First samples, then the blocks of each level below :attr:`top`.
+        """
+        which = self.narrow
+        if not len(which):
+            return ()
+        begin, end = self.firsts[which], self.lasts[which]
+        found = []
+        for few in (UNIT, *[FACTOR] * self.top):
+            found.append(_Ends.of(which, begin, end, few - 1))
+            begin, end = -(-begin // few), end // few
+        return tuple(found)
+
+    @cached_property
+    def run(self) -> tuple[Whole, Whole]:
+        """The columns that hold a block of level :attr:`top`, and the bounds of their runs.
+
+        Two a column, as :meth:`numpy.ufunc.reduceat` wants them.
+        """
+        size = SIZES[self.top]
+        begin, end = self.firsts // size, -(-self.lasts // size)
+        for inside in (self.narrow, np.flatnonzero(self.firsts >= self.lasts)):
+            if len(inside):
+                begin[inside] = -(-self.firsts[inside] // size)
+                end[inside] = self.lasts[inside] // size
+        which = np.flatnonzero(begin < end)
+        return which, np.stack([begin[which], end[which]], axis=1).ravel()
+
+
+def _found(times: Real, edges: Real) -> Whole:
+    """The first sample at or after each edge, as :func:`numpy.searchsorted` has it.
+
+    Of many stamps that are equally far apart it is computed and looked at, in a quarter of the time
+    that a search takes.
+    """
+    n = len(times)
+    if n < MANY:
+        return np.searchsorted(times, edges).astype(np.int64)
+    rate = (n - 1) / (times[-1] - times[0])
+    guess = np.clip(np.ceil((edges - times[0]) * rate), 0, n).astype(np.int64)
+    after = (guess == n) | (times.take(np.minimum(guess, n - 1)) >= edges)
+    before = (guess == 0) | (times.take(np.maximum(guess - 1, 0)) < edges)
+    wrong = np.flatnonzero(~(after & before))
+    if len(wrong):
+        guess[wrong] = np.searchsorted(times, edges[wrong])
+    return guess
+
+
+Limits = tuple[float, float] | Real  # each one for all values, or one for each column of them
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Extremes:
+    """The least and the greatest sample of each of k columns.
+
+    Parameters
+    ----------
+    low, high : ndarray of float64, shape (k,)
+        In the channel's unit; NaN where a column holds no sample or only missing ones.
+    """
+
+    low: Real
+    high: Real
+
+
+class Envelope:
+    """One channel and the pyramid of its extremes, which :func:`read_envelopes` fills.
+
+    What was read already can be drawn while the rest is read: a reader in another thread raises
+    :attr:`filled` after the extremes are there.
+
+    Parameters
+    ----------
+    signals : ndarray of float64, shape (n, c)
+        All channels, perhaps mapped into memory; NaN or infinity marks a missing sample.
+    column : int
+        Which of them.
+
+    Attributes
+    ----------
+    filled : int
+        The pyramid holds the samples before this one.
+    limits : tuple of float or None
+        Samples beyond them count as missing; None where none is, and until all was read.
+    glitches : ndarray of int64
+        Which of these samples are glitches: not those of long runs, as of a number that stands
+        for a sensor that was not there.
+    """
+
+    def __init__(self, signals: Real, column: int) -> None:
+        signals = np.asarray(signals)  # no memmap, which is slow to index; nothing is copied
+        self._signals, self._column = signals, column
+        self.values: Real = signals[:, column]
+        self._width = signals.shape[1]
+        self._flat: Real = signals.reshape(-1)  # sample after sample, each with its channels
+        self.filled = 0
+        self.limits: tuple[float, float] | None = None
+        self.glitches: Whole = np.empty(0, dtype=np.int64)
+        # For each level the least sample and the negative of the greatest, shape (2, blocks): two
+        # least values, found in one go. Made by the first read, in its thread: that takes time.
+        self._levels: list[Real] = []
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the pyramid."""
+        return sum(level.nbytes for level in self._levels)
+
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """Least and greatest sample of what was read; None where there is none."""
+        return self._outermost() if self.filled else None
+
+    def read(self, start: int) -> None:
+        """Read the chunk that starts at sample `start`, a multiple of :data:`CHUNK`."""
+        if not self._levels:
+            # One block more at the end: a run may end behind the last block.
+            counts = [-(-len(self.values) // size) + 1 for size in SIZES]
+            self._levels = [np.full((2, count), np.inf) for count in counts]
+        values = self.values[start : start + CHUNK]
+        padded = np.full(-(-len(values) // UNIT) * UNIT, np.nan)
+        padded[: len(values)] = values
+        low, high = _present(padded, self.limits)
+        lowest = _coarser(np.stack([low, -high], axis=1), UNIT)
+        for level, size in zip(self._levels, SIZES, strict=True):
+            level[:, start // size : start // size + len(lowest)] = lowest.T
+            lowest = _coarser(lowest, FACTOR)
+        if start + CHUNK >= len(self) and self.limits is None:
+            self._leave_out_glitches()
+
+    def extremes(self, columns: Columns) -> Extremes:
+        """The least and the greatest sample of each column.
+
+        Parameters
+        ----------
+        columns : Columns
+            Of the same demonstration. Where they need a pyramid, samples that were not read yet
+            are left out.
+        """
+        low, high = np.full(len(columns), np.inf), np.full(len(columns), -np.inf)
+        if columns.pyramid:
+            self._from_pyramid(columns.up_to(self.filled), low, high)
+        elif len(columns.full):
+            starts = columns.firsts[columns.full]
+            first = starts[0]
+            lows, highs = _present(np.array(self.values[first : columns.lasts[-1]]), self.limits)
+            low[columns.full] = np.minimum.reduceat(lows, starts - first)
+            high[columns.full] = np.maximum.reduceat(highs, starts - first)
+        empty = low > high
+        low[empty] = high[empty] = np.nan
+        return Extremes(low, high)
+
+    def drawn(self, columns: Columns) -> Extremes:
+        """The least and the greatest value of the curve in each column.
+
+        As of :meth:`extremes`, with the values of the line through the samples at the edges.
+        """
+        return drawn_together([self], columns)[0]
+
+    def _from_pyramid(self, columns: Columns, low: Real, high: Real) -> None:
+        """Find extremes by the pyramid."""
+        if not len(columns.full):
+            return
+        if columns.ends:
+            samples, *ends = columns.ends
+            values = self._flat.take(samples.blocks * self._width + self._column)
+            least, greatest = _present(values, self.limits)
+            low[samples.which], high[samples.which] = least.min(axis=0), greatest.max(axis=0)
+            for end, level in zip(ends, self._levels, strict=False):
+                _lower(low, high, end.which, level.take(end.blocks, axis=1).min(axis=1))
+        which, bounds = columns.run
+        if len(which):
+            level = self._levels[columns.top][:, bounds[0] : bounds[-1] + 1]
+            found = np.minimum.reduceat(level, bounds - bounds[0], axis=1)[:, ::2]
+            _lower(low, high, which, found)
+
+    def _outermost(self) -> tuple[float, float] | None:
+        """Least and greatest value of the pyramid; None where it holds none."""
+        low, high = self._levels[-1].min(axis=1).tolist()
+        return (low, -high) if low <= -high else None
+
+    def _leave_out_glitches(self) -> None:
+        """Count as missing what no sensor can have read, now that all was read."""
+        whole = self._outermost()
+        if whole is None or max(-whole[0], whole[1]) <= GLITCH / 2:
+            return  # no glitch is as small: as good as always the answer
+        values = np.array(self.values)
+        known = readings(values)
+        known = known[np.isfinite(known)]
+        if not known.size:
+            return
+        low, high = float(known.min()), float(known.max())
+        beyond = np.isfinite(values) & _beyond(values, (low, high))
+        if beyond.any():
+            self.glitches = np.flatnonzero(in_short_runs(beyond))
+            self.limits = (low, high)
+        for chunk in np.unique(np.flatnonzero(beyond) // CHUNK).tolist():
+            self.read(chunk * CHUNK)
+
+
+def drawn_together(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes]:
+    """What :meth:`Envelope.drawn` gives for each of some channels of one demonstration.
+
+    It takes a fraction of the time: the channels of a sample lie next to each other.
+    """
+    if not envelopes:
+        return []
+    found = _few(envelopes, columns) or [envelope.extremes(columns) for envelope in envelopes]
+    met = _met(envelopes, columns)
+    lowest, highest = np.fmin(met[:, :-1], met[:, 1:]), np.fmax(met[:, :-1], met[:, 1:])
+    return [
+        Extremes(np.fmin(one.low, low), np.fmax(one.high, high))
+        for one, low, high in zip(found, lowest, highest, strict=True)
+    ]
+
+
+def _few(envelopes: Sequence[Envelope], columns: Columns) -> list[Extremes] | None:
+    """The extremes of all channels at once; None where that would not take less time."""
+    picks = None if columns.pyramid else columns.picks
+    if picks is None or picks.size == 0 or 2 * len(envelopes) < envelopes[0]._width:
+        return None
+    signals = envelopes[0]._signals
+    limits = None
+    if any(envelope.limits for envelope in envelopes):
+        limits = np.tile([[-np.inf], [np.inf]], signals.shape[1])
+        for envelope in envelopes:
+            if envelope.limits:
+                limits[:, envelope._column] = envelope.limits
+    lows, highs = _present(signals.take(picks, axis=0), limits)
+    shape = (len(columns), signals.shape[1])
+    low, high = np.full(shape, np.nan), np.full(shape, np.nan)
+    least, greatest = lows.min(axis=0), highs.max(axis=0)
+    least[np.isposinf(least)] = greatest[np.isneginf(greatest)] = np.nan
+    low[columns.full], high[columns.full] = least, greatest
+    return [Extremes(low[:, one._column], high[:, one._column]) for one in envelopes]
+
+
+def _met(envelopes: Sequence[Envelope], columns: Columns) -> Real:
+    """Where the lines between samples meet the edges of columns, shape (channels, k + 1)."""
+    which, after, share = columns.crossings
+    flat, width = envelopes[0]._flat, envelopes[0]._width
+    chosen = np.array([envelope._column for envelope in envelopes])
+    if 2 * len(envelopes) < width:
+        left, right = (flat.take(at * width + chosen[:, np.newaxis]) for at in (after - 1, after))
+    else:
+        samples = envelopes[0]._signals
+        left, right = (samples.take(at, axis=0).T[chosen] for at in (after - 1, after))
+    for i, envelope in enumerate(envelopes):
+        if envelope.limits:
+            for side in (left[i], right[i]):
+                side[_beyond(side, envelope.limits)] = np.nan
+    met = np.full((len(envelopes), len(columns) + 1), np.nan)
+    met[:, which] = _between(left, right, share)
+    if columns.pyramid:
+        for envelope, row in zip(envelopes, met, strict=True):
+            row[which[np.searchsorted(after, envelope.filled) :]] = np.nan
+    return met
+
+
+def read_envelopes(envelopes: Sequence[Envelope]) -> Generator[Progress, None, None]:
+    """Fill the pyramids of some channels of one demonstration, passing over its samples once.
+
+    A step is one chunk of one channel, some milliseconds in which numpy lets other threads run.
+
+    Parameters
+    ----------
+    envelopes : sequence of Envelope
+        Each goes on where it stopped before.
+    """
+    envelopes = [envelope for envelope in envelopes if envelope.filled < len(envelope)]
+    if not envelopes:
+        return
+    n = len(envelopes[0])
+    for start in range(min(envelope.filled for envelope in envelopes), n, CHUNK):
+        for envelope in envelopes:
+            if envelope.filled <= start:
+                envelope.read(start)
+                envelope.filled = min(start + CHUNK, n)
+                yield Progress(envelope.filled, n, "reading the channels")
+
+
+def _beyond(values: Real, limits: Limits) -> NDArray[np.bool_]:
+    """Which values are below the lower of two limits or above the upper one."""
+    return np.asarray((values < limits[0]) | (values > limits[1]))
+
+
+def _present(values: Real, limits: Limits | None) -> tuple[Real, Real]:
+    """The values for the search of the least and of the greatest: missing ones are never found."""
+    missing = ~np.isfinite(values)
+    if limits is not None:
+        missing |= _beyond(values, limits)
+    if not missing.any():
+        return values, values
+    return np.where(missing, np.inf, values), np.where(missing, -np.inf, values)
+
+
+def _between(left: Real, right: Real, share: Real) -> Real:
+    """Values a share of the way from one sample to the next; NaN where one of them is missing."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        value = left * (1.0 - share) + right * share
+    return np.where(np.isfinite(value), value, np.nan)
+
+
+def _lower(low: Real, high: Real, which: Whole, lowest: Real) -> None:
+    """Widen some of the extremes to those of a level, shape (2, m)."""
+    low[which] = np.minimum(low[which], lowest[0])
+    high[which] = np.maximum(high[which], -lowest[1])
+
+
+def _coarser(values: Real, width: int) -> Real:
+    """The least of each `width` neighbours, shape (n, 2); the last may have fewer."""
+    if len(values) % width:
+        rest = np.broadcast_to(values[-1], (-len(values) % width, 2))
+        values = np.concatenate([values, rest])
+    parts = values.reshape(-1, width, 2)
+    found = parts[:, 0].copy()
+    for i in range(1, width):  # many times faster than a reduction along a short axis
+        np.minimum(found, parts[:, i], out=found)
+    return found

@@ -1,0 +1,439 @@
+"""A video's clock found from where its motion and the force change abruptly together.
+
+Three correlations are added up. Motion is abrupt where it exceeds its running median. It is
+correlated with the logarithm of the force's rate of change, once as it is and once above *its*
+running median; and the logarithm of the motion is, too. Taps count where the video has abrupt
+motion.
+
+Which shift fits best is told by :mod:`~forcelab.signals.sync`; here it is made exact by the
+taps, and it is decided how far it may be believed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from forcelab.clock import ClockMap, fit_clock
+from forcelab.demonstration import Demonstration
+from forcelab.errors import InputError
+from forcelab.jobs import Progress
+from forcelab.project.films import said_of_film
+from forcelab.signals.grid import readings
+from forcelab.signals.taps import Tap, find_taps, rate_of_change
+from forcelab.video.motion import measuring_motion
+
+Array = NDArray[np.float64]
+
+#: Clocks differ by no more than this share ...
+DRIFT = 1.2e-3
+#: ... and rates are tried so closely that neither end is off by more than this, s.
+SLIP = 0.02
+#: Video and force have at least this share of the shorter one in common.
+OVERLAP = 0.5
+#: Running medians, s: of the motion and of the force's rate of change.
+MOTION_REST, FORCE_REST = 0.23, 0.6
+#: How much the taps count beside the correlations, and how exactly they are met, s.
+TAPS, MET = 0.6, 0.02
+#: A tap's strongest motion comes this long after its onset in the force, s.
+TAP_CENTRE = 0.03
+#: Taps that are looked at, the clearest ones.
+MOST_TAPS = 24
+#: Another peak of the score counts from this distance on, s.
+APART = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A signal on a grid of `rate` samples a second: its abrupt part, and the whole's logarithm."""
+
+    times: Array
+    abrupt: Array
+    level: Array
+    rate: float
+
+    def shown(self) -> Array:
+        """Times and abrupt part, the largest of it 1."""
+        top = float(np.max(self.abrupt, initial=0.0))
+        return np.stack([self.times, self.abrupt / top if top > 0 else self.abrupt])
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A shift: its score, the share of it that the next peak has, and its correlation alone."""
+
+    clock: ClockMap
+    score: float
+    ratio: float
+    alike: float
+
+
+def motion_track(times: Array, energy: Array, rate: float) -> Track:
+    """The video's motion on a grid of `rate` samples a second."""
+    from scipy.ndimage import gaussian_filter1d
+
+    middle = 0.5 * (times[1:] + times[:-1])
+    grid = np.arange(middle[0], middle[-1], 1.0 / rate)
+    abrupt = np.interp(grid, middle, _abrupt(times, energy))
+    usual = float(np.median(energy[1:]))
+    level = np.log(energy[1:] + 0.1 * usual + 1e-3)
+    return Track(
+        grid, gaussian_filter1d(abrupt, 0.015 * rate), np.interp(grid, middle, level), rate
+    )
+
+
+def _abrupt(times: Array, energy: Array) -> Array:
+    """By how much the root of the energy exceeds its running median; shape (n - 1,)."""
+    from scipy.ndimage import median_filter
+
+    root = np.sqrt(np.maximum(energy[1:], 0.0))
+    width = max(round(MOTION_REST / float(np.median(np.diff(times)))), 3) | 1
+    return np.maximum(root - median_filter(root, width, mode="nearest"), 0.0)
+
+
+def force_track(times: Array, force: Array, rate: float) -> Track:
+    """The force's rate of change on a grid of `rate` samples a second."""
+    from scipy.ndimage import gaussian_filter1d, median_filter
+
+    grid, magnitude = rate_of_change(times, force, rate)
+    quiet = float(np.quantile(magnitude, 0.3))
+    quiet = quiet if quiet > 0 else float(np.max(magnitude)) * 1e-3 + 1e-12
+    level = np.log1p(magnitude / quiet)
+    width = round(FORCE_REST * rate) | 1
+    abrupt = np.maximum(level - median_filter(level, width, mode="nearest"), 0.0)
+    smooth = 0.015 * rate
+    return Track(grid, gaussian_filter1d(abrupt, smooth), gaussian_filter1d(level, smooth), rate)
+
+
+def rates_to_try(length: float) -> tuple[float, ...]:
+    """The rates to try, from 1 outwards; 1 alone where the drift of a length (s) cannot be seen."""
+    steps = int(DRIFT * length / 2.0 / (2.0 * SLIP))
+    if steps < 2:
+        return (1.0,)
+    drifts = np.linspace(-DRIFT, DRIFT, 2 * steps + 1)
+    return tuple(1.0 + drifts[np.argsort(np.abs(drifts))])
+
+
+def best_shift(motion: Track, force: Track, taps: tuple[Tap, ...], drift: float) -> Match:
+    """The best shift for one rate."""
+    times = np.arange(motion.times[0] * drift, motion.times[-1] * drift, 1.0 / force.rate)
+    abrupt = np.interp(times / drift, motion.times, motion.abrupt)
+    level = np.interp(times / drift, motion.times, motion.level)
+    pairs = ((abrupt, force.abrupt), (abrupt, force.level), (level, force.level))
+    alike, lags = _correlation(pairs)
+    shift = force.times[0] - times[0] + lags / force.rate
+    score = alike + TAPS * _tapped(times, abrupt, taps, shift) if taps else alike
+    top = int(np.argmax(score))
+    far = np.abs(shift - shift[top]) > APART
+    second, peak = float(np.max(score[far], initial=0.0)), float(score[top])
+    clock = ClockMap(_vertex(shift, score, top), drift)
+    return Match(clock, peak, second / peak if peak > 0 else 1.0, float(alike[top]))
+
+
+def _vertex(x: Array, y: Array, top: int) -> float:
+    """Where a parabola through the highest value and its neighbours is highest."""
+    if 0 < top < y.size - 1:
+        bend = y[top - 1] - 2.0 * y[top] + y[top + 1]
+        if bend < 0:
+            return float(x[top] + 0.5 * (x[1] - x[0]) * (y[top - 1] - y[top + 1]) / bend)
+    return float(x[top])
+
+
+def _correlation(pairs: Iterable[tuple[Array, Array]]) -> tuple[Array, NDArray[np.intp]]:
+    """The mean correlation coefficient of pairs over what they have in common, for every shift.
+
+    Gives the values and the shifts in samples for which the first of each pair is to be delayed,
+    where there is enough overlap. Coefficients are weighted by the root of the overlap, since
+    short ones are high by chance.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    total: Array | None = None
+    for one, other in pairs:
+        n, m = one.size, other.size
+        size = next_fast_len(n + m, real=True)
+        a, b = (one - one.mean()) / _spread(one), (other - other.mean()) / _spread(other)
+        fa, fb = rfft([np.ones(n), a, a * a], size), rfft([np.ones(m), b, b * b], size)
+
+        def sums(i: int, j: int, fa: Any = fa, fb: Any = fb, size: int = size) -> Array:
+            return np.asarray(irfft(np.conj(fa[i]) * fb[j], size))
+
+        count = np.maximum(np.round(sums(0, 0)), 1.0)
+        mean_a, mean_b = sums(1, 0) / count, sums(0, 1) / count
+        power_a = np.maximum(sums(2, 0) / count - mean_a**2, 1e-3)
+        power_b = np.maximum(sums(0, 2) / count - mean_b**2, 1e-3)
+        value = (sums(1, 1) / count - mean_a * mean_b) / np.sqrt(power_a * power_b)
+        value *= np.sqrt(np.minimum(count / min(n, m), 1.0)) / 3.0
+        total = value if total is None else total + value
+    assert total is not None
+    lags = np.arange(total.size)
+    lags[lags >= m] -= size
+    enough = np.flatnonzero(count >= OVERLAP * min(n, m))
+    order = enough[np.argsort(lags[enough])]
+    return total[order], lags[order]
+
+
+def _spread(values: Array) -> float:
+    """The standard deviation, or 1 for a constant."""
+    return float(np.std(values)) or 1.0
+
+
+def _tapped(times: Array, abrupt: Array, taps: tuple[Tap, ...], shift: Array) -> Array:
+    """How well the taps meet abrupt motion for each shift: -1..1, 0 where they are not filmed."""
+    from scipy.ndimage import maximum_filter1d
+
+    order = np.empty(abrupt.size)
+    order[np.argsort(abrupt, kind="stable")] = np.linspace(-1.0, 1.0, abrupt.size)
+    rank = np.where(order > 0, order**2, order)
+    width = round(2.0 * MET / (times[1] - times[0])) | 1
+    met = maximum_filter1d(rank, width)
+    clearest = sorted(taps, key=lambda tap: -tap.clearness)[:MOST_TAPS]
+    total = np.zeros(shift.size)
+    for tap in clearest:
+        total += np.interp(tap.time + TAP_CENTRE - shift, times, met, left=0.0, right=0.0)
+    return total / len(clearest)
+
+
+#: Samples a second of the common grid, and of that for recordings longer than :data:`LONG` s.
+RATE, COARSE_RATE, LONG = 200.0, 50.0, 900.0
+#: Frames or samples needed.
+SHORTEST = 16
+#: The share of the highest peak that the next one has: nothing is sure from the first on, all is
+#: at the second. Measured on simulated demonstrations, with and without their taps.
+DOUBTFUL, SURE = 0.9, 0.55
+#: The same for the correlation alone: taps may meet anything in a video that shows nothing.
+UNLIKE, ALIKE = 0.08, 0.2
+#: Without two taps that agree nothing is proposed with more confidence.
+UNTAPPED = 0.45
+#: How far from the coarse shift a tap's frame is looked for, s.
+SOUGHT = 0.08
+#: How far the coarse comparison is trusted, s; how far from the shift that fits all taps one of
+#: them may lie, in frames, and how much motion must grow there, in usual growths.
+DOUBTED, NEXT, GROWN = 0.05, 1.0, 0.5
+#: By how much the motion grows at the taps on average, in usual growths: nothing is sure below the
+#: first, as another motion may be meant; all is from the second on.
+FAINT, PLAIN = 0.5, 1.0
+#: A proposal with less confidence is one to look at twice.
+TRUSTED = 0.5
+#: Taps further from the fitted clock than this share of a frame's time do not agree.
+AGREEING = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Proposal:
+    """A clock that was found, and how far it may be believed.
+
+    Parameters
+    ----------
+    clock : ClockMap
+        From the video's own time to force time.
+    confidence : float
+        0..1. Of the 30 demonstrations of the sample project 22 were above 0.5, all of them right to
+        within 19 ms, and all 30 to within 50 ms; of 20 made after the bounds were set 15, to within
+        18 ms. Above 0.5 were also 15 of 309 videos put to the force of another demonstration, whose
+        taps happened to fit: of the same task one in nine.
+    residual : float
+        Root mean square distance of the taps from the clock, s; 0 without taps.
+    taps : tuple of (float, float)
+        Pairs of video and force time (s) at which a tap was found in both.
+    motion, force : ndarray, shape (2, m)
+        What was compared, for looking at: rows of own times (s) and values of 0..1.
+    """
+
+    clock: ClockMap
+    confidence: float
+    residual: float
+    taps: tuple[tuple[float, float], ...]
+    motion: Array
+    force: Array
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it is to be looked at before it is believed."""
+        return self.confidence < TRUSTED
+
+
+def proposing_for(demonstration: Demonstration) -> Generator[Progress, None, Proposal]:
+    """Propose the clock of a demonstration's video; see :func:`proposing`.
+
+    Channels in newtons are looked at; where there is none, all channels in equal parts.
+
+    Raises
+    ------
+    InputError
+        If there is no video, it cannot be read, or it or the force is too short.
+    """
+    if demonstration.video is None:
+        raise InputError(f"Demonstration '{demonstration.name}' has no video to synchronise.")
+    path = demonstration.video.path
+    try:
+        motion = yield from measuring_motion(path)
+    except InputError as error:
+        raise InputError(said_of_film(str(error), path, demonstration.name)) from error
+    force = demonstration.signals
+    newtons = [channel.unit == "N" for channel in demonstration.channels]
+    if any(newtons):
+        force = force[:, newtons]
+    else:
+        force = _known(force)  # as recorded: divided, a glitch would be none
+        spread = np.nanstd(force, axis=0)
+        force = force / np.where(spread > 0, spread, 1.0)
+    return (yield from proposing(motion.times, motion.energy, demonstration.times, force))
+
+
+def proposing(
+    frame_times: ArrayLike, energy: ArrayLike, force_times: ArrayLike, force: ArrayLike
+) -> Generator[Progress, None, Proposal]:
+    """Propose a video's clock from its motion and the force.
+
+    Parameters
+    ----------
+    frame_times : array_like, shape (n,)
+        Timestamps of the frames on the video's clock, s, strictly increasing.
+    energy : array_like, shape (n,)
+        Motion between the frame before and each frame, such as of
+        :func:`~forcelab.video.motion.measuring_motion`.
+    force_times : array_like, shape (m,)
+        Stamps of the force's samples, s, strictly increasing.
+    force : array_like, shape (m,) or (m, c)
+        Force channels; NaN or infinity marks missing samples.
+
+    Yields
+    ------
+    Progress
+
+    Returns
+    -------
+    Proposal
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, or there is less than a second of either.
+
+    Notes
+    -----
+    The offset has no bounds but that video and force overlap by half of the shorter one. The rate
+    stays 1 unless the recording is long enough to tell: clocks differ by some 50e-6, a tap is seen
+    to half a frame's time, so that a rate from taps ten seconds apart would be worse than none.
+    """
+    t, e = _checked(frame_times, energy, "video")
+    ft, f = _checked(force_times, force, "force")
+    f = _known(f)  # beside a glitch no tap would be clear
+    yield Progress(0, 1, "looking for taps in the force")
+    taps = find_taps(ft, f)
+    grid = RATE if max(t[-1] - t[0], ft[-1] - ft[0]) <= LONG else COARSE_RATE
+    motion = motion_track(t, e[:, 0], grid)
+    rate = force_track(ft, f, grid)
+    rates = rates_to_try(min(float(t[-1] - t[0]), float(ft[-1] - ft[0])))
+    best: Match | None = None
+    for done, drift in enumerate(rates):
+        yield Progress(done, len(rates), "comparing motion and force")
+        found = best_shift(motion, rate, taps, drift)
+        if best is None or found.score > best.score:
+            best = found
+    assert best is not None
+    clock, residual, pairs, clear = _refined(best.clock, t, e[:, 0], taps)
+    confidence = _share(best.ratio, DOUBTFUL, SURE) * _share(best.alike, UNLIKE, ALIKE)
+    confidence = min(UNTAPPED, confidence) if clear is None else confidence * clear
+    return Proposal(clock, confidence, residual, pairs, motion.shown(), rate.shown())
+
+
+def _known(force: Array) -> Array:
+    """Force channels (m, c) with NaN for what no sensor can have read."""
+    return np.stack([readings(channel) for channel in force.T], axis=1)
+
+
+def _share(value: float, nothing: float, everything: float) -> float:
+    """Where a value lies between two, 0..1."""
+    return float(np.clip((value - nothing) / (everything - nothing), 0.0, 1.0))
+
+
+def _checked(times: ArrayLike, values: ArrayLike, what: str) -> tuple[Array, Array]:
+    """Times (n,) and values (n, c) as floats.
+
+    Raises
+    ------
+    InputError
+        If they do not fit or are shorter than a second.
+    """
+    t = np.asarray(times, dtype=np.float64)
+    v = np.asarray(values, dtype=np.float64)
+    v = v[:, np.newaxis] if v.ndim == 1 else v
+    if t.ndim != 1 or v.ndim != 2 or len(v) != t.size:
+        raise InputError(
+            f"Synchronising needs one time for each value of the {what}; there are {t.size} times "
+            f"and values of shape {v.shape}."
+        )
+    if t.size < SHORTEST or t[-1] - t[0] < 1.0:
+        raise InputError(
+            f"The {what} is too short to find the video's clock by; mark a tap by hand instead."
+        )
+    return t, v
+
+
+def _refined(
+    coarse: ClockMap, times: Array, energy: Array, taps: tuple[Tap, ...]
+) -> tuple[ClockMap, float, tuple[tuple[float, float], ...], float | None]:
+    """The clock through the taps, its residual (s), the taps, and how clearly they are seen, 0..1.
+
+    The last is None unless two or more are seen, and agree.
+
+    A tap lies between the frame that first shows it and the one before, where the motion grows.
+    One tap alone may be mistaken for another motion near it; so the shift is taken for which the
+    motion grows most at all of them together. The rate is changed only where the taps tell it
+    beyond three times their uncertainty.
+    """
+    frame = float(np.median(np.diff(times)))
+    middle = 0.5 * (times[1:] + times[:-1])
+    growth = _growth(energy)
+    places = coarse.to_device([tap.time for tap in taps])
+    filmed = (places > middle[0]) & (places < middle[-1])
+    felt = np.array([tap.time for tap in taps])[filmed]
+    places = places[filmed]
+    if felt.size == 0:
+        return coarse, 0.0, (), None
+    shifts = np.arange(-SOUGHT, SOUGHT + 5e-4, 1e-3)
+    between = np.searchsorted(times, places[:, np.newaxis] + shifts) - 1
+    grown = growth[np.clip(between, 0, growth.size - 1)]
+    votes = grown.sum(axis=0)
+    top = int(np.argmax(votes * np.exp(-0.5 * (shifts / DOUBTED) ** 2)))
+    # The taps stay between the same frames for a while: the middle of it is the likeliest.
+    same = np.flatnonzero((between == between[:, top : top + 1]).all(axis=0))
+    shift = float(0.5 * (shifts[same[0]] + shifts[same[-1]]))
+    pairs = []
+    for place, time in zip((places + shift).tolist(), felt.tolist(), strict=True):
+        near = np.flatnonzero(np.abs(middle - place) <= NEXT * frame)
+        if near.size and growth[near].max() > GROWN:
+            pairs.append((float(middle[near[np.argmax(growth[near])]]), time))
+    if not pairs:
+        return coarse, 0.0, (), None
+    clock = ClockMap(coarse.offset - coarse.rate * shift, coarse.rate)
+    seen, felt = np.array(pairs).T
+    spread = float(np.sqrt(np.sum((seen - seen.mean()) ** 2)))
+    if len(pairs) > 1 and spread > 0:
+        fitted = fit_clock(seen.tolist(), felt.tolist()).clock
+        # A tap is uncertain by a frame's time, evenly.
+        unsure = frame / np.sqrt(12.0) / spread
+        if 3.0 * unsure < abs(fitted.rate - coarse.rate) and abs(fitted.rate - 1.0) < DRIFT:
+            clock = fitted
+    away = np.abs(clock.to_force(seen) - felt)
+    agree = len(pairs) > 1 and bool(np.all(away <= AGREEING * frame))
+    clear = _share(float(votes[top]) / felt.size, FAINT, PLAIN) if agree else None
+    return clock, float(np.sqrt(np.mean(away**2))), tuple(pairs), clear
+
+
+def _growth(energy: Array) -> Array:
+    """By how much more moves in a frame and the next than in the two before, in usual amounts.
+
+    Two, since what touches slows down before and is seen for more than one frame.
+    """
+    root = np.sqrt(np.maximum(energy[1:], 0.0))
+    x = np.concatenate([np.repeat(root[:1], 2), root, root[-1:]])
+    growth = x[2:-1] + x[3:] - x[1:-2] - x[:-3]
+    usual = float(np.quantile(np.abs(growth), 0.8)) or 1.0
+    return np.minimum(growth / usual, 4.0)

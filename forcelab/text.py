@@ -1,0 +1,54 @@
+"""Words of many rooms: counted nouns, unknown words, and names of coders and tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from difflib import get_close_matches
+
+
+def amount(count: int) -> str:
+    """Bytes in kB or MB: of what is small, MB would tell nothing."""
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{-(-count // 1000)} kB"
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: ``1 run``, ``6,008 samples``."""
+    return f"{number:,} {noun}{'s' * (number != 1)}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """The first names, and how many more there are: ``a, b and 3 more``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
+def there_are(number: int) -> str:
+    """How many there are, as a sentence ends: ``there is 1``, ``there are none``."""
+    return f"there {'is' if number == 1 else 'are'} {number or 'none'}"
+
+
+def unknown_word(what: str, given: object, known: Collection[str]) -> str:
+    """What to say of a word that is none of those one may choose from."""
+    near = get_close_matches(str(given), known, n=1)
+    meant = f"did you mean '{near[0]}'? Choose" if near else "choose"
+    return f"There is no {what} '{given}'; {meant} from {', '.join(known)}."
+
+
+def tidy_name(name: str) -> str:
+    """A name as it is kept, wherever it was typed: no spaces around it."""
+    return name.strip()
+
+
+def name_alike(name: str, known: Iterable[str]) -> str | None:
+    """The known name that differs from a new one only by case or spaces.
+
+    Returns
+    -------
+    str or None
+        None where `name` itself is known, or nothing is like it.
+    """
+    names = list(known)
+    if name in names:
+        return None
+    wanted = name.casefold().split()
+    return next((one for one in names if one.casefold().split() == wanted), None)

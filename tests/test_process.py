@@ -1,0 +1,178 @@
+"""Jobs done by a process of their own."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from itertools import pairwise
+from pathlib import Path
+
+import elsewhere_work
+import psutil
+import pytest
+from fake_devices import eventually
+
+from forcelab.errors import ForcelabError, InputError
+from forcelab.jobs import finish
+from forcelab.process import GRACE, elsewhere
+
+
+def begun(job):
+    """The number of the process of a job, which has told it."""
+    return next(int(p.text.split()[1]) for p in job if p.text.startswith("process "))
+
+
+def test_a_job_elsewhere_gives_all_its_progress_and_its_result():
+    told = []
+    made = finish(elsewhere(elsewhere_work.counted, 5), told.append)
+    assert made["sum"] == 10
+    assert made["process"] != os.getpid()
+    distinct = [told[0], *(p for before, p in pairwise(told) if p is not before)]
+    # The first one may say that the process is starting, if that takes time.
+    assert [p.done for p in distinct if p.text != "starting"] == [1, 2, 3, 4, 5]
+    assert not psutil.pid_exists(made["process"])
+
+
+def test_a_second_job_elsewhere_begins_at_once():
+    finish(elsewhere(elsewhere_work.counted, 1))
+    made = finish(elsewhere(elsewhere_work.counted, 1))
+    # What the process computed, however busy the machine is: 0.02 s; 2 s to load it all.
+    assert made["cpu"] < 0.5
+
+
+def test_a_job_elsewhere_keeps_to_the_background():
+    manners = finish(elsewhere(elsewhere_work.manners))
+    if hasattr(os, "nice"):
+        assert manners["nice"] > min(os.nice(0), 18)  # 19 is the end of the scale
+    assert manners["interrupt"]
+    assert set(manners["blas"]) == {1}
+    assert manners["main thread"]
+
+
+def test_a_job_elsewhere_refuses_in_its_own_words():
+    with pytest.raises(InputError, match=r"^Nothing is labelled yet; label at least two actions"):
+        finish(elsewhere(elsewhere_work.refused))
+
+
+def test_a_fault_elsewhere_is_told_with_the_trace_from_there():
+    with pytest.raises(RuntimeError, match="KeyError: 'no such key'") as caught:
+        finish(elsewhere(elsewhere_work.broken))
+    assert "elsewhere_work.py" in str(caught.value.__cause__)
+
+
+def test_a_result_that_cannot_travel_is_a_fault_and_not_a_lack_of_memory():
+    with pytest.raises(RuntimeError, match="lambda") as caught:
+        finish(elsewhere(elsewhere_work.untellable))
+    assert "dumps" in str(caught.value.__cause__)
+
+
+def test_a_job_whose_process_is_killed_is_told_in_a_sentence():
+    job = elsewhere(elsewhere_work.silent)
+    os.kill(begun(job), signal.SIGKILL)
+    with pytest.raises(ForcelabError, match=r"ended from outside.* short of memory"):
+        finish(job)
+
+
+@pytest.mark.parametrize("deaf", [False, True])
+def test_closing_ends_a_job_in_the_middle_of_what_hears_nothing(monkeypatch, deaf):
+    # What is asked to end does so at once, however long it may take; what is deaf even to that
+    # is made to after GRACE, however long it would go on.
+    assert GRACE <= 0.1
+    monkeypatch.setattr("forcelab.process.GRACE", 0.01 if deaf else 20.0)
+    job = elsewhere(elsewhere_work.silent, None, deaf)
+    process = begun(job)
+    computing(process)
+    threads = threading.enumerate()
+    started = time.monotonic()
+    job.close()
+    assert time.monotonic() - started < 15.0  # the work goes on for ever
+    assert not psutil.pid_exists(process)
+    assert set(threading.enumerate()) <= set(threads)
+
+
+def computing(process):
+    """Wait until a process has computed for a while."""
+    used = psutil.Process(process).cpu_times
+    before = sum(used()[:2])
+    eventually(lambda: sum(used()[:2]) > before + 0.1, 60)
+
+
+def test_closing_lets_what_is_interruptible_clean_up(tmp_path, monkeypatch):
+    monkeypatch.setattr("forcelab.process.GRACE", 60.0)  # the machine may be busy
+    job = elsewhere(elsewhere_work.silent, tmp_path / "half")
+    begun(job)
+    eventually((tmp_path / "half").exists)
+    job.close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_job_can_be_closed_before_its_process_is_there():
+    job = elsewhere(elsewhere_work.silent)
+    assert next(job).text == "starting"
+    job.close()
+    eventually(lambda: all(one.name != "forcelab process" for one in threading.enumerate()), 60)
+    assert not busy()
+
+
+def busy():
+    """Whether any process below this one computes."""
+    below = psutil.Process().children(recursive=True)
+    return [p for p in below if p.nice() > psutil.Process().nice()]
+
+
+WARM = """
+import time
+from elsewhere_work import counted, silent
+from forcelab.jobs import finish
+from forcelab.process import elsewhere, warm_up
+begun = time.monotonic()
+warm_up(counted)
+warm = time.monotonic()
+finish(elsewhere(counted, 2))
+print((warm - begun) / (time.monotonic() - begun))
+job = elsewhere(silent)
+while not next(job).text.startswith('process '): pass
+"""
+
+
+def test_warming_up_keeps_nobody_waiting_and_at_the_end_of_a_program_nothing_is_said():
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WARM],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert float(ended.stdout) < 0.5  # of the time that the first job took: 0.02 s of 2 s
+
+
+LEFT = """
+from elsewhere_work import silent
+from forcelab import process as there
+from forcelab.process import elsewhere
+there.HEAVY = ()  # what takes long to import makes no difference here
+for progress in elsewhere(silent):
+    if progress.text.startswith("process "):
+        print(progress.text.split()[1], flush=True)
+"""
+
+
+def test_a_job_elsewhere_ends_when_the_process_that_asked_for_it_is_killed():
+    parent = subprocess.Popen(
+        [sys.executable, "-c", LEFT],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    with parent:
+        job = int(parent.stdout.readline())
+        below = psutil.Process(parent.pid).children(recursive=True)
+        parent.kill()
+    assert job in [process.pid for process in below]
+    _, alive = psutil.wait_procs(below, 60)
+    assert not alive
